@@ -1,0 +1,93 @@
+"""The errors of this package.
+
+    HilError                            everything we raise on purpose
+     ├── LinkError                      something about a link; `url` says which
+     │    ├── LinkOpenError             could not be opened (no such port, busy, not allowed): `reason` and `remedy`
+     │    ├── LinkClosedError           was open and is gone (unplugged, reset, peer closed)
+     │    └── LinkTimeoutError          nothing came in the time allowed
+     ├── PeerError                      something about the robot at the other end
+     │    ├── NoRobotError              nobody answered as a robot
+     │    ├── VersionError              it speaks a protocol we do not
+     │    ├── PeerLostError             it answered and then fell silent
+     │    └── RefusedError              it refused a command: `reason`
+     └── EncodeError(ValueError)        a message of our own that the wire cannot carry
+
+What comes from the wire never raises: damaged or foreign input becomes a `Rejected` event.
+Example: a robot is unplugged while it performs a maneuver. The link raises `LinkClosedError` in the pump, the
+bridge reports it as an event and the handle raises `LinkClosedError` to the caller; `hil coach` writes its checkpoint
+and exits with status 3.
+"""
+
+from __future__ import annotations
+
+
+class HilError(Exception):
+    """Base of every error raised on purpose; its text is fit to be shown to a person."""
+
+
+class LinkError(HilError):
+    """Something about a link.
+
+    Attributes:
+        url: Address of the link.
+    """
+
+    def __init__(self, url: str, message: str) -> None:
+        super().__init__(f"{url}: {message}")
+        self.url = url
+
+
+class LinkOpenError(LinkError):
+    """The link could not be opened.
+
+    Attributes:
+        reason: What happened.
+        remedy: What to do next; may be empty.
+    """
+
+    def __init__(self, url: str, reason: str, remedy: str = "") -> None:
+        super().__init__(url, f"{reason}. {remedy}" if remedy else reason)
+        self.reason = reason
+        self.remedy = remedy
+
+
+class LinkClosedError(LinkError):
+    """The link was open and is gone."""
+
+
+class LinkTimeoutError(LinkError):
+    """Nothing came in the time allowed."""
+
+
+class PeerError(HilError):
+    """Something about the robot at the other end."""
+
+
+class NoRobotError(PeerError):
+    """Nobody answered as a robot."""
+
+
+class VersionError(PeerError):
+    """The robot speaks a version of the protocol that we do not."""
+
+
+class PeerLostError(PeerError):
+    """The robot answered and then fell silent."""
+
+
+class RefusedError(PeerError):
+    """The robot refused a command.
+
+    Attributes:
+        command: What was asked.
+        reason: Why not, in words.
+    """
+
+    def __init__(self, command: str, reason: str) -> None:
+        super().__init__(f"the robot refused {command}: {reason}")
+        self.command = command
+        self.reason = reason
+
+
+class EncodeError(HilError, ValueError):
+    """A message of our own that the wire cannot carry: a field is out of range or of the wrong length."""

@@ -1,0 +1,93 @@
+"""What comes out of a codec and of a peer: typed events, never exceptions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message
+
+
+class RejectReason(Enum):
+    """Why wire input was not accepted."""
+
+    NOISE = "bytes outside any frame"
+    BAD_HEADER = "length or flags no frame of this id can have"
+    UNKNOWN_MESSAGE = "unknown message id"
+    BAD_CHECKSUM = "bad checksum"
+    BAD_VALUE = "value out of range"
+    INCOMPLETE = "frame broken off"
+    BAD_SIGNATURE = "bad signature"
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """A good message.
+
+    Attributes:
+        message: The message.
+        system: System id of the sender.
+        component: Component id of the sender.
+        sequence: Frame sequence number (0..255).
+        time: Stamp of the chunk that completed the frame, in s.
+        raw: The frame as it came.
+    """
+
+    message: Message
+    system: int
+    component: int
+    sequence: int
+    time: float
+    raw: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """Wire input that was not accepted; it has been skipped.
+
+    Attributes:
+        reason: Why.
+        raw: The bytes.
+        time: Stamp of the chunk, in s.
+        detail: More, where there is more to say.
+    """
+
+    reason: RejectReason
+    raw: bytes
+    time: float
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PeerFound:
+    """A robot answered and the handshake with it is done."""
+
+    system: int
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class PeerLost:
+    """A robot that had answered fell silent, or its link closed (then `cause` says so)."""
+
+    system: int
+    time: float
+    cause: str
+
+
+@dataclass(frozen=True, slots=True)
+class PeerBack:
+    """A lost robot answers again.
+
+    Attributes:
+        rebooted: Its boot counter or clock shows that it has restarted meanwhile.
+    """
+
+    system: int
+    time: float
+    rebooted: bool
+
+
+Event = Received | Rejected | PeerFound | PeerLost | PeerBack

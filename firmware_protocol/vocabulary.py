@@ -1,0 +1,214 @@
+"""The terms that robot, Pal and host share: actions, stimuli, maneuvers, and what a maneuver reported.
+
+This module depends on nothing but the standard library, so that the adviser can use it without knowing any wire.
+The C firmware's action table is generated from `ACTIONS` (see `firmware_protocol.generate`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from typing import Final
+
+MAX_ACTIONS: Final = 8
+"""Longest maneuver the wire and the firmware can carry, in actions."""
+
+ANY_STIMULUS: Final = 255
+"""In a memory slot, "whatever the previous stimulus was"."""
+
+
+class Family(IntEnum):
+    """The five kinds of motion; a basic action is refined by a fine action of its own family (Liu & Wu 2001, Table 10.1)."""
+
+    STOP = 0
+    FORWARD = 1
+    BACKWARD = 2
+    LEFT = 3
+    RIGHT = 4
+
+
+class Speed(IntEnum):
+    """Which speed parameter an action's wheels use."""
+
+    NONE = 0
+    FAST = 1
+    MODERATE = 2
+    SLOW = 3
+    TURN = 4
+
+
+class Action(IntEnum):
+    """The 5 basic and 13 fine-tuning actions of Liu & Wu 2001, Table 10.1 (S is both). The value is the wire code."""
+
+    S = 0
+    F = 1
+    B = 2
+    L = 3
+    R = 4
+    FF = 5
+    MF = 6
+    SF = 7
+    FB = 8
+    MB = 9
+    SB = 10
+    LSRF = 11
+    LBRS = 12
+    LBRF = 13
+    LFRS = 14
+    LSRB = 15
+    LFRB = 16
+
+    @property
+    def spec(self) -> ActionSpec:
+        """Family, speed and wheel directions of this action."""
+        return ACTIONS[self]
+
+    @property
+    def family(self) -> Family:
+        """The family this action belongs to."""
+        return ACTIONS[self].family
+
+
+@dataclass(frozen=True)
+class ActionSpec:
+    """How an action turns the wheels.
+
+    Attributes:
+        family: Kind of motion.
+        speed: Which speed parameter applies.
+        left: Direction of the left wheel: -1 backward, 0 stalled, 1 forward.
+        right: Direction of the right wheel, likewise.
+        meaning: The action in words.
+    """
+
+    family: Family
+    speed: Speed
+    left: int
+    right: int
+    meaning: str
+
+
+ACTIONS: Final[dict[Action, ActionSpec]] = {
+    Action.S: ActionSpec(Family.STOP, Speed.NONE, 0, 0, "stop"),
+    Action.F: ActionSpec(Family.FORWARD, Speed.MODERATE, 1, 1, "forward"),
+    Action.B: ActionSpec(Family.BACKWARD, Speed.MODERATE, -1, -1, "backward"),
+    Action.L: ActionSpec(Family.LEFT, Speed.TURN, -1, 1, "left turn"),
+    Action.R: ActionSpec(Family.RIGHT, Speed.TURN, 1, -1, "right turn"),
+    Action.FF: ActionSpec(Family.FORWARD, Speed.FAST, 1, 1, "fast forward"),
+    Action.MF: ActionSpec(Family.FORWARD, Speed.MODERATE, 1, 1, "moderate forward"),
+    Action.SF: ActionSpec(Family.FORWARD, Speed.SLOW, 1, 1, "slow forward"),
+    Action.FB: ActionSpec(Family.BACKWARD, Speed.FAST, -1, -1, "fast backward"),
+    Action.MB: ActionSpec(Family.BACKWARD, Speed.MODERATE, -1, -1, "moderate backward"),
+    Action.SB: ActionSpec(Family.BACKWARD, Speed.SLOW, -1, -1, "slow backward"),
+    Action.LSRF: ActionSpec(Family.LEFT, Speed.TURN, 0, 1, "left wheel stalled, right wheel forward"),
+    Action.LBRS: ActionSpec(Family.LEFT, Speed.TURN, -1, 0, "left wheel backward, right wheel stalled"),
+    Action.LBRF: ActionSpec(Family.LEFT, Speed.TURN, -1, 1, "left wheel backward, right wheel forward"),
+    Action.LFRS: ActionSpec(Family.RIGHT, Speed.TURN, 1, 0, "left wheel forward, right wheel stalled"),
+    Action.LSRB: ActionSpec(Family.RIGHT, Speed.TURN, 0, -1, "left wheel stalled, right wheel backward"),
+    Action.LFRB: ActionSpec(Family.RIGHT, Speed.TURN, 1, -1, "left wheel forward, right wheel backward"),
+}
+
+BASIC_ACTIONS: Final = (Action.F, Action.B, Action.L, Action.R, Action.S)
+"""Phase 1 alphabet."""
+
+FINE_ACTIONS: Final = (
+    Action.FF, Action.MF, Action.SF, Action.FB, Action.MB, Action.SB,
+    Action.LSRF, Action.LBRS, Action.LBRF, Action.LFRS, Action.LSRB, Action.LFRB, Action.S,
+)  # fmt: skip
+"""Phase 2 alphabet."""
+
+
+class Stimulus(IntFlag):
+    """What the robot senses of its opponent: which eyes see it, which arms touch it. The value is the wire code.
+
+    The book's four categories (none, left, right, both eyes) are the values 0..3; with arms there are 16.
+    """
+
+    NONE = 0
+    EYE_LEFT = 1
+    EYE_RIGHT = 2
+    ARM_LEFT = 4
+    ARM_RIGHT = 8
+
+    @property
+    def label(self) -> str:
+        """Name used in advice files, tables and figures: `none`, `left`, `right`, `both`, with `+touch-left` and so on."""
+        eyes = ("none", "left", "right", "both")[self & 3]
+        arms = ("", "+touch-left", "+touch-right", "+touch-both")[self >> 2 & 3]
+        return eyes + arms
+
+    @classmethod
+    def from_label(cls, label: str) -> Stimulus:
+        """The inverse of `label`.
+
+        Raises:
+            ValueError: No stimulus has this name.
+        """
+        for code in range(16):
+            if cls(code).label == label:
+                return cls(code)
+        raise ValueError(f"unknown stimulus {label!r}: expected none, left, right or both, with +touch-left, -right or -both")
+
+
+class Outcome(IntEnum):
+    """How a maneuver ended."""
+
+    COMPLETED = 0
+    STIMULUS_CHANGED = 1
+    FLOOR_REFLEX = 2
+    STOPPED = 3
+    REPLACED = 4
+    REFUSED = 5
+
+
+@dataclass(frozen=True)
+class Maneuver:
+    """A sequence of actions that the robot performs and times itself.
+
+    Attributes:
+        actions: 1 to 8 actions.
+        period: Time each action lasts, in s.
+        floor_reflex: Let the robot back off and turn when it crosses the border; this ends the maneuver.
+        end_on_change: End when the stimulus is no longer the one the maneuver began with.
+        eyes: The eyes count as part of the stimulus.
+        arms: The arms count as part of the stimulus.
+
+    Raises:
+        ValueError: No action, more than eight, or a period outside 0.02 to 5 s.
+    """
+
+    actions: tuple[Action, ...]
+    period: float = 0.25
+    floor_reflex: bool = True
+    end_on_change: bool = False
+    eyes: bool = True
+    arms: bool = False
+
+    def __post_init__(self) -> None:
+        if not 1 <= len(self.actions) <= MAX_ACTIONS:
+            raise ValueError(f"a maneuver has 1 to {MAX_ACTIONS} actions, not {len(self.actions)}")
+        if not 0.02 <= self.period <= 5.0:
+            raise ValueError(f"an action lasts 0.02 to 5 s, not {self.period:g} s")
+
+    def __str__(self) -> str:
+        return " ".join(action.name for action in self.actions)
+
+
+@dataclass(frozen=True)
+class ActionTally:
+    """What the robot counted while it performed one action.
+
+    Attributes:
+        samples: Control periods the action lasted.
+        eyes: Of these, those in which the left, right eye saw the opponent.
+        edges: Press edges of the left, right arm.
+        longest_press: Longest unbroken press of the left, right arm, in s.
+        pressed_travel: Travel over the ground while an arm was pressed, in m (positive forward);
+            None where the robot has no ground odometer.
+    """
+
+    samples: int
+    eyes: tuple[int, int]
+    edges: tuple[int, int]
+    longest_press: tuple[float, float]
+    pressed_travel: float | None

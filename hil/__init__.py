@@ -1,0 +1,1 @@
+"""The bridge: connects, coaches, records, replays, shows."""

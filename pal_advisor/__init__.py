@@ -1,0 +1,1 @@
+"""What the PC learns: numpy, no I/O, no clock, no threads."""
