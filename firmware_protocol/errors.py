@@ -3,6 +3,7 @@
     HilError                            everything we raise on purpose
      ├── LinkError                      something about a link; `url` says which
      │    ├── LinkOpenError             could not be opened (no such port, busy, not allowed): `reason` and `remedy`
+     │    │    └── AddressError(ValueError)  the URL is not one we understand
      │    ├── LinkClosedError           was open and is gone (unplugged, reset, peer closed)
      │    └── LinkTimeoutError          nothing came in the time allowed
      ├── PeerError                      something about the robot at the other end
@@ -49,6 +50,10 @@ class LinkOpenError(LinkError):
         super().__init__(url, f"{reason}. {remedy}" if remedy else reason)
         self.reason = reason
         self.remedy = remedy
+
+
+class AddressError(LinkOpenError, ValueError):
+    """The URL is not one we understand."""
 
 
 class LinkClosedError(LinkError):

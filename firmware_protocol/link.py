@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
+
+from firmware_protocol.address import EXAMPLES, parse_address
+from firmware_protocol.errors import AddressError
+
+if TYPE_CHECKING:
+    from types import TracebackType
 
 
 class Link(ABC):
@@ -24,11 +29,11 @@ class Link(ABC):
 
     @abstractmethod
     def write(self, data: bytes) -> None:
-        """Hand over bytes for sending, all or nothing. One call carries whole frames.
+        """Hand over bytes for sending. One call carries whole frames.
 
         Raises:
             LinkClosedError: The link is gone.
-            LinkTimeoutError: The other end does not take the bytes.
+            LinkTimeoutError: The other end does not take the bytes; a part of them may be on its way.
         """
 
     @abstractmethod
@@ -47,10 +52,49 @@ class Link(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give the link back. Repeating it does nothing; later calls of `read` and `write` raise LinkClosedError."""
+        """Give the link back. Repeating it does nothing; later calls of `read` and `write` raise LinkClosedError.
+
+        Another thread must not be inside `read` or `write` meanwhile.
+        """
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+
+def open_link(url: str) -> Link:
+    """Open a link that leads out of this process.
+
+    The options `system` and `node`, which select a robot, are allowed and mean nothing here.
+
+    Args:
+        url: `serial://PORT:BAUD`, `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak first) or
+            `udpout://HOST:PORT`. `sim://` and `replay://` are the business of `hil.connect`.
+
+    Returns:
+        The open link; close it after use (it is a context manager).
+
+    Raises:
+        LinkOpenError: It could not be opened; the text says what to do.
+        AddressError: The URL is not one of these.
+    """
+    # Imported here: codecs and peer share this package and must not load serial ports and sockets.
+    from firmware_protocol.links.serial import SerialLink  # noqa: PLC0415
+    from firmware_protocol.links.tcp import TcpLink  # noqa: PLC0415
+    from firmware_protocol.links.udp import UdpLink  # noqa: PLC0415
+
+    address = parse_address(url)
+    address.only("system", "node")
+    match address.scheme:
+        case "serial":
+            return SerialLink(url, *address.port_baud())
+        case "tcp":
+            return TcpLink(url, *address.host_port())
+        case "udpin":
+            return UdpLink(url, *address.host_port(), listen=True)
+        case "udpout":
+            return UdpLink(url, *address.host_port(), listen=False)
+        case scheme:
+            raise AddressError(url, f"no link is called {scheme!r}", f"Write for instance {EXAMPLES}")

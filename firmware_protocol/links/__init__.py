@@ -1,1 +1,19 @@
 """Where bytes travel: serial ports, TCP, UDP, in-process memory, and faults on any of them."""
+
+from firmware_protocol.links.faulty import FaultCounts, FaultSpec, FaultyLink
+from firmware_protocol.links.memory import MemoryLink, Steppable
+from firmware_protocol.links.serial import SerialLink, serial_ports
+from firmware_protocol.links.tcp import TcpLink
+from firmware_protocol.links.udp import UdpLink
+
+__all__ = [
+    "FaultCounts",
+    "FaultSpec",
+    "FaultyLink",
+    "MemoryLink",
+    "SerialLink",
+    "Steppable",
+    "TcpLink",
+    "UdpLink",
+    "serial_ports",
+]
