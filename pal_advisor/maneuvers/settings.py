@@ -1,0 +1,172 @@
+"""What Pal can be told about how to coach."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from firmware_protocol.vocabulary import MAX_ACTIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Phases = Literal["multi", "basic", "fine"]
+"""Both phases; the basic actions alone; the fine actions alone, from the beginning."""
+
+
+class SettingsError(ValueError):
+    """A setting has a value that makes no sense.
+
+    Attributes:
+        field: Name of the setting.
+    """
+
+    def __init__(self, field: str, message: str) -> None:
+        super().__init__(f"{field}: {message}")
+        self.field = field
+
+
+class Objective(StrEnum):
+    """What a good maneuver is."""
+
+    CONTACT = "contact"
+    """Eq. 10.1 of Liu & Wu 2001 as it stands: see, hold, come into contact."""
+    EFFECTIVE = "effective"
+    """The same, but a hold counts only when the robot gained ground while it lasted."""
+    OUTCOME = "outcome"
+    """Effective, and the opponent brought nearer to the border, and the bout won or lost."""
+
+
+@dataclass(frozen=True)
+class PalSettings:
+    """How Pal coaches. The defaults are what `benchmarks/coaching_study.py` found to serve all five dummy opponents.
+
+    Attributes:
+        objective: What a good maneuver is.
+        budget: Maneuvers performed in all.
+        phases: Which phases of learning.
+        phase_share: Share of the learning (the budget less the exam) that phase 1 gets.
+        exam_share: Share of the budget spent at the end on testing the best again.
+        exam_best: How many of each category are tested again.
+        actions: Actions a maneuver has.
+        period: Time an action lasts, in s.
+        floor_reflex: The robot saves itself at the border; this ends the maneuver.
+        end_on_change: A maneuver ends when the stimulus changes.
+        arms_in_stimulus: The arms count as part of the stimulus: 16 categories instead of 4.
+        pairs: Phase 2 has categories of (previous, current) stimulus instead of the current one alone.
+        population: Maneuvers in a category's population.
+        elite: How many of the best survive a GP step unchanged.
+        tournament: How many compete to become a parent.
+        crossover: Probability that a child has two parents.
+        mutation: Probability that an action of a child is replaced.
+        in_family: In phase 2, share of the mutations that stay in the action's family.
+        rounds: How often a generation is rated: everyone, then the better half up to two ratings, the best quarter up to
+            four, and so on.
+        caution: A maneuver counts as good as its mean less this many standard errors.
+        action_weights: w_i of Eq. 10.1, one per action; empty for 1 each.
+        contact_weight: Weight of coming into contact (1 in Eq. 10.1) against seeing and holding.
+        hold_time: An arm pressed this long without a break holds, in s.
+        hold_travel: Ground the robot must gain during an effective hold, in m.
+        progress_weight: Worth of a metre that the opponent came nearer to the border.
+        win: Worth of a bout won.
+        loss: Cost of a bout lost.
+
+    Raises:
+        SettingsError: A value makes no sense.
+    """
+
+    objective: Objective = Objective.OUTCOME
+    budget: int = 1600
+    phases: Phases = "multi"
+    phase_share: float = 0.5
+    exam_share: float = 0.2
+    exam_best: int = 5
+    actions: int = 4
+    period: float = 0.2
+    floor_reflex: bool = True
+    end_on_change: bool = False
+    arms_in_stimulus: bool = False
+    pairs: bool = False
+    population: int = 20
+    elite: int = 2
+    tournament: int = 3
+    crossover: float = 0.9
+    mutation: float = 0.1
+    in_family: float = 0.5
+    rounds: int = 2
+    caution: float = 0.5
+    action_weights: tuple[float, ...] = ()
+    contact_weight: float = 2.0
+    hold_time: float = 0.1
+    hold_travel: float = 0.005
+    progress_weight: float = 120.0
+    win: float = 12.0
+    loss: float = 12.0
+
+    def __post_init__(self) -> None:
+        self._require("objective", self.objective in set(Objective), f"one of {', '.join(Objective)}")
+        self._require("phases", self.phases in get_args(Phases), f"one of {', '.join(get_args(Phases))}")
+        self._require("actions", 1 <= self.actions <= MAX_ACTIONS, f"1 to {MAX_ACTIONS}")
+        self._require("period", 0.02 <= self.period <= 5.0, "0.02 to 5 s")
+        self._require("population", self.population >= 2, "2 or more")
+        self._require("elite", 0 <= self.elite < self.population, "less than the population, and not negative")
+        for name in ("budget", "exam_best", "tournament", "rounds"):
+            self._require(name, getattr(self, name) >= 1, "1 or more")
+        for name in ("crossover", "mutation", "in_family", "exam_share", "phase_share"):
+            self._require(name, 0.0 <= getattr(self, name) <= 1.0, "0 to 1")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, float):
+                self._require(field.name, math.isfinite(value) and value >= 0.0, "a number, not negative")
+        self._require(
+            "action_weights",
+            len(self.action_weights) in {0, self.actions} and all(math.isfinite(w) and w >= 0.0 for w in self.action_weights),
+            f"none, or {self.actions} numbers, not negative",
+        )
+
+    def _require(self, name: str, condition: bool, wanted: str) -> None:  # noqa: FBT001
+        if not condition:
+            raise SettingsError(name, f"{getattr(self, name)!r} won't do; wanted: {wanted}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Settings as plain values."""
+        return {**asdict(self), "objective": self.objective.value, "action_weights": list(self.action_weights)}
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> PalSettings:
+        """The inverse of `to_dict`; what is left out keeps its default.
+
+        Raises:
+            SettingsError: Unknown setting, or a value of the wrong type or out of range.
+        """
+        defaults = cls()
+        values: dict[str, Any] = {}
+        known = {field.name for field in fields(cls)}
+        for name, value in data.items():
+            if name not in known:
+                raise SettingsError(str(name), "no setting has this name")
+            values[name] = _plain(name, value, getattr(defaults, name))
+        return cls(**values)
+
+
+def _plain(name: str, value: object, default: object) -> object:
+    """The value as the type of the default."""
+    if isinstance(default, tuple):
+        if not isinstance(value, list | tuple) or not all(_is_number(item) for item in value):
+            raise SettingsError(name, f"expected a list of numbers, not {value!r}")
+        return tuple(float(item) for item in value)
+    if isinstance(default, Objective):
+        if value not in set(Objective):
+            raise SettingsError(name, f"expected one of {', '.join(Objective)}, not {value!r}")
+        return Objective(str(value))
+    if isinstance(default, float) and _is_number(value):
+        return float(value)  # type: ignore[arg-type]
+    if type(value) is not type(default):
+        raise SettingsError(name, f"expected {type(default).__name__}, not {value!r}")
+    return value
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
