@@ -7,10 +7,10 @@ MAVLink dialect, the DBC, the struct formats of the codecs, the protocol page - 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from enum import Enum, IntEnum
-from functools import cache
+from enum import Enum, IntEnum, IntFlag
 from typing import Any, ClassVar, Final, Literal, get_args, get_type_hints
 
+EnumType = type[IntEnum] | type[IntFlag]
 WireType = Literal["u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "char"]
 
 SIZES: Final[dict[str, int]] = {
@@ -49,7 +49,7 @@ class Wire:
     minimum: float | None = None
     maximum: float | None = None
     count: int = 0
-    enum: type[IntEnum] | None = None
+    enum: EnumType | None = None
     extension: bool = False
     text: str = ""
     invalid: int | None = None
@@ -78,7 +78,9 @@ class Message:
         cls.NAME = "".join("_" + c if c.isupper() else c for c in cls.__name__).lstrip("_").upper()
 
 
-@cache
+_FIELDS: Final[dict[type[Message], tuple[tuple[str, Wire], ...]]] = {}
+
+
 def wire_fields(message: type[Message]) -> tuple[tuple[str, Wire], ...]:
     """The fields of a message as declared.
 
@@ -88,6 +90,12 @@ def wire_fields(message: type[Message]) -> tuple[tuple[str, Wire], ...]:
     Returns:
         (name, wire) pairs in declared order.
     """
+    if message not in _FIELDS:
+        _FIELDS[message] = _read_annotations(message)
+    return _FIELDS[message]
+
+
+def _read_annotations(message: type[Message]) -> tuple[tuple[str, Wire], ...]:
     hints: dict[str, Any] = get_type_hints(message, include_extras=True)
     found: list[tuple[str, Wire]] = []
     for field in fields(message):  # type: ignore[arg-type]
@@ -98,7 +106,6 @@ def wire_fields(message: type[Message]) -> tuple[tuple[str, Wire], ...]:
     return tuple(found)
 
 
-@cache
 def wire_order(message: type[Message]) -> tuple[tuple[str, Wire], ...]:
     """The fields in the order of the payload: MAVLink sorts by size, widest first, and appends extensions unsorted.
 
