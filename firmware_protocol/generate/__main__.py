@@ -1,0 +1,36 @@
+"""`python -m firmware_protocol.generate [--check]`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from firmware_protocol.generate.outputs import OUTPUTS, ROOT, stale
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the generated files, or say which are out of date.
+
+    Args:
+        arguments: Command line without the program's name; None takes the process's own.
+
+    Returns:
+        Exit status: 0 done or up to date, 1 out of date.
+    """
+    parser = argparse.ArgumentParser(prog="python -m firmware_protocol.generate", description=__doc__)
+    parser.add_argument("--check", action="store_true", help="write nothing; exit with 1 if a file is out of date")
+    options = parser.parse_args(arguments)
+    old = stale()
+    for name in old:
+        if options.check:
+            sys.stderr.write(f"{name} is out of date: run python -m firmware_protocol.generate\n")
+        else:
+            path = ROOT / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(OUTPUTS[name](), encoding="utf-8")
+            sys.stdout.write(f"wrote {name}\n")
+    return 1 if options.check and old else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

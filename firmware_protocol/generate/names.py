@@ -1,0 +1,163 @@
+"""Enumerations and their entries as the dialect, the DBC and the protocol page name them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from typing import Final
+
+from firmware_protocol.messages import (
+    AckResult, BoutOutcome, Command, CommandResult, ContestCommand, ManeuverOption, OpponentCode, Phase, Reason, SensorFlag,
+    State,
+)  # fmt: skip
+from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """An enumeration of the dialect.
+
+    Attributes:
+        name: Its name, as MAV_RESULT.
+        text: What it is.
+        entries: (name, value, meaning) in order of value; the meaning may be empty.
+        bitmask: The values are bits.
+    """
+
+    name: str
+    text: str
+    entries: tuple[tuple[str, int, str], ...]
+    bitmask: bool = False
+
+
+JUNIOR_ENUMS: Final[dict[type[IntEnum] | type[IntFlag], str]] = {
+    State: "JUNIOR_STATE",
+    Action: "JUNIOR_ACTION",
+    Stimulus: "JUNIOR_STIMULUS",
+    SensorFlag: "JUNIOR_SENSOR_FLAG",
+    ManeuverOption: "JUNIOR_MANEUVER_OPTION",
+    Outcome: "JUNIOR_OUTCOME",
+    Reason: "JUNIOR_REASON",
+    AckResult: "JUNIOR_ACK_RESULT",
+    ContestCommand: "JUNIOR_CONTEST_COMMAND",
+    Phase: "REFEREE_PHASE",
+    BoutOutcome: "REFEREE_BOUT_OUTCOME",
+    OpponentCode: "REFEREE_OPPONENT",
+}
+"""Our enumerations under their names in the dialect."""
+
+_COMMANDS: Final[dict[Command, tuple[str, str]]] = {
+    Command.FLIGHT_TERMINATION: ("MAV_CMD_DO_FLIGHTTERMINATION", "Emergency stop, latched until disarmed; param1 1 engages"),
+    Command.PREFLIGHT_REBOOT: ("MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN", "Restart the robot; param1 1"),
+    Command.ARM_DISARM: ("MAV_CMD_COMPONENT_ARM_DISARM", "param1 1 arms, 0 disarms"),
+    Command.SET_MESSAGE_INTERVAL: (
+        "MAV_CMD_SET_MESSAGE_INTERVAL",
+        "Send message param1 every param2 us; 0 the default rate, -1 never",
+    ),
+    Command.REQUEST_MESSAGE: ("MAV_CMD_REQUEST_MESSAGE", "Send message param1 once"),
+}
+
+STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
+    Enumeration(
+        "MAV_TYPE",
+        "Kind of vehicle or component.",
+        (("MAV_TYPE_GENERIC", 0, ""), ("MAV_TYPE_GCS", 6, "Ground station"), ("MAV_TYPE_GROUND_ROVER", 10, "Robot")),
+    ),
+    Enumeration(
+        "MAV_AUTOPILOT",
+        "Kind of autopilot.",
+        (("MAV_AUTOPILOT_GENERIC", 0, "Robot"), ("MAV_AUTOPILOT_INVALID", 8, "Not an autopilot: the host, the referee")),
+    ),
+    Enumeration(
+        "MAV_MODE_FLAG",
+        "Bits of base_mode.",
+        (
+            ("MAV_MODE_FLAG_CUSTOM_MODE_ENABLED", 1, "custom_mode holds a JUNIOR_STATE"),
+            ("MAV_MODE_FLAG_TEST_ENABLED", 2, ""),
+            ("MAV_MODE_FLAG_AUTO_ENABLED", 4, ""),
+            ("MAV_MODE_FLAG_GUIDED_ENABLED", 8, ""),
+            ("MAV_MODE_FLAG_STABILIZE_ENABLED", 16, ""),
+            ("MAV_MODE_FLAG_HIL_ENABLED", 32, ""),
+            ("MAV_MODE_FLAG_MANUAL_INPUT_ENABLED", 64, "Takes MANUAL_CONTROL"),
+            ("MAV_MODE_FLAG_SAFETY_ARMED", 128, "Armed: the wheels may turn"),
+        ),
+        bitmask=True,
+    ),
+    Enumeration(
+        "MAV_STATE",
+        "State of a system.",
+        (
+            ("MAV_STATE_UNINIT", 0, ""),
+            ("MAV_STATE_BOOT", 1, "Starting"),
+            ("MAV_STATE_CALIBRATING", 2, ""),
+            ("MAV_STATE_STANDBY", 3, "Disarmed"),
+            ("MAV_STATE_ACTIVE", 4, "Armed"),
+            ("MAV_STATE_CRITICAL", 5, ""),
+            ("MAV_STATE_EMERGENCY", 6, "Emergency stop"),
+        ),
+    ),
+    Enumeration(
+        "MAV_COMPONENT",
+        "Component ids.",
+        (
+            ("MAV_COMP_ID_ALL", 0, ""),
+            ("MAV_COMP_ID_AUTOPILOT1", 1, "The robot"),
+            ("MAV_COMP_ID_USER1", 25, "The emulator's referee"),
+            ("MAV_COMP_ID_MISSIONPLANNER", 190, "The host"),
+        ),
+    ),
+    Enumeration("MAV_CMD", "Commands of COMMAND_LONG.", tuple((_COMMANDS[c][0], int(c), _COMMANDS[c][1]) for c in Command)),
+    Enumeration("MAV_RESULT", "Answer to a command.", tuple((f"MAV_RESULT_{r.name}", int(r), "") for r in CommandResult)),
+    Enumeration("MAV_PARAM_TYPE", "Type of a parameter.", (("MAV_PARAM_TYPE_REAL32", 9, "Every parameter of ours"),)),
+    Enumeration(
+        "MAV_SEVERITY",
+        "Severity of a text.",
+        tuple(
+            (f"MAV_SEVERITY_{name}", value, "")
+            for value, name in enumerate(("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG"))
+        ),
+    ),
+    Enumeration(
+        "MAV_PROTOCOL_CAPABILITY",
+        "Bits of AUTOPILOT_VERSION.capabilities.",
+        (
+            ("MAV_PROTOCOL_CAPABILITY_PARAM_FLOAT", 2, "Parameters may be REAL32"),
+            ("MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION", 2048, "Has an emergency stop"),
+            ("MAV_PROTOCOL_CAPABILITY_MAVLINK2", 8192, ""),
+            ("MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST", 131072, "Parameters are converted to float by value"),
+        ),
+        bitmask=True,
+    ),
+)
+"""The standard enumerations, of each the entries that are used here."""
+
+STANDARD_FIELDS: Final[dict[tuple[str, str], str]] = {
+    ("HEARTBEAT", "type"): "MAV_TYPE",
+    ("HEARTBEAT", "autopilot"): "MAV_AUTOPILOT",
+    ("HEARTBEAT", "base_mode"): "MAV_MODE_FLAG",
+    ("HEARTBEAT", "system_status"): "MAV_STATE",
+    ("PARAM_VALUE", "param_type"): "MAV_PARAM_TYPE",
+    ("PARAM_SET", "param_type"): "MAV_PARAM_TYPE",
+    ("COMMAND_LONG", "command"): "MAV_CMD",
+    ("COMMAND_ACK", "command"): "MAV_CMD",
+    ("COMMAND_ACK", "result"): "MAV_RESULT",
+    ("AUTOPILOT_VERSION", "capabilities"): "MAV_PROTOCOL_CAPABILITY",
+    ("STATUSTEXT", "severity"): "MAV_SEVERITY",
+}
+"""Enumeration of the standard messages' fields."""
+
+
+def enumerations() -> tuple[Enumeration, ...]:
+    """Every enumeration of the dialect, standard ones first."""
+    ours = []
+    for enum, name in JUNIOR_ENUMS.items():
+        bitmask = issubclass(enum, IntFlag)
+        text = re.split(r"\n\n", enum.__doc__ or "")[0]
+        entries = tuple(
+            (f"{name}_{member.name}", int(member), ACTIONS[member].meaning if isinstance(member, Action) else "")
+            for member in enum
+            if member or not bitmask
+        )
+        ours.append(Enumeration(name, " ".join(text.split()), entries, bitmask))
+    return (*STANDARD_ENUMS, *ours)

@@ -1,0 +1,40 @@
+"""Which files are generated, and whether they are up to date."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.generate.can_database import can_database
+from firmware_protocol.generate.dialect import dialect
+from firmware_protocol.generate.tables import tables
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+"""Root of the source tree; the files below are relative to it."""
+
+OUTPUTS: Final[dict[str, Callable[[], str]]] = {
+    "firmware_protocol/dialect/junior.xml": dialect,
+    "firmware_protocol/dialect/junior.dbc": can_database,
+    "firmware_protocol/firmware/core/tables.h": tables,
+}
+"""Every generated file, with the function that makes its text."""
+
+
+def stale(root: Path = ROOT) -> list[str]:
+    """The generated files that are missing or not what the messages say.
+
+    Args:
+        root: Root of the source tree.
+
+    Returns:
+        Paths relative to the root.
+    """
+    found = []
+    for name, make in OUTPUTS.items():
+        path = root / name
+        if not path.is_file() or path.read_text(encoding="utf-8") != make():
+            found.append(name)
+    return found
