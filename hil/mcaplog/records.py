@@ -1,0 +1,90 @@
+"""What a log holds besides the robot's own messages: one dataclass per kind of entry.
+
+Each becomes a protobuf message of the same field names (see `schemas`); the text in an annotation is the field's comment.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+
+@dataclass(frozen=True)
+class WireBytes:
+    """Bytes that went over a link, as they came from or went to it."""
+
+    direction: Annotated[str, "rx: robot to host, tx: host to robot"]
+    link: Annotated[str, "address of the link"]
+    data: Annotated[bytes, "the bytes"]
+
+
+@dataclass(frozen=True)
+class RejectedInput:
+    """Bytes from the wire that were not accepted as a message."""
+
+    reason: Annotated[str, "why"]
+    detail: Annotated[str, "more, where there is more to say"]
+    data: Annotated[bytes, "the bytes"]
+
+
+@dataclass(frozen=True)
+class BridgeStep:
+    """One step of the bridge: all that its decisions depend on, so that a run can be replayed decision for decision."""
+
+    clock: Annotated[float, "s; the one reading of the clock in this step"]
+    chunk_times: Annotated[tuple[float, ...], "s; when each chunk consumed in this step had arrived"]
+    chunk_sizes: Annotated[tuple[int, ...], "bytes of each chunk"]
+    inputs: Annotated[tuple[str, ...], "what the operator did since the step before"]
+
+
+@dataclass(frozen=True)
+class EventRecord:
+    """Something worth telling a person: link, safety, bout."""
+
+    kind: Annotated[str, "link, safety, bout, ..."]
+    text: Annotated[str, "what happened, in words"]
+    fields: Annotated[str, "JSON object of the particulars"]
+
+
+@dataclass(frozen=True)
+class TrialRecord:
+    """One maneuver performed for the learner, and what it was worth."""
+
+    id: Annotated[int, "number of the trial, from 1"]
+    previous: Annotated[str, "previous stimulus of the category, or any"]
+    current: Annotated[str, "current stimulus of the category, as `left`"]
+    phase: Annotated[int, "1 basic actions, 2 fine actions"]
+    exam: Annotated[bool, "one of the last tests of the best"]
+    actions: Annotated[str, "names of the actions"]
+    period: Annotated[float, "s; time an action lasts"]
+    fitness: Annotated[float, "what this performance was worth"]
+    performed: Annotated[int, "actions begun"]
+    won: Annotated[bool, "the bout was won during the maneuver"]
+    lost: Annotated[bool, "the bout was lost during the maneuver"]
+    progress: Annotated[float | None, "m; how much nearer the opponent came to the border"]
+
+
+@dataclass(frozen=True)
+class StepRecord:
+    """A step of the genetic programming of one category: a point of its fitness curve."""
+
+    previous: Annotated[str, "previous stimulus of the category, or any"]
+    current: Annotated[str, "current stimulus of the category, as `left`"]
+    phase: Annotated[int, "1 basic actions, 2 fine actions"]
+    generation: Annotated[int, "number of the generation that has just been rated, from 0 in each phase"]
+    used: Annotated[int, "maneuvers performed by then, all categories together"]
+    evaluations: Annotated[int, "maneuvers performed by then in this category and phase"]
+    best: Annotated[float, "highest mean fitness in the generation"]
+    mean: Annotated[float, "mean fitness of the generation"]
+    actions: Annotated[str, "names of the actions of the best"]
+
+
+@dataclass(frozen=True)
+class AdviceRecord:
+    """Advice as it stood, as JSON."""
+
+    json: Annotated[str, "the advice file's content"]
+
+
+RECORDS: Final = (WireBytes, RejectedInput, BridgeStep, EventRecord, TrialRecord, StepRecord, AdviceRecord)
+"""Every kind of entry defined here."""

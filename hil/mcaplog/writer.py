@@ -1,0 +1,305 @@
+"""Writes a log file: MCAP, zstd chunks of 256 KiB, cut by log time and size alone.
+
+Nothing here reads a clock: the same calls give the same bytes, but for the metadata record `run`, which is padded to a fixed
+length and stands in a fixed place, so that not even an offset moves when its text changes.
+
+The rare records are serialized by the `mcap` package. Messages and their index are packed here, since its writer takes
+6 to 9 us a message, more than a lock-step simulation has to spare.
+"""
+
+from __future__ import annotations
+
+import zlib
+from contextlib import suppress
+from struct import Struct, pack
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Metadata,
+    MetadataIndex,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.records import Schema as SchemaRecord
+
+from hil.mcaplog.errors import LogError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from hil.mcaplog.schemas import Schema
+
+MAGIC: Final = b"\x89MCAP0\r\n"
+LIBRARY: Final = "junior-hil"
+RUN: Final = "run"
+"""Name of the one metadata record that may differ between two logs of the same run."""
+RUN_BLOCK: Final = 4096
+"""The `run` record is padded to a multiple of this, in bytes."""
+CHUNK_SIZE: Final = 256 * 1024
+_PADDING: Final = "padding"
+_MESSAGE_HEAD: Final = Struct("<BQHIQQ")
+_INDEX_HEAD: Final = Struct("<BQHI")
+
+
+class LogWriter:
+    """A log file being written.
+
+    Chunks are closed, and the file flushed, when the log time has moved on by `flush_every` or the chunk is full. After
+    a failure (a full disk) the first call raises and later ones do nothing, so that a robot can still be stopped
+    through a bridge that has this log as a tap.
+
+    Args:
+        path: File to write; directories above it are made.
+        run: Text for the metadata record `run`: wall clock, command line, paths; whatever differs between two runs of
+            the same seed.
+        flush_every: Log time between flushes, in s.
+
+    Raises:
+        LogError: The file cannot be created.
+    """
+
+    def __init__(self, path: Path, *, run: Mapping[str, str], flush_every: float = 0.5) -> None:
+        self.path = path
+        self._interval = round(flush_every * 1e9)
+        self._flushed_at: int | None = None
+        self._compressor = zstandard.ZstdCompressor(level=3)
+        self._buffer = bytearray()
+        self._index: dict[int, list[int]] = {}
+        self._schemas: dict[str, SchemaRecord] = {}
+        self._channels: dict[str, Channel] = {}
+        self._chunks: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._counts: dict[int, int] = {}
+        self._span: tuple[int, int] | None = None
+        self._offset = 0
+        self._open = True
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file: BinaryIO = path.open("wb")
+        except OSError as error:
+            raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
+        self._put(MAGIC + _serialize(Header(profile="", library=LIBRARY)))
+        self._write_metadata(RUN, _padded(run))
+        self._flush_file()
+
+    def channel(self, topic: str, schema: Schema) -> int:
+        """The channel of a topic, registered when it is first asked for.
+
+        Args:
+            topic: Topic name.
+            schema: What its entries look like.
+
+        Returns:
+            Channel id for `write`.
+        """
+        return self.raw_channel(topic, schema.name, schema.data)
+
+    def raw_channel(self, topic: str, schema_name: str, descriptor: bytes) -> int:
+        """As `channel`, from a ready protobuf descriptor.
+
+        Args:
+            topic: Topic name.
+            schema_name: Full protobuf name.
+            descriptor: Serialized FileDescriptorSet.
+
+        Returns:
+            Channel id for `write`.
+        """
+        if topic in self._channels:
+            return self._channels[topic].id
+        record = self._schemas.get(schema_name)
+        if record is None:
+            record = SchemaRecord(id=len(self._schemas) + 1, data=descriptor, encoding="protobuf", name=schema_name)
+            self._schemas[schema_name] = record
+            self._buffer += _serialize(record)
+        found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding="protobuf", metadata={}, schema_id=record.id)
+        self._channels[topic] = found
+        self._buffer += _serialize(found)
+        return found.id
+
+    def write(self, channel: int, time: float, data: bytes) -> None:
+        """Append an entry.
+
+        Args:
+            channel: From `channel`.
+            time: Log time in s; decides when to flush.
+            data: The encoded entry.
+
+        Raises:
+            LogError: The disk does not take it (once; from then on nothing is written).
+        """
+        stamp = round(time * 1e9)
+        if self._flushed_at is None:
+            self._flushed_at = stamp
+        elif stamp - self._flushed_at >= self._interval or len(self._buffer) >= CHUNK_SIZE:
+            self.flush()
+            self._flushed_at = stamp
+        buffer = self._buffer
+        place = self._index.get(channel)
+        if place is None:
+            place = self._index[channel] = []
+        place.append(stamp)
+        place.append(len(buffer))
+        buffer += _MESSAGE_HEAD.pack(Opcode.MESSAGE, 22 + len(data), channel, 0, stamp, stamp)
+        buffer += data
+
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """Write a metadata record at once.
+
+        Args:
+            name: Name of the record.
+            values: Text by key.
+
+        Raises:
+            LogError: As in `write`.
+        """
+        if self._open:
+            self._write_metadata(name, dict(values))
+            self._flush_file()
+
+    def flush(self) -> None:
+        """Close the chunk and hand everything to the operating system.
+
+        Raises:
+            LogError: As in `write`.
+        """
+        if self._open:
+            self._finish_chunk()
+            self._flush_file()
+        else:
+            self._buffer.clear()
+            self._index.clear()
+
+    def close(self) -> None:
+        """Finish the file. Repeating it does nothing; after a failure it only gives the file back.
+
+        Raises:
+            LogError: The disk does not take the rest.
+        """
+        if not self._open:
+            return
+        self._finish_chunk()
+        self._put(_serialize(DataEnd(0)))
+        self._put(self._summary())
+        self._put(MAGIC)
+        self._flush_file()
+        self._open = False
+        self._file.close()
+
+    def _finish_chunk(self) -> None:
+        if not self._index:
+            return
+        raw = bytes(self._buffer)
+        stamps = [stamp for place in self._index.values() for stamp in (min(place[::2]), max(place[::2]))]
+        first, last = min(stamps), max(stamps)
+        chunk = Chunk("zstd", self._compressor.compress(raw), last, first, zlib.crc32(raw), len(raw))
+        start = self._offset
+        body = _serialize(chunk)
+        self._put(body)
+        offsets: dict[int, int] = {}
+        for channel, place in self._index.items():
+            offsets[channel] = self._offset
+            size = 8 * len(place)
+            self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place))
+            self._counts[channel] = self._counts.get(channel, 0) + len(place) // 2
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=len(body),
+                chunk_start_offset=start,
+                compression=chunk.compression,
+                compressed_size=len(chunk.data),
+                message_end_time=last,
+                message_index_length=self._offset - start - len(body),
+                message_index_offsets=offsets,
+                message_start_time=first,
+                uncompressed_size=len(raw),
+            )
+        )
+        self._span = (first, last) if self._span is None else (min(first, self._span[0]), max(last, self._span[1]))
+        self._buffer.clear()
+        self._index.clear()
+
+    def _write_metadata(self, name: str, values: dict[str, str]) -> None:
+        record = _serialize(Metadata(name=name, metadata=values))
+        self._metadata.append(MetadataIndex(offset=self._offset, length=len(record), name=name))
+        self._put(record)
+
+    def _summary(self) -> bytes:
+        start, end = self._span or (0, 0)
+        statistics = Statistics(
+            attachment_count=0,
+            channel_count=len(self._channels),
+            channel_message_counts=dict(sorted(self._counts.items())),
+            chunk_count=len(self._chunks),
+            message_count=sum(self._counts.values()),
+            message_end_time=end,
+            message_start_time=start,
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+        groups: list[tuple[Opcode, list[McapRecord]]] = [
+            (Opcode.SCHEMA, list(self._schemas.values())),
+            (Opcode.CHANNEL, list(self._channels.values())),
+            (Opcode.STATISTICS, [statistics]),
+            (Opcode.CHUNK_INDEX, list(self._chunks)),
+            (Opcode.METADATA_INDEX, list(self._metadata)),
+        ]
+        body, offsets = bytearray(), bytearray()
+        for opcode, records in groups:
+            group = b"".join(map(_serialize, records))
+            if group:
+                offsets += _serialize(
+                    SummaryOffset(group_opcode=opcode, group_start=self._offset + len(body), group_length=len(group))
+                )
+            body += group
+        offset_start = self._offset + len(body)
+        footer_head = pack("<BQQQ", Opcode.FOOTER, 20, self._offset, offset_start)
+        crc = zlib.crc32(footer_head, zlib.crc32(body + offsets))
+        footer = Footer(summary_start=self._offset, summary_offset_start=offset_start, summary_crc=crc)
+        return bytes(body + offsets) + _serialize(footer)
+
+    def _put(self, data: bytes) -> None:
+        try:
+            self._file.write(data)
+        except OSError as error:
+            self._fail(error)
+        self._offset += len(data)
+
+    def _flush_file(self) -> None:
+        try:
+            self._file.flush()
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> None:
+        self._open = False
+        self._buffer.clear()
+        self._index.clear()
+        with suppress(OSError):  # the same trouble again: the file is given back all the same
+            self._file.close()
+        raise LogError(f"the log {self.path} cannot be written any further: {error.strerror}; it ends here") from error
+
+
+def _serialize(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data
+
+
+def _padded(run: Mapping[str, str]) -> dict[str, str]:
+    """Fill the record up to a whole number of blocks, so that its length does not tell what it says."""
+    values = {**run, _PADDING: ""}
+    short = -len(_serialize(Metadata(name=RUN, metadata=values))) % RUN_BLOCK
+    return {**values, _PADDING: " " * short}
