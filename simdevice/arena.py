@@ -1,0 +1,282 @@
+"""The ring and what stands on it: a pymunk world seen from above, without gravity.
+
+Frame: x right, y up, origin at the centre of the ring, angles counter-clockwise. The ring measures 65 cm along x and
+42 cm along y. The table around it is larger and has a rim, so that nobody is lost.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import pymunk
+
+from simdevice.junior import GRAVITY, JUNIOR_OUTLINE
+
+if TYPE_CHECKING:
+    from simdevice.junior import JuniorProfile
+    from simdevice.motors import Motors
+    from simdevice.opponents import OpponentSpec
+    from simdevice.outline import Outline
+
+PERIOD: Final = 0.005
+"""Control period, firmware tick and step of the physics, in s."""
+PERIOD_US: Final = 5000
+"""The same in microseconds."""
+
+_ITERATIONS: Final = 10
+_SLOP: Final = 2e-4
+"""Overlap that the solver tolerates between bodies, in m."""
+_FAR: Final = 10.0
+"""Half length of the groove that stands for the wheels' axle line, in m: never reached."""
+_MOVING: Final = 0.002
+"""A dummy that moves faster than this slides, in m/s: kinetic friction holds."""
+
+
+@dataclass(frozen=True)
+class Ring:
+    """The sumo ring; its border is the rectangle about the origin.
+
+    Attributes:
+        width: Along x, in m.
+        height: Along y, in m.
+        rim: Distance from the border to the rim of the table, in m.
+    """
+
+    width: float = 0.65
+    height: float = 0.42
+    rim: float = 0.60
+
+    def clearance(self, x: float, y: float) -> float:
+        """Distance from a point to the border, in m; negative outside.
+
+        Outside beyond a corner it is the larger of the two overshoots, not the distance to the corner.
+        """
+        return min(self.width / 2 - abs(x), self.height / 2 - abs(y))
+
+
+class Piece:
+    """A body in the arena, with its pose at hand.
+
+    Args:
+        outline: Its shape.
+        mass: In kg.
+        friction: Coefficient with Junior's body.
+
+    Attributes:
+        x: Position of the centre of mass in m, as of the last step.
+        y: Likewise.
+        angle: Heading in rad, not wrapped.
+        cos: Of the heading.
+        sin: Of the heading.
+    """
+
+    def __init__(self, outline: Outline, mass: float, friction: float) -> None:
+        self.outline = outline
+        vertices = list(outline.vertices)
+        self.body = pymunk.Body(mass, pymunk.moment_for_poly(mass, vertices))
+        self.shape = pymunk.Poly(self.body, vertices)
+        # pymunk multiplies the friction of the two shapes.
+        self.shape.friction = math.sqrt(friction)
+        self.x = self.y = self.angle = 0.0
+        self.cos, self.sin = 1.0, 0.0
+
+    def place(self, x: float, y: float, angle: float) -> None:
+        """Put it down, at rest; position in m, heading in rad."""
+        self.body.position = (x, y)
+        self.body.angle = angle
+        self.body.velocity = (0.0, 0.0)
+        self.body.angular_velocity = 0.0
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Read the pose back from the physics."""
+        self.x, self.y = self.body.position
+        angle = self.body.angle
+        if angle != self.angle:
+            self.angle = angle
+            self.cos = math.cos(angle)
+            self.sin = math.sin(angle)
+
+    def join(self, space: pymunk.Space) -> None:
+        """Enter the physics."""
+        space.add(self.body, self.shape)
+
+    def drive(self) -> None:
+        """Apply what moves it, before a step."""
+
+    def leave(self, space: pymunk.Space) -> None:
+        """Leave the physics."""
+        space.remove(self.shape, self.body)
+
+
+class Dummy(Piece):
+    """An opponent that only resists: dry friction holds it, more while at rest than while sliding.
+
+    Args:
+        spec: What it is made of.
+        friction: Coefficient with Junior's body.
+    """
+
+    def __init__(self, spec: OpponentSpec, friction: float) -> None:
+        super().__init__(spec.outline, spec.mass, friction)
+        self.spec = spec
+        weight = spec.mass * GRAVITY
+        self._static = (spec.static * weight, spec.static * weight * spec.grip)
+        self._kinetic = (spec.kinetic * weight, spec.kinetic * weight * spec.grip)
+        self._slide: pymunk.PivotJoint | None = None
+        self._turn: pymunk.GearJoint | None = None
+        self.sliding = False
+        self._moving = (_MOVING * PERIOD) ** 2
+
+    def join(self, space: pymunk.Space) -> None:
+        """Enter the physics, held by friction joints to the ground."""
+        super().join(space)
+        self._slide = pymunk.PivotJoint(space.static_body, self.body, (0.0, 0.0), (0.0, 0.0))
+        self._turn = pymunk.GearJoint(space.static_body, self.body, 0.0, 1.0)
+        for joint in (self._slide, self._turn):
+            joint.max_bias = 0.0  # friction resists motion and never pulls back
+            joint.collide_bodies = False
+            space.add(joint)
+        self._switch(sliding=False)
+
+    def leave(self, space: pymunk.Space) -> None:
+        """Leave the physics, joints and all."""
+        if self._slide is not None and self._turn is not None:
+            space.remove(self._slide, self._turn)
+        super().leave(space)
+
+    def place(self, x: float, y: float, angle: float) -> None:
+        """Put it down, at rest; position in m, heading in rad."""
+        super().place(x, y, angle)
+        if self._slide is not None:
+            self._switch(sliding=False)
+
+    def _switch(self, *, sliding: bool) -> None:
+        """Choose static or kinetic friction."""
+        self.sliding = sliding
+        if self._slide is not None and self._turn is not None:
+            self._slide.max_force, self._turn.max_force = self._kinetic if sliding else self._static
+
+    def refresh(self) -> None:
+        """Read the pose back, and see by the way made whether it slides."""
+        x, y = self.body.position
+        angle = self.body.angle
+        turn = angle - self.angle
+        grip = self.spec.grip
+        square = (x - self.x) ** 2 + (y - self.y) ** 2 + turn * turn * grip * grip
+        self.x = x
+        self.y = y
+        if turn:
+            self.angle = angle
+            self.cos = math.cos(angle)
+            self.sin = math.sin(angle)
+        if (square > self._moving) is not self.sliding:
+            self._switch(sliding=not self.sliding)
+
+
+class Rover(Piece):
+    """Junior's body: two driven wheels on one axle through the centre.
+
+    Lengthwise each tyre pushes with what its motor gives, up to its friction. Sideways the axle is held by a groove joint
+    whose greatest force is the tyres' friction: it lets the body move along its heading only, until pushed harder.
+
+    Args:
+        profile: The device's numbers.
+        motors: What turns the wheels.
+
+    Attributes:
+        ground: Way of the centre along its heading since power-on, in m.
+    """
+
+    def __init__(self, profile: JuniorProfile, motors: Motors) -> None:
+        super().__init__(JUNIOR_OUTLINE, profile.mass, profile.body_friction)
+        self.motors = motors
+        self.ground = 0.0
+        self._half = profile.track / 2
+        self._sideways = 2 * profile.tyre_limit
+        self._axle: pymunk.GrooveJoint | None = None
+
+    def join(self, space: pymunk.Space) -> None:
+        """Enter the physics, on its wheels."""
+        super().join(space)
+        self._axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
+        self._axle.max_bias = 0.0
+        self._axle.max_force = self._sideways
+        self._axle.collide_bodies = False
+        space.add(self._axle)
+
+    def leave(self, space: pymunk.Space) -> None:
+        """Leave the physics, joint and all."""
+        if self._axle is not None:
+            space.remove(self._axle)
+        super().leave(space)
+
+    def drive(self) -> None:
+        """Let the motors push for one period."""
+        body = self.body
+        cos = self.cos
+        sin = self.sin
+        vx, vy = body.velocity
+        ahead = vx * cos + vy * sin
+        lead = body.angular_velocity * self._half
+        motors = self.motors
+        motors.turn(ahead - lead, ahead + lead, PERIOD)
+        self.ground += ahead * PERIOD
+        left = motors.force_left
+        right = motors.force_right
+        push = left + right
+        body.force = (push * cos, push * sin)
+        body.torque = (right - left) * self._half
+        if self._axle is not None:
+            self._axle.anchor_b = (self.x, self.y)
+
+
+class Arena:
+    """The physics of everything on the table.
+
+    Args:
+        ring: The ring.
+
+    Attributes:
+        ring: The ring.
+        pieces: Everything in it, in the order of entry.
+    """
+
+    def __init__(self, ring: Ring | None = None) -> None:
+        self.ring = ring if ring is not None else Ring()
+        self.space = pymunk.Space()
+        self.space.iterations = _ITERATIONS
+        self.space.collision_slop = _SLOP
+        self.pieces: list[Piece] = []
+        self._rim()
+
+    def _rim(self) -> None:
+        """Walls around the table."""
+        x = self.ring.width / 2 + self.ring.rim
+        y = self.ring.height / 2 + self.ring.rim
+        corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
+        for i in range(4):
+            wall = pymunk.Segment(self.space.static_body, corners[i - 1], corners[i], 0.01)
+            wall.friction = 1.0
+            self.space.add(wall)
+
+    def add(self, piece: Piece) -> None:
+        """Put a piece on the table."""
+        piece.join(self.space)
+        self.pieces.append(piece)
+
+    def remove(self, piece: Piece) -> None:
+        """Take a piece away."""
+        piece.leave(self.space)
+        self.pieces.remove(piece)
+
+    def step(self) -> None:
+        """Advance by one period: motors push, bodies move, friction takes note."""
+        pieces = self.pieces
+        for piece in pieces:
+            piece.drive()
+        self.space.step(PERIOD)
+        for piece in pieces:
+            piece.refresh()

@@ -1,0 +1,109 @@
+"""Motors and battery: from a commanded effort to a force on the ground.
+
+A small geared DC motor has a linear torque-speed curve: force = stall force x (effort - speed / free speed). The tyre
+passes on no more than its friction; what is beyond makes the wheel slip, so that a wheel encoder runs ahead of the ground.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from simdevice.junior import JuniorProfile
+
+
+class Motors:
+    """Both wheels and the battery that feeds them.
+
+    Args:
+        profile: The device's numbers.
+        noise: Source of the command noise.
+
+    Attributes:
+        force: Force of the left, right tyre on the ground in the last period, in N.
+        travel: Way of the left, right wheel's rim since power-on, in m; it includes slip.
+        voltage: Battery voltage under the load of the last period, in V.
+        charge: What has been taken from the battery, in A s.
+    """
+
+    def __init__(self, profile: JuniorProfile, noise: np.random.Generator) -> None:
+        self._profile = profile
+        self._noise = noise
+        self._command = (0, 0)
+        self._effort_left = 0.0
+        self._effort_right = 0.0
+        self._free = profile.free_speed
+        self._stall = profile.stall_force
+        self._limit = profile.tyre_limit
+        self._slip = profile.free_speed / profile.stall_force
+        self.force_left = 0.0
+        self.force_right = 0.0
+        self.travel_left = 0.0
+        self.travel_right = 0.0
+        self.charge = 0.0
+        self.voltage = profile.full_voltage
+        self._share = self.voltage / profile.nominal_voltage
+
+    def command(self, left: int, right: int) -> None:
+        """Set the effort; a change draws a new error for that wheel.
+
+        Args:
+            left: Effort in permille of full, -1000..1000.
+            right: Likewise.
+        """
+        last_left, last_right = self._command
+        if left != last_left:
+            self._effort_left = left * 1e-3 * self._profile.wheel_gain[0] * self._error()
+        if right != last_right:
+            self._effort_right = right * 1e-3 * self._profile.wheel_gain[1] * self._error()
+        self._command = (left, right)
+
+    def _error(self) -> float:
+        """A factor about 1."""
+        return 1.0 + self._profile.command_noise * float(self._noise.standard_normal())
+
+    def turn(self, left: float, right: float, dt: float) -> None:
+        """Work out the forces of one period.
+
+        Args:
+            left: Speed of the ground under the left wheel, in m/s, forward positive.
+            right: Likewise.
+            dt: Length of the period in s.
+        """
+        free = self._free
+        stall = self._stall
+        limit = self._limit
+        share = self._share
+        wanted_left = stall * (self._effort_left * share - left / free)
+        if wanted_left > limit:
+            left += (wanted_left - limit) * self._slip
+            wanted_left = limit
+        elif wanted_left < -limit:
+            left += (wanted_left + limit) * self._slip
+            wanted_left = -limit
+        wanted_right = stall * (self._effort_right * share - right / free)
+        if wanted_right > limit:
+            right += (wanted_right - limit) * self._slip
+            wanted_right = limit
+        elif wanted_right < -limit:
+            right += (wanted_right + limit) * self._slip
+            wanted_right = -limit
+        self.force_left = wanted_left
+        self.force_right = wanted_right
+        self.travel_left += left * dt
+        self.travel_right += right * dt
+        profile = self._profile
+        current = profile.idle_current + profile.stall_current / stall * (abs(wanted_left) + abs(wanted_right))
+        self.charge += current * dt
+        rest = 1.0 - self.charge / profile.capacity
+        open_voltage = profile.empty_voltage + (profile.full_voltage - profile.empty_voltage) * (rest if rest > 0.0 else 0.0)
+        self.voltage = open_voltage - current * profile.resistance
+        self._share = self.voltage / profile.nominal_voltage
+
+    def power_on(self) -> None:
+        """Encoders count from zero again and the drivers are off; the battery stays as it is."""
+        self._command = (0, 0)
+        self._effort_left = self._effort_right = 0.0
+        self.travel_left = self.travel_right = 0.0
