@@ -5,7 +5,6 @@ Source: the MAVLink guide, "Packet Serialization" (https://mavlink.io/en/guide/s
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Final
 
 from fastcrc.crc16 import mcrf4xx
@@ -48,6 +47,8 @@ def wire_size(wire: Wire) -> int:
 def raw_limits(wire: Wire) -> tuple[int, int]:
     """Least and greatest wire integer a field accepts, `invalid` aside.
 
+    A scaled 64-bit field carries at most 2**53 units, which is what a float holds exactly (285 years in us).
+
     Args:
         wire: An integer field.
 
@@ -55,6 +56,8 @@ def raw_limits(wire: Wire) -> tuple[int, int]:
         (least, greatest), in wire units.
     """
     low, high = INTEGER_LIMITS[wire.type]
+    if wire.scale != 1:
+        low, high = max(low, -(2**53)), min(high, 2**53)
     if wire.minimum is not None:
         low = max(low, round(wire.minimum / wire.scale))
     if wire.maximum is not None:
@@ -62,7 +65,6 @@ def raw_limits(wire: Wire) -> tuple[int, int]:
     return low, high
 
 
-@cache
 def offsets(message: type[Message]) -> dict[str, int]:
     """Where each field begins in the payload.
 
@@ -80,7 +82,6 @@ def offsets(message: type[Message]) -> dict[str, int]:
     return found
 
 
-@cache
 def payload_length(message: type[Message], *, extensions: bool = True) -> int:
     """Length of the untrimmed payload.
 
@@ -94,7 +95,6 @@ def payload_length(message: type[Message], *, extensions: bool = True) -> int:
     return sum(wire_size(wire) for _, wire in wire_order(message) if extensions or not wire.extension)
 
 
-@cache
 def crc_extra(message: type[Message]) -> int:
     """The seed that makes the checksum of a frame depend on its message's definition (MAVLink's CRC_EXTRA).
 

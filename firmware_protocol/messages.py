@@ -158,7 +158,7 @@ Target = Annotated[int, Wire("u8", text="System addressed; 0 is all, honoured on
 TargetComponent = Annotated[int, Wire("u8", text="Component addressed; 0 is all")]
 Session = Annotated[int, Wire("u16", text="Session of the host, random, opened by JUNIOR_SESSION")]
 Sequence = Annotated[int, Wire("u16", text="Number of the command within the session")]
-Param7 = Annotated[float, Wire("f32", text="Depends on the command")]
+Param7 = Annotated[float, Wire("f32", nan=True, text="Depends on the command; NaN is not given")]
 
 
 # --- Standard MAVLink ------------------------------------------------------------------------------------------------
@@ -311,7 +311,7 @@ class Timesync(Message, id=111, direction=Direction.BOTH):
 
 @dataclass(frozen=True)
 class AutopilotVersion(Message, id=148, direction=Direction.UP):
-    """Who the robot is: middleware_sw_version is the protocol's (major << 24 | minor << 16), flight_sw_version the firmware's."""
+    """Who the robot is: middleware_sw_version is the protocol's (major << 24 | minor << 16), flight_sw_version its own."""
 
     capabilities: Annotated[int, Wire("u64")]
     flight_sw_version: Annotated[int, Wire("u32")]

@@ -41,6 +41,7 @@ class Wire:
         extension: Added after the first version: MAVLink extension field, not sorted, not in the checksum seed.
         text: What it means, in a phrase.
         invalid: Wire value that says "not available"; the Python value is then None.
+        nan: `f32` only: NaN is a value (MAVLink's "not given"). Elsewhere NaN, and everywhere infinity, is out of range.
     """
 
     type: WireType
@@ -53,6 +54,7 @@ class Wire:
     extension: bool = False
     text: str = ""
     invalid: int | None = None
+    nan: bool = False
 
 
 class Message:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from typing import Final
-from xml.etree import ElementTree as ET  # noqa: S405 - it writes XML here and parses none
+from xml.etree import ElementTree as ET
 
 from firmware_protocol.generate.names import JUNIOR_ENUMS, STANDARD_FIELDS, enumerations
 from firmware_protocol.mavlink_layout import C_TYPES, INTEGER_LIMITS, raw_limits

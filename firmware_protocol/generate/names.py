@@ -4,14 +4,26 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from enum import IntEnum, IntFlag
-from typing import Final
+from enum import IntFlag
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import (
-    AckResult, BoutOutcome, Command, CommandResult, ContestCommand, ManeuverOption, OpponentCode, Phase, Reason, SensorFlag,
+    AckResult,
+    BoutOutcome,
+    Command,
+    CommandResult,
+    ContestCommand,
+    ManeuverOption,
+    OpponentCode,
+    Phase,
+    Reason,
+    SensorFlag,
     State,
-)  # fmt: skip
+)
 from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import EnumType
 
 
 @dataclass(frozen=True)
@@ -31,7 +43,7 @@ class Enumeration:
     bitmask: bool = False
 
 
-JUNIOR_ENUMS: Final[dict[type[IntEnum] | type[IntFlag], str]] = {
+JUNIOR_ENUMS: Final[dict[EnumType, str]] = {
     State: "JUNIOR_STATE",
     Action: "JUNIOR_ACTION",
     Stimulus: "JUNIOR_STIMULUS",

@@ -32,12 +32,14 @@ def tables() -> str:
     """The text of `tables.h`."""
     parts = [
         _HEAD,
-        f"#define PROTOCOL_MAJOR {PROTOCOL_MAJOR}\n"
-        f"#define PROTOCOL_MINOR {PROTOCOL_MINOR}\n"
-        "/* As in AUTOPILOT_VERSION.middleware_sw_version. */\n"
-        f"#define PROTOCOL_VERSION 0x{PROTOCOL_MAJOR << 24 | PROTOCOL_MINOR << 16:08X}UL\n"
-        f"#define MAX_ACTIONS {MAX_ACTIONS}\n"
-        f"#define ANY_STIMULUS {ANY_STIMULUS}\n",
+        (
+            f"#define PROTOCOL_MAJOR {PROTOCOL_MAJOR}\n"
+            f"#define PROTOCOL_MINOR {PROTOCOL_MINOR}\n"
+            "/* As in AUTOPILOT_VERSION.middleware_sw_version. */\n"
+            f"#define PROTOCOL_VERSION 0x{PROTOCOL_MAJOR << 24 | PROTOCOL_MINOR << 16:08X}UL\n"
+            f"#define MAX_ACTIONS {MAX_ACTIONS}\n"
+            f"#define ANY_STIMULUS {ANY_STIMULUS}\n"
+        ),
         "enum family {\n" + "".join(f"    FAMILY_{family.name} = {family},\n" for family in Family) + "};\n",
         "enum action_speed {\n" + "".join(f"    ACTION_SPEED_{speed.name} = {speed},\n" for speed in Speed) + "};\n",
         f"#define ACTION_COUNT {len(ACTIONS)}\n"
