@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from itertools import zip_longest
-from os.path import commonprefix
 from typing import TYPE_CHECKING, Final
 
 from mcap.opcode import Opcode
@@ -59,7 +58,8 @@ def _compare(a: RawRecord | None, b: RawRecord | None) -> str:
     if a.opcode == Opcode.METADATA and a.content.startswith(_RUN_START) and b.content.startswith(_RUN_START):
         return "" if len(a.content) == len(b.content) else "the record `run` differs in length"
     if a.content != b.content:
-        at = len(commonprefix([a.content, b.content]))
+        same = [x == y for x, y in zip(a.content, b.content, strict=False)]
+        at = same.index(False) if False in same else len(same)
         return f"the {_name(a)}s differ from byte {at} on ({len(a.content)} and {len(b.content)} bytes)"
     return ""
 

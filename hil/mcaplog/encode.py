@@ -7,12 +7,14 @@ by one `struct` call with the tags as constants. The tests parse the result with
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
 from math import isnan, nan
 from struct import Struct
 from typing import Any, Final
 
-from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, Field, FieldType, Schema
+from hil.mcaplog.records import BridgeStep, WireBytes
+from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, Field, FieldType, Schema, record_schema
 
 Encoder = Callable[[object], bytes]
 """Object with the schema's fields as attributes -> protobuf."""
@@ -25,6 +27,10 @@ _WIRE_KIND: Final[dict[FieldType, int]] = {
 }  # fmt: skip
 _ENUM_BYTES: Final = tuple(bytes((value & 0x7F | 0x80, value >> 7)) for value in range(256))
 """Varints of 0..255, all of two bytes."""
+
+
+NO_FRAME: Final = 256
+"""As a frame's sequence number: not known."""
 
 
 def varint(value: int) -> bytes:
@@ -79,15 +85,17 @@ def compile_encoder(schema: Schema) -> Encoder:
 
 
 @cache
-def sender_suffix(system: int, component: int) -> bytes:
-    """The two fields that say who sent a message, to be appended to its encoding.
+def sender_suffix(system: int, component: int, frame: int = NO_FRAME) -> bytes:
+    """The fields that say who sent a message in which frame, to be appended to its encoding.
 
     Args:
         system: MAVLink system id, 0..255.
         component: MAVLink component id, 0..255.
+        frame: Frame sequence number, 0..255.
     """
-    one, two = (_tag(number, _WIRE_KIND["fixed32"]) for number in SENDER_NUMBERS)
-    return Struct(f"<{len(one)}sI{len(two)}sI").pack(one, system, two, component)
+    tags = [_tag(number, _WIRE_KIND["fixed32"]) for number in SENDER_NUMBERS]
+    item = Struct("<I").pack
+    return b"".join(tag + item(value) for tag, value in zip(tags, (system, component, frame), strict=True))
 
 
 def _fixed_run(run: Sequence[Field]) -> Encoder:
@@ -168,6 +176,45 @@ def _variable(field: Field) -> Encoder:
 
 def _utf8(text: str) -> bytes:
     return text.encode("utf-8", errors="replace")
+
+
+def wire_encoder(direction: str, link: str) -> Callable[[bytes], bytes]:
+    """A faster encoder of `WireBytes` with everything but the bytes fixed.
+
+    Args:
+        direction: rx or tx.
+        link: Address of the link.
+    """
+    schema = record_schema(WireBytes)
+    head = compile_encoder(replace(schema, fields=schema.fields[:2]))(WireBytes(direction, link, b""))
+    heads = tuple(head + _tag(schema.fields[2].number, 2) + varint(size) for size in range(1024))
+
+    def encode(data: bytes) -> bytes:
+        size = len(data)
+        return heads[size] + data if size < 1024 else head + _tag(schema.fields[2].number, 2) + varint(size) + data
+
+    return encode
+
+
+def step_encoder() -> Callable[[float, Sequence[tuple[float, bytes]], tuple[str, ...]], bytes]:
+    """A faster encoder of `BridgeStep`, for steps with at most one chunk and no input, which most are."""
+    schema = record_schema(BridgeStep)
+    general = compile_encoder(schema)
+    clock, times, sizes = (_tag(field.number, 1 if index == 0 else 2) for index, field in enumerate(schema.fields[:3]))
+    times, sizes = times + varint(8), sizes + varint(8)
+    empty = Struct(f"<{len(clock)}sd").pack
+    single = Struct(f"<{len(clock)}sd{len(times)}sd{len(sizes)}sq").pack
+
+    def encode(time: float, chunks: Sequence[tuple[float, bytes]], inputs: tuple[str, ...]) -> bytes:
+        if inputs or len(chunks) > 1:
+            stamps = tuple(stamp for stamp, _ in chunks)
+            return general(BridgeStep(time, stamps, tuple(len(data) for _, data in chunks), inputs))
+        if not chunks:
+            return empty(clock, time)
+        ((stamp, data),) = chunks
+        return single(clock, time, times, stamp, sizes, len(data))
+
+    return encode
 
 
 def rebuild(schema: Schema, parsed: object) -> object:

@@ -22,7 +22,7 @@ from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.messages import MESSAGES
-from hil.mcaplog.encode import rebuild
+from hil.mcaplog.encode import NO_FRAME, rebuild
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.records import RECORDS
 from hil.mcaplog.schemas import SENDER_FIELDS, Schema, message_schema, record_schema
@@ -51,12 +51,14 @@ class LogEntry:
         value: A message of `firmware_protocol.messages`, a record of `records`, or, for anything else,
             the protobuf message as the log's own descriptor parses it.
         sender: MAVLink system and component of the sender of a robot message.
+        frame: Sequence number of the frame that a received robot message came in, 0..255.
     """
 
     topic: str
     time: float
     value: Any
     sender: tuple[int, int] | None = None
+    frame: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +70,8 @@ class RawRecord:
     offset: int
 
 
-_Decode = Callable[[bytes], tuple[Any, tuple[int, int] | None]]
+_Decode = Callable[[bytes], tuple[Any, ...]]
+"""Protobuf -> the value, and where it is a robot message the sender and the frame."""
 
 
 class LogReader:
@@ -126,8 +129,7 @@ class LogReader:
                     if channel not in channels:
                         continue
                     topic, decode = channels[channel]
-                    value, sender = decode(record.content[_MESSAGE_HEAD.size :])
-                    yield LogEntry(topic, stamp / 1e9, value, sender)
+                    yield LogEntry(topic, stamp / 1e9, *decode(record.content[_MESSAGE_HEAD.size :]))
                 elif record.opcode == Opcode.SCHEMA:
                     schema = SchemaRecord.read(_stream(record.content))
                     schemas[schema.id] = schema
@@ -244,15 +246,18 @@ def _decoder(record: SchemaRecord) -> _Decode:
         raise ValueError(f"{record.name} is not protobuf but {record.encoding!r}")
     known = _KNOWN.get(record.name)
     if known is None:
-        return lambda data: (parse(data), None)
+        return lambda data: (parse(data),)
     from_peer = any(field.name in SENDER_FIELDS for field in known.fields)
 
-    def decode(data: bytes) -> tuple[Any, tuple[int, int] | None]:
+    def decode(data: bytes) -> tuple[Any, ...]:
         parsed = parse(data)
-        sender = (parsed.sender_system, parsed.sender_component) if from_peer else None
         try:
-            return rebuild(known, parsed), sender
+            value = rebuild(known, parsed)
+            if not from_peer:
+                return (value,)
+            frame = None if parsed.frame == NO_FRAME else parsed.frame
+            return value, (parsed.sender_system, parsed.sender_component), frame
         except (AttributeError, TypeError, ValueError):
-            return parsed, sender  # another version's message: as its own descriptor has it
+            return (parsed,)  # another version's message: as its own descriptor has it
 
     return decode

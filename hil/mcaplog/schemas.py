@@ -18,9 +18,14 @@ from google.protobuf import descriptor_pb2 as pb
 from firmware_protocol.wire import Message, Wire, wire_fields
 
 PACKAGE: Final = "hil"
-SENDER_FIELDS: Final = ("sender_system", "sender_component")
-"""Extra fields of every robot message in a log: who sent it."""
-SENDER_NUMBERS: Final = (1001, 1002)
+SENDER_FIELDS: Final = ("sender_system", "sender_component", "frame")
+"""Extra fields of every robot message in a log: who sent it, and the frame's sequence number (of received ones)."""
+SENDER_NUMBERS: Final = (1001, 1002, 1003)
+SENDER_TEXTS: Final = (
+    "MAVLink system of the sender",
+    "MAVLink component of the sender",
+    "frame sequence number; 256: not known",
+)
 
 FieldType = Literal["double", "fixed32", "sfixed32", "fixed64", "sfixed64", "bool", "string", "bytes", "enum"]
 VARIABLE: Final = -1
@@ -94,6 +99,7 @@ class Schema:
 
 
 _MESSAGE_SCHEMAS: Final[dict[type[Message], Schema]] = {}
+_RECORD_SCHEMAS: Final[dict[type, Schema]] = {}
 
 
 def topic_of(message: type[Message]) -> str:
@@ -123,13 +129,12 @@ def message_schema(message: type[Message]) -> Schema:
 def _read_message(message: type[Message]) -> Schema:
     found = [_wire_field(name, wire, number) for number, (name, wire) in enumerate(wire_fields(message), 1)]
     found += [
-        Field(name, "fixed32", number, text="MAVLink id of the sender")
-        for name, number in zip(SENDER_FIELDS, SENDER_NUMBERS, strict=True)
+        Field(name, "fixed32", number, text=text)
+        for name, number, text in zip(SENDER_FIELDS, SENDER_NUMBERS, SENDER_TEXTS, strict=True)
     ]
     return Schema(f"{PACKAGE}.{message.__name__}", topic_of(message), message, tuple(found), _first_line(message))
 
 
-@cache
 def record_schema(record: type) -> Schema:
     """The schema of one of the dataclasses in `records`.
 
@@ -139,6 +144,12 @@ def record_schema(record: type) -> Schema:
     Raises:
         TypeError: A field has a type that a log cannot hold.
     """
+    if record not in _RECORD_SCHEMAS:
+        _RECORD_SCHEMAS[record] = _read_record(record)
+    return _RECORD_SCHEMAS[record]
+
+
+def _read_record(record: type) -> Schema:
     hints = get_type_hints(record, include_extras=True)
     found: list[Field] = []
     for number, field in enumerate(fields(record), 1):

@@ -1,0 +1,281 @@
+"""The recorder: the bridge's tap that writes the log. Nothing else writes logs."""
+
+from __future__ import annotations
+
+import json
+from math import nan
+from typing import TYPE_CHECKING, Final, Self
+
+from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, RefereeState, Statustext
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
+from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
+from hil.mcaplog.records import AdviceRecord, BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.schemas import message_schema, record_schema
+from hil.mcaplog.writer import LogWriter
+from hil.scene import SceneClock, places, shapes
+from pal_advisor.maneuvers import fitness
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from enum import IntEnum
+    from pathlib import Path
+    from types import TracebackType
+
+    from firmware_protocol.wire import Message
+    from hil.bouts import Bout
+    from hil.ring import Engagement
+    from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial
+
+FLUSH_REAL_TIME: Final = 0.25
+"""Log time between flushes where log time is real time, in s: what a crash may lose."""
+FLUSH_LOCKSTEP: Final = 1.0
+"""Likewise in lock-step, where a second of log time takes a few milliseconds."""
+SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
+"""MAV_SEVERITY of a note by its kind; 6, information, for any other."""
+
+
+class Recorder:
+    """Writes everything that passes the bridge, and what the learner does, into a log.
+
+    Log times are the bridge's clock readings and the stamps of received chunks. A failure to write raises once; from then
+    on the recorder is silent, so that the robot can be stopped through the same bridge.
+
+    Args:
+        path: The log file.
+        run: Whatever differs between two runs of the same seed: wall clock, command line, paths.
+        config: Program version, protocol version, seed, configuration; as text.
+        link: Address of the link.
+        lockstep: The link is in lock-step.
+        system: MAVLink system id of the host.
+        component: MAVLink component id of the host.
+
+    Raises:
+        LogError: The file cannot be created.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        run: Mapping[str, str],
+        config: Mapping[str, str],
+        link: str,
+        lockstep: bool,
+        system: int = HOST_SYSTEM,
+        component: int = HOST_COMPONENT,
+    ) -> None:
+        self.path = path
+        self._writer = LogWriter(path, run=run, flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME)
+        self._writer.metadata("config", config)
+        self._now = 0.0
+        self._step_channel = self._writer.channel("/bridge/step", record_schema(BridgeStep))
+        self._rx_channel, self._tx_channel = (
+            self._writer.channel(topic, record_schema(WireBytes)) for topic in ("/wire/rx", "/wire/tx")
+        )
+        self._encode_step = step_encoder()
+        self._encode_rx, self._encode_tx = (wire_encoder(direction, link) for direction in ("rx", "tx"))
+        self._inputs: list[str] = []
+        self._host = sender_suffix(system, component)
+        self._messages: dict[type[Message], tuple[int, Encoder]] = {}
+        self._records: dict[str, tuple[int, Encoder]] = {}
+        self._scene = SceneClock()
+        self._settings: PalSettings | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    # --- the bridge's tap --------------------------------------------------------------------------------------------
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+        """The bridge has begun a step.
+
+        Args:
+            time: Its one reading of the clock, in s.
+            chunks: What it received since the step before: stamps in s, bytes.
+        """
+        self._now = time
+        inputs: tuple[str, ...] = ()
+        if self._inputs:
+            inputs = tuple(self._inputs)
+            self._inputs.clear()
+        self._writer.write(self._step_channel, time, self._encode_step(time, chunks, inputs))
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """Bytes came over the link; time is their stamp, in s."""
+        self._writer.write(self._rx_channel, time, self._encode_rx(data))
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """Bytes went out over the link; time is the bridge's, in s."""
+        self._writer.write(self._tx_channel, time, self._encode_tx(data))
+
+    def received(self, event: Received | Rejected) -> None:
+        """A message was decoded, or bytes were refused."""
+        if isinstance(event, Rejected):
+            self._record("/wire/rejected", RejectedInput(event.reason.value, event.detail, event.raw), event.time)
+            return
+        message = event.message
+        self._message(message, sender_suffix(event.system, event.component, event.sequence), event.time)
+        if isinstance(message, RefereeState):
+            self._draw(message, event.time)
+        elif isinstance(message, Statustext):
+            self._say(event.time, message.severity, message.text, f"robot {event.system}")
+
+    def sent(self, time: float, message: Message) -> None:
+        """A message of ours was sent; time is the bridge's, in s."""
+        self._message(message, self._host, time)
+
+    def event(self, event: Event) -> None:
+        """The peer reports something; what was received or rejected comes through `received` as well and is left out."""
+        if isinstance(event, PeerFound):
+            self.note("link", f"robot {event.system} answers", system=event.system)
+        elif isinstance(event, PeerLost):
+            self.note("link", f"robot {event.system} is lost: {event.cause}", system=event.system, cause=event.cause)
+        elif isinstance(event, PeerBack):
+            words = "is back, restarted" if event.rebooted else "is back"
+            self.note("link", f"robot {event.system} {words}", system=event.system, rebooted=event.rebooted)
+
+    # --- what happens above the bridge -------------------------------------------------------------------------------
+
+    def operator(self, text: str) -> None:
+        """The operator did something (a key, a click); it is recorded with the next step."""
+        self._inputs.append(text)
+
+    def note(self, kind: str, text: str, **fields: object) -> None:
+        """Something worth telling a person.
+
+        Args:
+            kind: `link`, `safety`, `bout`, ...
+            text: What happened, in words.
+            **fields: The particulars, such as JSON can hold.
+        """
+        particulars = json.dumps(fields, sort_keys=True, default=str)
+        self._record("/events", EventRecord(kind, text, particulars), self._now)
+        self._say(self._now, SEVERITIES.get(kind, 6), text, kind)
+
+    def learning(self, settings: PalSettings) -> None:
+        """Trials are rated by these settings from now on."""
+        self._settings = settings
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
+        """A maneuver was performed for the learner.
+
+        Args:
+            trial: What the learner asked for.
+            engagement: What the robot did.
+            performance: What the learner was told of it.
+        """
+        previous, current = (_label(code) for code in trial.category)
+        record = TrialRecord(
+            id=trial.id,
+            previous=previous,
+            current=current,
+            phase=trial.phase,
+            exam=trial.exam,
+            actions=str(trial.maneuver),
+            period=trial.maneuver.period,
+            fitness=fitness(performance, self._settings) if self._settings else nan,
+            performed=len(performance.tallies),
+            won=performance.won,
+            lost=performance.lost,
+            progress=performance.progress,
+            duration=engagement.duration,
+            ended=_words(engagement.report.outcome),
+        )
+        self._record("/pal/trial", record, self._now)
+
+    def generation(self, generation: GenerationRecord) -> None:
+        """The learner has made a step in one category.
+
+        Args:
+            generation: The state of that category.
+        """
+        previous, current = (_label(code) for code in generation.category)
+        record = StepRecord(
+            previous=previous,
+            current=current,
+            phase=generation.phase,
+            generation=generation.generation,
+            used=generation.used,
+            evaluations=generation.evaluations,
+            best=generation.best,
+            mean=generation.mean,
+            actions=generation.maneuver,
+        )
+        self._record("/pal/generation", record, self._now)
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        outcome = _words(bout.outcome)
+        self.note(
+            "bout",
+            f"bout {bout.number}: {outcome} after {bout.time:.1f} s",
+            number=bout.number,
+            seed=bout.seed,
+            outcome=outcome,
+            time=bout.time,
+            maneuvers=bout.maneuvers,
+        )
+
+    def advice(self, advice: Mapping[str, object]) -> None:
+        """The advice as it stands, as plain values (what the advice file holds)."""
+        self._record("/pal/advice", AdviceRecord(json.dumps(advice, sort_keys=True)), self._now)
+
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """A metadata record; `robot` holds the robot's parameters."""
+        self._writer.metadata(name, values)
+
+    def flush(self) -> None:
+        """Hand everything to the operating system."""
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Finish the log; safe to repeat, and after a failure.
+
+        Raises:
+            LogError: The disk does not take the rest.
+        """
+        self._writer.close()
+
+    def _record(self, topic: str, record: object, time: float) -> None:
+        found = self._records.get(topic)
+        if found is None:
+            schema = record_schema(type(record))
+            found = self._records[topic] = (self._writer.channel(topic, schema), compile_encoder(schema))
+        channel, encode = found
+        self._writer.write(channel, time, encode(record))
+
+    def _message(self, message: Message, sender: bytes, time: float) -> None:
+        found = self._messages.get(type(message))
+        if found is None:
+            schema = message_schema(type(message))
+            found = self._messages[type(message)] = (self._writer.channel(schema.topic, schema), compile_encoder(schema))
+        channel, encode = found
+        self._writer.write(channel, time, encode(message) + sender)
+
+    def _say(self, time: float, severity: int, text: str, source: str) -> None:
+        self._writer.write(self._writer.raw_channel("/log", *TEXT), time, encode_text(time, severity, text, source))
+
+    def _draw(self, state: RefereeState, time: float) -> None:
+        pose, scene = self._scene.due(state, time)
+        writer = self._writer
+        if scene:
+            pieces = shapes(state.opponent_code)
+            writer.write(writer.raw_channel("/arena/scene", *SCENE), time, encode_scene(time, pieces))
+            for piece in pieces:
+                topic = f"/arena/outline/{piece.id}"
+                writer.write(writer.raw_channel(topic, *POINTS), time, encode_outline(time, piece))
+        if pose:
+            writer.write(writer.raw_channel("/tf", *TRANSFORMS), time, encode_transforms(time, places(state)))
+
+
+def _words(member: IntEnum) -> str:
+    return member.name.lower().replace("_", " ")
+
+
+def _label(code: int) -> str:
+    return "any" if code == ANY_STIMULUS else Stimulus(code).label
