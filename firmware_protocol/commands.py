@@ -1,0 +1,440 @@
+"""What can be asked of a robot, one class per kind of question. No I/O, no clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
+
+from firmware_protocol.errors import PeerError
+from firmware_protocol.exchange import Exchange
+from firmware_protocol.messages import (
+    AckResult,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    JuniorAck,
+    JuniorManeuver,
+    JuniorManeuverResult,
+    JuniorMemoryEntry,
+    JuniorSession,
+    JuniorStatus,
+    ParamRequestList,
+    ParamRequestRead,
+    ParamSet,
+    ParamValue,
+    Ping,
+    Reason,
+    State,
+)
+from firmware_protocol.vocabulary import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from firmware_protocol.events import Received
+    from firmware_protocol.wire import Message
+
+T = TypeVar("T")
+M = TypeVar("M", bound="Message")
+
+HOLD: Final = 0.15
+"""Longest time a late answer to a repeated command may still be under way, in s."""
+LIST_PAUSE: Final = 0.2
+"""The robot has stopped listing its parameters when none has come for this long, in s."""
+RESULT_MARGIN: Final = 0.3
+"""How much later than expected the result of a maneuver may come before it is asked for again, in s."""
+NO_PARAMETER: Final = 0xFFFF
+"""Index in PARAM_VALUE that says there is none of this name."""
+_MISSING_AT_ONCE: Final = 8
+
+REASONS: Final[dict[int, str]] = {
+    Reason.NONE: "it gave no reason",
+    Reason.DISARMED: "it is not armed",
+    Reason.EMERGENCY_STOP: "its emergency stop is engaged (disarm, then arm it)",
+    Reason.WRONG_SESSION: "another host has taken it over, or it has restarted",
+    Reason.BAD_VALUE: "a value is out of range",
+    Reason.BUSY: "it is busy",
+    Reason.MEMORY_FULL: "its memory is full",
+    Reason.NOT_FOUND: "there is no such entry",
+    Reason.WATCHDOG: "it had not heard the host for too long",
+    Reason.BY_COMMAND: "it was told to stop",
+    Reason.STORAGE_FAILED: "its memory could not be written",
+    Reason.OLD_SEQUENCE: "a later command has overtaken this one",
+    Reason.NO_REFEREE: "there is no referee",
+}
+"""Reasons in words."""
+
+RESULTS: Final[dict[int, str]] = {
+    CommandResult.TEMPORARILY_REJECTED: "not in its present state",
+    CommandResult.DENIED: "it is not allowed or a value is out of range",
+    CommandResult.UNSUPPORTED: "it does not know this command",
+    CommandResult.FAILED: "it failed",
+}
+"""Results of standard commands in words."""
+
+
+def _reason(code: int) -> tuple[str, Reason]:
+    """A reason in words, and as itself where it is known."""
+    if code in REASONS:
+        return REASONS[code], Reason(code)
+    return f"reason {code}, which this software does not know", Reason.NONE
+
+
+@dataclass
+class Numbering:
+    """Session and sequence of numbered messages.
+
+    Attributes:
+        session: The open session; None before the handshake.
+        sequence: The last sequence used; 0 is the one that opens the session.
+    """
+
+    session: int | None = None
+    sequence: int = 0
+
+    def open(self, session: int) -> None:
+        """Begin a session."""
+        self.session, self.sequence = session, 0
+
+    def take(self) -> tuple[int, int]:
+        """The next number: session, sequence."""
+        if self.session is None:
+            raise PeerError("there is no session with the robot yet")
+        self.sequence = (self.sequence + 1) & 0xFFFF
+        return self.session, self.sequence
+
+
+class CommandExchange(Exchange[CommandAck]):
+    """COMMAND_LONG, answered by COMMAND_ACK, which names the command and nothing else: so one of a kind at a time.
+
+    Args:
+        name: What is asked, in words.
+        command: The message, confirmation 0.
+    """
+
+    hold = HOLD
+
+    def __init__(self, name: str, command: CommandLong) -> None:
+        super().__init__(name, ("command", command.target_component, command.command), command.target_component)
+        self._command = command
+        if command.command == Command.FLIGHT_TERMINATION:
+            self.hold = 0.0  # repeating it does no harm, waiting might
+
+    def messages(self) -> Sequence[Message]:
+        """The command, with its confirmation counted up."""
+        return [replace(self._command, confirmation=min(self.tries - 1, 255))]
+
+    def answer(self, received: Received) -> bool:
+        """Take the acknowledgement."""
+        message = received.message
+        if type(message) is not CommandAck or message.command != self._command.command:
+            return False
+        if message.result == CommandResult.ACCEPTED:
+            self.finish(message)
+        else:
+            self.refuse(RESULTS.get(message.result, f"result {message.result}"))
+        return True
+
+
+class RequestExchange(Exchange[M], Generic[M]):
+    """REQUEST_MESSAGE (512), answered by COMMAND_ACK and the message itself.
+
+    Of a message that is also streamed, the answer is the first that comes with or after the acknowledgement.
+
+    Args:
+        message: Class of the message wanted.
+        system: Robot asked.
+        component: Its component.
+        need_ack: False takes any such message that comes after the question.
+    """
+
+    def __init__(self, message: type[M], system: int, component: int, *, need_ack: bool = True) -> None:
+        super().__init__(f"the request for {message.NAME}", ("command", component, Command.REQUEST_MESSAGE), component)
+        self._wanted = message
+        self._command = CommandLong(system, component, Command.REQUEST_MESSAGE, param1=float(message.ID))
+        self._acknowledged = not need_ack
+        self._came: Received | None = None
+
+    def messages(self) -> Sequence[Message]:
+        """The request."""
+        return [replace(self._command, confirmation=min(self.tries - 1, 255))]
+
+    def answer(self, received: Received) -> bool:
+        """Take the acknowledgement, and the message."""
+        message = received.message
+        if type(message) is self._wanted:
+            self._came = received
+            if self._acknowledged:
+                self.finish(message)
+            return self._acknowledged
+        if type(message) is not CommandAck or message.command != Command.REQUEST_MESSAGE:
+            return False
+        if message.result != CommandResult.ACCEPTED:
+            self.refuse(RESULTS.get(message.result, f"result {message.result}"))
+        else:
+            self._acknowledged = True
+            if self._came is not None and self._came.time >= received.time:
+                self.finish(cast("M", self._came.message))
+        return True
+
+
+class NumberedExchange(Exchange[T]):
+    """A numbered message, the same bytes at every try, so that it is never performed twice.
+
+    A robot refuses what is older than what it has accepted, so these go strictly one after the other.
+
+    Args:
+        name: What is asked, in words.
+        message: The message; session and sequence are filled in when its turn comes.
+        numbering: Gives them.
+    """
+
+    def __init__(self, name: str, message: Message, numbering: Numbering) -> None:
+        component: int = cast("Any", message).target_component
+        super().__init__(name, ("numbered", component), component)
+        self._message = message
+        self._numbering = numbering
+        self.session = -1
+        self.sequence = -1
+
+    def messages(self) -> Sequence[Message]:
+        """The message, numbered at the first call."""
+        if self.session < 0:
+            self.session, self.sequence = self._numbering.take()
+            self._message = replace(cast("Any", self._message), session=self.session, sequence=self.sequence)
+        return [self._message]
+
+    def answer(self, received: Received) -> bool:
+        """Take JUNIOR_ACK."""
+        message = received.message
+        if type(message) is not JuniorAck or not self._mine(message):
+            return False
+        if message.result == AckResult.ACCEPTED:
+            self.accepted(message, received.time)
+        else:
+            self.refuse(*_reason(message.reason))
+        return True
+
+    def accepted(self, ack: JuniorAck, time: float) -> None:  # noqa: ARG002 - `time` is for those that wait for more
+        """It was accepted: that is the answer, unless more is to come."""
+        self.finish(cast("T", ack))
+
+    def _mine(self, ack: JuniorAck) -> bool:
+        return ack.sequence == self.sequence and ack.session == self.session and ack.message == self._message.ID
+
+
+class DriveExchange(NumberedExchange[JuniorAck]):
+    """JUNIOR_WHEELS: a newer one makes it pointless."""
+
+
+class SessionExchange(NumberedExchange[JuniorAck]):
+    """JUNIOR_SESSION, which brings its own number.
+
+    Args:
+        message: The message.
+        numbering: Not used before the session is open.
+    """
+
+    def __init__(self, message: JuniorSession, numbering: Numbering) -> None:
+        super().__init__("opening a session", message, numbering)
+        self.lane = ("session", message.target_component)
+        self.session, self.sequence = message.session, message.sequence
+
+
+class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
+    """JUNIOR_MANEUVER: accepted first, then performed, then JUNIOR_MANEUVER_RESULT.
+
+    Once it is accepted the next of its lane may go. If the result does not come in time, the same message is sent again:
+    the robot repeats its answer, not the motion.
+
+    Args:
+        message: The maneuver.
+        numbering: Gives session and sequence.
+        extra: How long the floor reflex may prolong it, in s.
+    """
+
+    def __init__(self, message: JuniorManeuver, numbering: Numbering, extra: float) -> None:
+        super().__init__("the maneuver", message, numbering)
+        self._duration = message.period * message.count + extra
+
+    @property
+    def waits_for(self) -> str:
+        """What has not come."""
+        return "did not answer the maneuver" if self.blocking else "never sent the result of the maneuver"
+
+    def accepted(self, ack: JuniorAck, time: float) -> None:  # noqa: ARG002
+        """It has begun: the result comes when it is over."""
+        if self.blocking:
+            self.blocking = False
+            self.rest(time + self._duration + RESULT_MARGIN)
+        elif self.tries:  # the answer to a repetition: the result, if there is one, is repeated too
+            self.tries = 1
+
+    def answer(self, received: Received) -> bool:
+        """Take JUNIOR_ACK, the result, or a status that says it is over."""
+        message = received.message
+        if type(message) is JuniorManeuverResult:
+            if message.sequence != self.sequence or message.session != self.session:
+                return False
+            if message.outcome == Outcome.REFUSED:
+                self.refuse(*_reason(message.reason))
+            else:
+                self.finish(message)
+            return True
+        if type(message) is JuniorStatus:
+            over = message.session == self.session and message.sequence == self.sequence and message.state != State.PERFORMING
+            if over and not self.blocking and self.tries == 0:
+                self.due = received.time
+            return False  # others may want the status, too
+        return super().answer(received)
+
+
+class MemoryReadExchange(NumberedExchange[JuniorMemoryEntry]):
+    """JUNIOR_MEMORY_READ: answered by the entry, or by a refusal."""
+
+    def accepted(self, ack: JuniorAck, time: float) -> None:
+        """Accepted is not yet answered: the entry is."""
+
+    def answer(self, received: Received) -> bool:
+        """Take the entry, or the refusal."""
+        message = received.message
+        if type(message) is JuniorMemoryEntry and (message.session, message.sequence) == (self.session, self.sequence):
+            self.finish(message)
+            return True
+        return super().answer(received)
+
+
+class ParameterReadExchange(Exchange[float]):
+    """PARAM_REQUEST_READ by name.
+
+    Args:
+        system: Robot asked.
+        component: Its component.
+        parameter: Name.
+    """
+
+    def __init__(self, system: int, component: int, parameter: str) -> None:
+        super().__init__(f"reading parameter {parameter}", ("parameter", component), component)
+        self._parameter = parameter
+        self._message = ParamRequestRead(system, component, parameter)
+
+    def messages(self) -> Sequence[Message]:
+        """The request."""
+        return [self._message]
+
+    def answer(self, received: Received) -> bool:
+        """Take the value."""
+        message = received.message
+        if type(message) is not ParamValue or message.param_id != self._parameter:
+            return False
+        if message.param_index == NO_PARAMETER:
+            self.refuse(*_reason(Reason.NOT_FOUND))
+        else:
+            self.finish(message.param_value)
+        return True
+
+
+class ParameterSetExchange(Exchange[float]):
+    """PARAM_SET, answered by the value now in force.
+
+    Another value than the one asked for may be the late answer to an earlier question, so that it takes two of them
+    before it counts as a refusal.
+
+    Args:
+        system: Robot asked.
+        component: Its component.
+        parameter: Name.
+        value: New value.
+    """
+
+    def __init__(self, system: int, component: int, parameter: str, value: float) -> None:
+        super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component)
+        self._message = ParamSet(system, component, parameter, value)
+        self._others = 0
+
+    def messages(self) -> Sequence[Message]:
+        """The request."""
+        return [self._message]
+
+    def answer(self, received: Received) -> bool:
+        """Compare the value in force with the one asked for."""
+        message = received.message
+        if type(message) is not ParamValue or message.param_id != self._message.param_id:
+            return False
+        if message.param_index == NO_PARAMETER:
+            self.refuse(*_reason(Reason.NOT_FOUND))
+            return True
+        asked = self._message.param_value
+        if abs(message.param_value - asked) <= 1e-6 * max(1.0, abs(asked)):
+            self.finish(message.param_value)
+            return True
+        self._others += 1
+        if self._others >= 2:
+            self.refuse(f"it keeps {message.param_value:g}")
+        else:
+            self.due = received.time
+        return True
+
+
+class ParameterListExchange(Exchange[dict[str, float]]):
+    """PARAM_REQUEST_LIST; what is then missing is asked for one by one.
+
+    Args:
+        system: Robot asked.
+        component: Its component.
+    """
+
+    def __init__(self, system: int, component: int) -> None:
+        super().__init__("listing the parameters", ("parameter", component), component)
+        self._system = system
+        self._found: dict[int, tuple[str, float]] = {}
+        self._count: int | None = None
+
+    def messages(self) -> Sequence[Message]:
+        """The request for all, or for some that are missing."""
+        if self._count is None:
+            return [ParamRequestList(self._system, self.component)]
+        missing = [index for index in range(self._count) if index not in self._found]
+        return [ParamRequestRead(self._system, self.component, param_index=index) for index in missing[:_MISSING_AT_ONCE]]
+
+    def answer(self, received: Received) -> bool:
+        """Take one parameter."""
+        message = received.message
+        if type(message) is not ParamValue or not message.param_index < message.param_count:
+            return False
+        if self._count is None:
+            self._count = message.param_count
+        if message.param_index < self._count and message.param_index not in self._found:
+            self._found[message.param_index] = (message.param_id, message.param_value)
+            self.rest(received.time + LIST_PAUSE)
+        if len(self._found) == self._count:
+            self.finish(dict(self._found[index] for index in range(self._count)))
+        return True
+
+
+class PingExchange(Exchange[Ping]):
+    """PING, answered by the same number.
+
+    Args:
+        number: Told apart by this.
+        component: Who is asked.
+        host: System id of the asker.
+    """
+
+    def __init__(self, number: int, component: int, host: int) -> None:
+        super().__init__("a ping", ("ping", component), component)
+        self._number = number
+        self._host = host
+
+    def messages(self) -> Sequence[Message]:
+        """The question."""
+        return [Ping(time_usec=max(0, round(self.sent_last * 1e6)), seq=self._number)]
+
+    def answer(self, received: Received) -> bool:
+        """Take the answer."""
+        message = received.message
+        if type(message) is not Ping or message.seq != self._number or message.target_system != self._host:
+            return False
+        self.finish(message)
+        return True

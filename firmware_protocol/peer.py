@@ -1,0 +1,490 @@
+"""What the host knows of one robot, and how it speaks with it: a transition table plus data. No I/O, no clock.
+
+Messages go in through `handle`; what must be sent comes out of `due`; what happened comes out of both as events. The life
+of a connection is the table `TRANSITIONS`:
+
+    SILENT --heard--> IDENTIFYING --version good--> OPENING --opened--> READY --silence--> LOST --heard--> CHECKING --> READY
+
+A robot that has restarted goes through the handshake again, with a new session.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.commands import Numbering, RequestExchange, SessionExchange
+from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError
+from firmware_protocol.events import PeerBack, PeerFound, PeerLost
+from firmware_protocol.exchange import NOW, Exchanges, Retry, Ticket
+from firmware_protocol.messages import (
+    HOST_SYSTEM,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ROBOT_COMPONENT,
+    AutopilotVersion,
+    Heartbeat,
+    JuniorAck,
+    JuniorManeuverResult,
+    JuniorResultAck,
+    JuniorSensors,
+    JuniorSession,
+    JuniorStatus,
+    Ping,
+    Reason,
+    Timesync,
+)
+from firmware_protocol.quality import ClockComparison, Counters
+from firmware_protocol.requests import Requests
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from firmware_protocol.events import Event, Received
+    from firmware_protocol.wire import Message
+
+SILENCE: Final = 3.0
+"""A robot not heard for this long is lost, in s."""
+HEARTBEAT_PERIOD: Final = 1.0
+"""Between our heartbeats, in s."""
+KEEP_ALIVE: Final = 0.04
+"""Longest time between two messages to an armed robot, in s (the protocol asks for 0.05)."""
+TIMESYNC_PERIOD: Final = 1.0
+"""Between comparisons of the clocks, in s."""
+_ARMED_FLAG: Final = 128
+_GROUND_STATION: Final = 6
+_ARM_SLACK: Final = 0.1
+"""A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
+_CLOCK_SLACK: Final = 1.0
+"""Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
+
+HOST_HEARTBEAT: Final = Heartbeat(type=_GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
+
+
+class PeerState(Enum):
+    """Where a connection stands."""
+
+    SILENT = auto()
+    """Not heard yet, or it went silent before the handshake was done."""
+    IDENTIFYING = auto()
+    """Asked for its version."""
+    OPENING = auto()
+    """Asked to open a session."""
+    READY = auto()
+    """It takes commands."""
+    LOST = auto()
+    """It fell silent."""
+    CHECKING = auto()
+    """Heard again: asked whether it has restarted meanwhile."""
+    REFUSED = auto()
+    """It can't be spoken to: `failure` says why."""
+
+
+class Input(Enum):
+    """What moves a connection on."""
+
+    HEARD = auto()
+    VERSION_GOOD = auto()
+    VERSION_BAD = auto()
+    WATCH_ONLY = auto()
+    OPENED = auto()
+    TURNED_DOWN = auto()
+    NO_ANSWER = auto()
+    SAME_BOOT = auto()
+    RESTARTED = auto()
+    SILENCE = auto()
+
+
+TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
+    (PeerState.SILENT, Input.HEARD): PeerState.IDENTIFYING,
+    (PeerState.IDENTIFYING, Input.VERSION_GOOD): PeerState.OPENING,
+    (PeerState.IDENTIFYING, Input.WATCH_ONLY): PeerState.READY,
+    (PeerState.IDENTIFYING, Input.VERSION_BAD): PeerState.REFUSED,
+    (PeerState.IDENTIFYING, Input.NO_ANSWER): PeerState.SILENT,
+    (PeerState.IDENTIFYING, Input.SILENCE): PeerState.SILENT,
+    (PeerState.IDENTIFYING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.OPENING, Input.OPENED): PeerState.READY,
+    (PeerState.OPENING, Input.TURNED_DOWN): PeerState.REFUSED,
+    (PeerState.OPENING, Input.NO_ANSWER): PeerState.SILENT,
+    (PeerState.OPENING, Input.SILENCE): PeerState.SILENT,
+    (PeerState.OPENING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.READY, Input.SILENCE): PeerState.LOST,
+    (PeerState.READY, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.LOST, Input.HEARD): PeerState.CHECKING,
+    (PeerState.LOST, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.CHECKING, Input.SAME_BOOT): PeerState.READY,
+    (PeerState.CHECKING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.CHECKING, Input.NO_ANSWER): PeerState.LOST,
+    (PeerState.CHECKING, Input.SILENCE): PeerState.LOST,
+    (PeerState.REFUSED, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.REFUSED, Input.SILENCE): PeerState.SILENT,
+}
+"""Every transition; an input that is not here changes nothing."""
+
+
+class Peer(Requests):
+    """One robot, as the host sees it.
+
+    Args:
+        system: System id of the robot.
+        session: Gives the number of a new session, 1..65535, at random.
+        now: Time in s.
+        open_session: False watches only: no session is opened, which would stop and disarm the robot, and numbered
+            messages fail.
+        host_system: System id of the host.
+        retry: When to ask again.
+
+    Attributes:
+        state: Where the connection stands.
+        failure: Why it can't be spoken to, in state REFUSED.
+        version: What the robot said about itself.
+        heartbeat: Its last heartbeat.
+        status: Its last status.
+        armed: As far as is known.
+        components: Component ids heard of this system (25 is a referee).
+        counters: How well it is heard.
+        clock: Comparison of its clock with ours.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        *,
+        session: Callable[[], int],
+        now: float,
+        open_session: bool = True,
+        host_system: int = HOST_SYSTEM,
+        retry: Retry = Retry(),  # noqa: B008 - frozen
+    ) -> None:
+        self.counters = Counters()
+        label = f"robot {system}"
+        super().__init__(system, host_system, Exchanges(label, self.counters, retry), Numbering())
+        self.unavailable = PeerError(f"{label} has not answered the handshake yet")
+        self.state = PeerState.SILENT
+        self.failure: HilError | None = None
+        self.version: AutopilotVersion | None = None
+        self.heartbeat: Heartbeat | None = None
+        self.status: JuniorStatus | None = None
+        self.armed = False
+        self.components: set[int] = set()
+        self.clock = ClockComparison()
+        self._label = label
+        self._new_session = session
+        self._open_session = open_session
+        self._handshake: Ticket[AutopilotVersion] | Ticket[JuniorAck] | Ticket[JuniorStatus] | None = None
+        self._candidate = 0
+        self._known = False
+        self._restarted = False
+        self._events: list[Event] = []
+        self._outbox: list[Message] = []
+        self._frames: dict[int, Received] = {}
+        self._robot_clock = float("-inf")
+        self._heard = now
+        self._sent = float("-inf")
+        self._armed_at = float("-inf")
+        self._heartbeat_due = NOW
+        self._timesync_due = NOW
+        self._silence_due = now + SILENCE
+
+    @property
+    def ready(self) -> bool:
+        """The handshake is done and the robot is there."""
+        return self.state is PeerState.READY
+
+    @property
+    def session(self) -> int | None:
+        """The open session."""
+        return self._numbering.session
+
+    # --- In ----------------------------------------------------------------------------------------------------------
+
+    def handle(self, received: Received) -> Sequence[Event]:
+        """Take a message from this robot's system.
+
+        Args:
+            received: A good message.
+
+        Returns:
+            What the user should see: the message, unless it is a repetition, and what has followed from it.
+        """
+        message = received.message
+        from_robot = received.component == ROBOT_COMPONENT
+        if from_robot:
+            self._heard = received.time
+            if self.state is PeerState.LOST:
+                self._move(Input.HEARD, received.time)
+        if not self._count(received):
+            return self._take()
+        show = True
+        if from_robot:
+            if type(message) is JuniorSensors:
+                self._watch_clock(message.time, received.time)
+            else:
+                self._note(message, received)
+        if self._exchanges.active:
+            wanted = self._exchanges.answer(received)
+            self._follow(received.time)
+            show = wanted or type(message) is not JuniorManeuverResult
+        elif type(message) is JuniorManeuverResult:
+            show = False
+        if not self._events:
+            return (received,) if show else ()
+        return [received, *self._take()] if show else self._take()
+
+    def reject(self) -> None:
+        """Count a piece of wire input that was no good message."""
+        self.counters.rejected += 1
+
+    def closed(self, error: LinkError, now: float) -> Sequence[Event]:
+        """The link is gone, and everything open with it.
+
+        Args:
+            error: Why.
+            now: Time in s.
+
+        Returns:
+            PeerLost, unless it was lost before or never found.
+        """
+        if self._known and self.state not in {PeerState.LOST, PeerState.CHECKING}:
+            self._events.append(PeerLost(self.system, now, str(error)))
+        self.state = PeerState.LOST
+        self.armed = False
+        self.unavailable = error
+        self._exchanges.fail_all(error)
+        return self._take()
+
+    # --- Out ---------------------------------------------------------------------------------------------------------
+
+    def next_due(self) -> float:
+        """When `due` must be called next, in s; it may be called earlier."""
+        if self._outbox:
+            return NOW
+        due = min(self._exchanges.next_due, self._heartbeat_due, self._silence_due)
+        if self.armed:
+            due = min(due, self._sent + KEEP_ALIVE)
+        if self.state is PeerState.READY:
+            due = min(due, self._timesync_due)
+        return due
+
+    def due(self, now: float) -> list[Message]:
+        """What must be sent now. What has happened by mere time is told by `events`.
+
+        Args:
+            now: Time in s.
+
+        Returns:
+            Messages in order; they count as sent.
+        """
+        if now >= self._silence_due:
+            self._silence_due = self._heard + SILENCE
+            if now >= self._silence_due:
+                self._silence_due = now + SILENCE
+                self._move(Input.SILENCE, now)
+        out, self._outbox = self._outbox, []
+        out += self._exchanges.due(now)
+        self._follow(now)
+        if self.state is PeerState.READY and now >= self._timesync_due:
+            self._timesync_due = now + TIMESYNC_PERIOD
+            out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
+        starving = self.armed and not out and now >= self._sent + KEEP_ALIVE
+        if now >= self._heartbeat_due or starving:
+            self._heartbeat_due = now + HEARTBEAT_PERIOD
+            out.append(HOST_HEARTBEAT)
+        if out:
+            self._sent = now
+        return out
+
+    def heartbeat_sent(self, now: float) -> None:
+        """A heartbeat of ours, which is for all robots, has been sent on another peer's account.
+
+        Args:
+            now: Time in s.
+        """
+        self._sent = now
+        self._heartbeat_due = now + HEARTBEAT_PERIOD
+
+    def events(self) -> Sequence[Event]:
+        """What has happened by mere time since the last call."""
+        return self._take() if self._events else ()
+
+    # --- Within ------------------------------------------------------------------------------------------------------
+
+    def _take(self) -> list[Event]:
+        events, self._events = self._events, []
+        return events
+
+    def _count(self, received: Received) -> bool:
+        """Keep the books of frame sequences.
+
+        Returns:
+            False for a frame that came twice.
+        """
+        component = received.component
+        last = self._frames.get(component)
+        self._frames[component] = received
+        self.counters.good += 1
+        if last is None:
+            self.components.add(component)
+            return True
+        step = (received.sequence - last.sequence) & 255
+        if step == 1:
+            return True
+        if step == 0 and received.raw == last.raw:
+            self.counters.good -= 1
+            self.counters.duplicates += 1
+            return False
+        if step:
+            self.counters.jump(step)
+            if step >= 128:
+                self._frames[component] = last
+        return True
+
+    def _note(self, message: Message, received: Received) -> None:
+        """Messages from the robot that mean something to the connection itself."""
+        match message:
+            case Heartbeat():
+                self.heartbeat = message
+                armed = bool(message.base_mode & _ARMED_FLAG)
+                if armed or received.time >= self._armed_at + _ARM_SLACK:
+                    self.armed = armed
+                self._move(Input.HEARD, received.time)
+            case JuniorStatus():
+                self._on_status(message, received.time)
+            case JuniorManeuverResult():
+                self._outbox.append(JuniorResultAck(message.session, message.sequence, self.system, ROBOT_COMPONENT))
+            case Timesync() if message.tc1 == 0:
+                asked_by = (received.system, received.component)
+                self._outbox.append(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
+            case Timesync():
+                self.clock.answer(message, received.time)
+            case Ping() if message.target_system == 0:
+                self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
+            case _:
+                pass
+
+    def _on_status(self, status: JuniorStatus, now: float) -> None:
+        """Look whether the robot has restarted."""
+        before, self.status = self.status, status
+        if before is not None and before.boot_count != status.boot_count:
+            self._robot_clock = status.time
+            self._move(Input.RESTARTED, now)
+            return
+        self._watch_clock(status.time, now)
+        if self.state is PeerState.CHECKING:
+            self._move(Input.SAME_BOOT if before is not None else Input.RESTARTED, now)
+
+    def _watch_clock(self, time: float, now: float) -> None:
+        """A robot whose clock goes back has restarted."""
+        if time > self._robot_clock:
+            self._robot_clock = time
+        elif time < self._robot_clock - _CLOCK_SLACK:
+            self._robot_clock = time
+            self._move(Input.RESTARTED, now)
+
+    def _follow(self, now: float) -> None:
+        """Go on when the question of the present state has been answered, or arming has."""
+        if self._arming is not None and self._arming[0].done:
+            arming, armed = self._arming
+            self._arming = None
+            if arming.error is None:
+                self.armed = armed
+                self._armed_at = now if armed else float("-inf")
+        ticket = self._handshake
+        if ticket is None or not ticket.done:
+            return
+        self._handshake = None
+        if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
+            self.failure = ticket.error
+            self._move(Input.VERSION_BAD if self.state is PeerState.IDENTIFYING else Input.TURNED_DOWN, now)
+        elif ticket.error is not None:
+            self._move(Input.NO_ANSWER, now)
+        elif isinstance(ticket.result, AutopilotVersion):
+            self._judge(ticket.result, now)
+        elif isinstance(ticket.result, JuniorAck):
+            self._move(Input.OPENED, now)
+
+    def _judge(self, version: AutopilotVersion, now: float) -> None:
+        """Can we speak with it?"""
+        self.version = version
+        major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
+        if major == PROTOCOL_MAJOR:
+            self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
+            return
+        if major == 0:
+            text = f"system {self.system} is a vehicle, but no Junior: it names no version of our protocol"
+        else:
+            older = "this software" if major > PROTOCOL_MAJOR else "the robot's firmware"
+            ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
+            text = f"{self._label} speaks protocol {major}.{minor}, this software {ours}: update {older}"
+        self.failure = VersionError(text)
+        self._move(Input.VERSION_BAD, now)
+
+    def _move(self, happened: Input, now: float) -> None:
+        """Follow the table, and do what the new state begins with."""
+        before = self.state
+        after = TRANSITIONS.get((before, happened))
+        if after is None:
+            return
+        self.state = after
+        if happened is Input.RESTARTED:
+            self._forget(before, now)
+        match after:
+            case PeerState.IDENTIFYING:
+                self.failure = None
+                question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
+                self._handshake = self._exchanges.add(question)
+            case PeerState.OPENING:
+                self._candidate = self._new_session()
+                target = (self.system, ROBOT_COMPONENT)
+                opening = JuniorSession(self._candidate, 0, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
+                self._handshake = self._exchanges.add(SessionExchange(opening, self._numbering))
+            case PeerState.CHECKING:
+                check = RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False)
+                self._handshake = self._exchanges.add(check)
+            case PeerState.READY:
+                self._begin(happened, now)
+            case PeerState.LOST:
+                self._lose(before, now)
+            case PeerState.SILENT:
+                self._handshake = None
+                self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
+            case PeerState.REFUSED:
+                self.unavailable = self.failure
+
+    def _begin(self, happened: Input, now: float) -> None:
+        """The robot can be used."""
+        self.unavailable = None
+        if happened is Input.OPENED:
+            self._numbering.open(self._candidate)
+            self.armed = False
+        elif not self._open_session:
+            self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
+        self._timesync_due = now
+        if self._known:
+            self._events.append(PeerBack(self.system, now, self._restarted))
+        else:
+            self._events.append(PeerFound(self.system, now))
+        self._known, self._restarted = True, False
+        if self.status is None:  # the count of its starts, to compare later ones with
+            self._exchanges.add(RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False))
+
+    def _lose(self, before: PeerState, now: float) -> None:
+        """The robot fell silent."""
+        if before is PeerState.READY:
+            self._events.append(PeerLost(self.system, now, f"nothing heard for {SILENCE:g} s"))
+        self._handshake = None
+        self.armed = False
+        self.unavailable = PeerLostError(f"{self._label} fell silent")
+        self._exchanges.fail_all(self.unavailable)
+
+    def _forget(self, before: PeerState, now: float) -> None:
+        """The robot has restarted: what it knew of us is gone."""
+        if before is PeerState.READY:
+            self._events.append(PeerLost(self.system, now, "it has restarted"))
+        self._restarted = self._known
+        self._handshake = None
+        self._numbering.session = None
+        self.armed = False
+        self.clock.reset()
+        self.unavailable = PeerLostError(f"{self._label} has restarted")
+        self._exchanges.fail_all(self.unavailable)

@@ -1,0 +1,233 @@
+"""Everything that can be asked of a robot, by name. Each returns a ticket at once; the answer comes with time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeVar
+
+from firmware_protocol.commands import (
+    CommandExchange,
+    DriveExchange,
+    ManeuverExchange,
+    MemoryReadExchange,
+    NumberedExchange,
+    Numbering,
+    ParameterListExchange,
+    ParameterReadExchange,
+    ParameterSetExchange,
+    PingExchange,
+    RequestExchange,
+)
+from firmware_protocol.errors import HilError, PeerError
+from firmware_protocol.maneuver_fields import ManeuverFields, to_fields
+from firmware_protocol.messages import (
+    REFEREE_COMPONENT,
+    ROBOT_COMPONENT,
+    Command,
+    CommandAck,
+    CommandLong,
+    ContestCommand,
+    JuniorAck,
+    JuniorContest,
+    JuniorManeuver,
+    JuniorManeuverResult,
+    JuniorMemoryEntry,
+    JuniorMemoryRead,
+    JuniorMemoryWrite,
+    JuniorWheels,
+    OpponentCode,
+    Ping,
+    RefereeReset,
+)
+from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver
+
+if TYPE_CHECKING:
+    from firmware_protocol.exchange import Exchange, Exchanges, Ticket
+    from firmware_protocol.wire import Message
+
+M = TypeVar("M", bound="Message")
+T = TypeVar("T")
+
+_REFLEX_TIMES = ("REFLEX_BACK", "REFLEX_TURN")
+LONGEST_REFLEX = sum(parameter.maximum * 1e-3 for parameter in PARAMETERS if parameter.name in _REFLEX_TIMES)
+"""How long the floor reflex may prolong a maneuver, whatever its parameters are set to, in s."""
+EMPTY = ManeuverFields(period=0.0, options=0, count=0, actions=(0,) * MAX_ACTIONS)
+
+
+class Requests:
+    """The questions that a `Peer` can ask.
+
+    Standard commands and parameters may be asked for at any time; numbered messages need the handshake, and fail at
+    once without it.
+
+    Args:
+        system: System id of the robot.
+        host_system: System id of the host.
+        exchanges: Where questions are kept until they are answered.
+        numbering: Session and sequence of numbered messages.
+
+    Attributes:
+        system: System id of the robot.
+        unavailable: Why numbered messages can't be sent now; None when they can.
+    """
+
+    def __init__(self, system: int, host_system: int, exchanges: Exchanges, numbering: Numbering) -> None:
+        self.system = system
+        self.unavailable: HilError | None = PeerError("no handshake")
+        self._host_system = host_system
+        self._exchanges = exchanges
+        self._numbering = numbering
+        self._arming: tuple[Ticket[CommandAck], bool] | None = None
+        self._pings = 0
+
+    def command(self, name: str, command: int, *parameters: float, component: int = ROBOT_COMPONENT) -> Ticket[CommandAck]:
+        """Send any standard command.
+
+        Args:
+            name: What it asks, in words.
+            command: MAV_CMD.
+            *parameters: Up to seven.
+            component: Who is asked.
+        """
+        return self._exchanges.add(CommandExchange(name, CommandLong(self.system, component, command, 0, *parameters)))
+
+    def arm(self) -> Ticket[CommandAck]:
+        """Let the wheels turn from now on."""
+        ticket = self.command("arming", Command.ARM_DISARM, 1.0)
+        self._arming = (ticket, True)
+        return ticket
+
+    def disarm(self) -> Ticket[CommandAck]:
+        """Stop, and let no wheel turn from now on."""
+        ticket = self.command("disarming", Command.ARM_DISARM, 0.0)
+        self._arming = (ticket, False)
+        return ticket
+
+    def emergency_stop(self) -> Ticket[CommandAck]:
+        """Stop at once and stay stopped until disarmed and armed again."""
+        return self.command("the emergency stop", Command.FLIGHT_TERMINATION, 1.0)
+
+    def reboot(self) -> Ticket[CommandAck]:
+        """Restart the robot's program."""
+        return self.command("restarting", Command.PREFLIGHT_REBOOT, 1.0)
+
+    def message_interval(self, message: type[Message], period: float) -> Ticket[CommandAck]:
+        """Have a message streamed.
+
+        Args:
+            message: Its class.
+            period: Time between two, in s; negative turns it off, 0 is the default rate.
+        """
+        interval = -1.0 if period < 0 else period * 1e6
+        return self.command(f"streaming {message.NAME}", Command.SET_MESSAGE_INTERVAL, float(message.ID), interval)
+
+    def request(self, message: type[M], component: int = ROBOT_COMPONENT) -> Ticket[M]:
+        """Have a message sent once, with what is true now.
+
+        Args:
+            message: Its class.
+            component: Who is asked.
+        """
+        return self._exchanges.add(RequestExchange(message, self.system, component))
+
+    def ping(self, component: int = ROBOT_COMPONENT) -> Ticket[Ping]:
+        """Ask whether it is there."""
+        self._pings = (self._pings + 1) & 0xFFFFFFFF
+        return self._exchanges.add(PingExchange(self._pings, component, self._host_system))
+
+    # --- Parameters --------------------------------------------------------------------------------------------------
+
+    def read_parameter(self, name: str) -> Ticket[float]:
+        """Read one parameter."""
+        return self._exchanges.add(ParameterReadExchange(self.system, ROBOT_COMPONENT, name))
+
+    def set_parameter(self, name: str, value: float) -> Ticket[float]:
+        """Set one parameter; refused if the robot keeps another value."""
+        return self._exchanges.add(ParameterSetExchange(self.system, ROBOT_COMPONENT, name, value))
+
+    def list_parameters(self) -> Ticket[dict[str, float]]:
+        """Read all parameters, in the robot's order."""
+        return self._exchanges.add(ParameterListExchange(self.system, ROBOT_COMPONENT))
+
+    # --- Numbered messages -------------------------------------------------------------------------------------------
+
+    def perform(self, maneuver: Maneuver) -> Ticket[JuniorManeuverResult]:
+        """Perform a maneuver; it replaces one that is being performed."""
+        message = JuniorManeuver(0, 0, **to_fields(maneuver), target_system=self.system, target_component=ROBOT_COMPONENT)
+        extra = LONGEST_REFLEX if maneuver.floor_reflex else 0.0
+        return self._ask(ManeuverExchange(message, self._numbering, extra))
+
+    def drive(self, left: float, right: float, duration: float) -> Ticket[JuniorAck]:
+        """Turn the wheels; an earlier drive command that is still unanswered is given up.
+
+        Args:
+            left: Left wheel, share of full, -1..1.
+            right: Right wheel, likewise.
+            duration: The wheels stop after this time, in s.
+        """
+        message = JuniorWheels(0, 0, (left, right), duration, self.system, ROBOT_COMPONENT)
+        self._exchanges.drop(DriveExchange, ROBOT_COMPONENT, PeerError("a newer drive command has replaced this one"))
+        return self._ask(DriveExchange("driving", message, self._numbering))
+
+    def write_memory(self, previous: int, current: int, maneuver: Maneuver) -> Ticket[JuniorAck]:
+        """Store a maneuver on the robot.
+
+        Args:
+            previous: Previous stimulus, or `ANY_STIMULUS`.
+            current: Present stimulus.
+            maneuver: What to perform then.
+        """
+        return self._write("writing to its memory", previous, current, to_fields(maneuver))
+
+    def erase_memory(self, previous: int = ANY_STIMULUS, current: int = ANY_STIMULUS) -> Ticket[JuniorAck]:
+        """Erase one slot, or (by default) all.
+
+        Args:
+            previous: Previous stimulus of the slot.
+            current: Present stimulus of the slot.
+        """
+        return self._write("erasing its memory", previous, current, EMPTY)
+
+    def read_memory(self, index: int = 255, previous: int = ANY_STIMULUS, current: int = 0) -> Ticket[JuniorMemoryEntry]:
+        """Read one slot; refused with `Reason.NOT_FOUND` where there is none.
+
+        Args:
+            index: Number of the used slot, from 0; 255 looks it up by the two stimuli.
+            previous: Previous stimulus.
+            current: Present stimulus.
+        """
+        message = JuniorMemoryRead(0, 0, self.system, ROBOT_COMPONENT, index, previous, current)
+        return self._ask(MemoryReadExchange("reading its memory", message, self._numbering))
+
+    def contest(self, command: ContestCommand, countdown: float = 5.0) -> Ticket[JuniorAck]:
+        """Start or stop autonomous play from memory.
+
+        Args:
+            command: Start or stop.
+            countdown: Time to the first move, in s.
+        """
+        name = "starting a contest" if command is ContestCommand.START else "stopping the contest"
+        message = JuniorContest(0, 0, countdown, self.system, ROBOT_COMPONENT, command)
+        return self._ask(NumberedExchange(name, message, self._numbering))
+
+    def reset_bout(self, seed: int, opponent: OpponentCode = OpponentCode.KEEP) -> Ticket[JuniorAck]:
+        """Have the referee begin a new bout.
+
+        Args:
+            seed: Start poses are drawn from it, 0..2^32 - 1.
+            opponent: Who plays against Junior.
+        """
+        message = RefereeReset(seed, 0, 0, self.system, REFEREE_COMPONENT, opponent)
+        return self._ask(NumberedExchange("a new bout", message, self._numbering))
+
+    def _write(self, name: str, previous: int, current: int, fields: ManeuverFields) -> Ticket[JuniorAck]:
+        target = {"target_system": self.system, "target_component": ROBOT_COMPONENT}
+        message = JuniorMemoryWrite(0, 0, **fields, **target, previous=previous, current=current)
+        return self._ask(NumberedExchange(name, message, self._numbering))
+
+    def _ask(self, exchange: Exchange[T]) -> Ticket[T]:
+        """Ask by a numbered message, which needs a session."""
+        if self.unavailable is not None:
+            exchange.fail(self.unavailable)
+            return exchange.ticket
+        return self._exchanges.add(exchange)
