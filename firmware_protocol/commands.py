@@ -116,7 +116,7 @@ class CommandExchange(Exchange[CommandAck]):
     hold = HOLD
 
     def __init__(self, name: str, command: CommandLong) -> None:
-        super().__init__(name, ("command", command.target_component, command.command), command.target_component)
+        super().__init__(name, ("command", command.target_component, command.command), command.target_component, command)
         self._command = command
         if command.command == Command.FLIGHT_TERMINATION:
             self.hold = 0.0  # repeating it does no harm, waiting might
@@ -150,9 +150,10 @@ class RequestExchange(Exchange[M], Generic[M]):
     """
 
     def __init__(self, message: type[M], system: int, component: int, *, need_ack: bool = True) -> None:
-        super().__init__(f"the request for {message.NAME}", ("command", component, Command.REQUEST_MESSAGE), component)
-        self._wanted = message
         self._command = CommandLong(system, component, Command.REQUEST_MESSAGE, param1=float(message.ID))
+        lane = ("command", component, Command.REQUEST_MESSAGE)
+        super().__init__(f"the request for {message.NAME}", lane, component, self._command)
+        self._wanted = message
         self._acknowledged = not need_ack
         self._came: Received | None = None
 
@@ -192,8 +193,7 @@ class NumberedExchange(Exchange[T]):
 
     def __init__(self, name: str, message: Message, numbering: Numbering) -> None:
         component: int = cast("Any", message).target_component
-        super().__init__(name, ("numbered", component), component)
-        self._message = message
+        super().__init__(name, ("numbered", component), component, message)
         self._numbering = numbering
         self.session = -1
         self.sequence = -1
@@ -202,8 +202,8 @@ class NumberedExchange(Exchange[T]):
         """The message, numbered at the first call."""
         if self.session < 0:
             self.session, self.sequence = self._numbering.take()
-            self._message = replace(cast("Any", self._message), session=self.session, sequence=self.sequence)
-        return [self._message]
+            self.question = replace(cast("Any", self.question), session=self.session, sequence=self.sequence)
+        return [self.question]
 
     def answer(self, received: Received) -> bool:
         """Take JUNIOR_ACK."""
@@ -221,7 +221,7 @@ class NumberedExchange(Exchange[T]):
         self.finish(cast("T", ack))
 
     def _mine(self, ack: JuniorAck) -> bool:
-        return ack.sequence == self.sequence and ack.session == self.session and ack.message == self._message.ID
+        return ack.sequence == self.sequence and ack.session == self.session and ack.message == self.question.ID
 
 
 class DriveExchange(NumberedExchange[JuniorAck]):
@@ -315,13 +315,9 @@ class ParameterReadExchange(Exchange[float]):
     """
 
     def __init__(self, system: int, component: int, parameter: str) -> None:
-        super().__init__(f"reading parameter {parameter}", ("parameter", component), component)
+        question = ParamRequestRead(system, component, parameter)
+        super().__init__(f"reading parameter {parameter}", ("parameter", component), component, question)
         self._parameter = parameter
-        self._message = ParamRequestRead(system, component, parameter)
-
-    def messages(self) -> Sequence[Message]:
-        """The request."""
-        return [self._message]
 
     def answer(self, received: Received) -> bool:
         """Take the value."""
@@ -349,23 +345,19 @@ class ParameterSetExchange(Exchange[float]):
     """
 
     def __init__(self, system: int, component: int, parameter: str, value: float) -> None:
-        super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component)
-        self._message = ParamSet(system, component, parameter, value)
+        self._set = ParamSet(system, component, parameter, value)
+        super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component, self._set)
         self._others = 0
-
-    def messages(self) -> Sequence[Message]:
-        """The request."""
-        return [self._message]
 
     def answer(self, received: Received) -> bool:
         """Compare the value in force with the one asked for."""
         message = received.message
-        if type(message) is not ParamValue or message.param_id != self._message.param_id:
+        if type(message) is not ParamValue or message.param_id != self._set.param_id:
             return False
         if message.param_index == NO_PARAMETER:
             self.refuse(*_reason(Reason.NOT_FOUND))
             return True
-        asked = self._message.param_value
+        asked = self._set.param_value
         if abs(message.param_value - asked) <= 1e-6 * max(1.0, abs(asked)):
             self.finish(message.param_value)
             return True
@@ -386,7 +378,8 @@ class ParameterListExchange(Exchange[dict[str, float]]):
     """
 
     def __init__(self, system: int, component: int) -> None:
-        super().__init__("listing the parameters", ("parameter", component), component)
+        question = ParamRequestList(system, component)
+        super().__init__("listing the parameters", ("parameter", component), component, question)
         self._system = system
         self._found: dict[int, tuple[str, float]] = {}
         self._count: int | None = None
@@ -394,7 +387,7 @@ class ParameterListExchange(Exchange[dict[str, float]]):
     def messages(self) -> Sequence[Message]:
         """The request for all, or for some that are missing."""
         if self._count is None:
-            return [ParamRequestList(self._system, self.component)]
+            return [self.question]
         missing = [index for index in range(self._count) if index not in self._found]
         return [ParamRequestRead(self._system, self.component, param_index=index) for index in missing[:_MISSING_AT_ONCE]]
 
@@ -423,7 +416,7 @@ class PingExchange(Exchange[Ping]):
     """
 
     def __init__(self, number: int, component: int, host: int) -> None:
-        super().__init__("a ping", ("ping", component), component)
+        super().__init__("a ping", ("ping", component), component, Ping(time_usec=0, seq=number))
         self._number = number
         self._host = host
 

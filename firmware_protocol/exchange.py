@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError, PeerError, RefusedError
 from firmware_protocol.messages import Reason
+from firmware_protocol.payload import PAYLOADS
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Sequence
@@ -90,8 +91,10 @@ class Exchange(ABC, Generic[T]):
         name: What is asked, in words.
         lane: Exchanges of the same lane go one after the other.
         component: Who answers.
+        question: The message to send, as far as it is known now.
 
     Attributes:
+        question: The message to send.
         ticket: What the asker holds.
         blocking: The next of its lane has to wait.
         hold: Time after the last question during which the next of its lane has to wait even after the answer, where the
@@ -105,8 +108,9 @@ class Exchange(ABC, Generic[T]):
 
     hold: float = 0.0
 
-    def __init__(self, name: str, lane: Hashable, component: int) -> None:
+    def __init__(self, name: str, lane: Hashable, component: int, question: Message) -> None:
         self.ticket: Ticket[T] = Ticket(name)
+        self.question = question
         self.lane = lane
         self.component = component
         self.blocking = True
@@ -128,9 +132,9 @@ class Exchange(ABC, Generic[T]):
         """What has not come when it is given up, in words."""
         return f"did not answer {self.name}"
 
-    @abstractmethod
     def messages(self) -> Sequence[Message]:
         """What to send now."""
+        return [self.question]
 
     @abstractmethod
     def answer(self, received: Received) -> bool:
@@ -219,7 +223,11 @@ class Exchanges:
 
         Returns:
             Its ticket.
+
+        Raises:
+            EncodeError: The wire cannot carry it: found here, where it is asked, and not when its turn comes.
         """
+        PAYLOADS[exchange.question.ID].pack(exchange.question)
         self._waiting.setdefault(exchange.lane, deque()).append(exchange)  # type: ignore[arg-type]
         self.next_due = NOW
         return exchange.ticket

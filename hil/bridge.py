@@ -1,0 +1,277 @@
+"""Link, pump, codec and peers behind one single-threaded `step()`: all that a program has to call."""
+
+from __future__ import annotations
+
+import secrets
+from typing import TYPE_CHECKING, Final, Protocol, Self
+
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
+from firmware_protocol.events import Received
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
+from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
+from hil.pump import InlinePump, Pump, ThreadedPump
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+    from types import TracebackType
+
+    from firmware_protocol.clock import Clock
+    from firmware_protocol.events import Event, Rejected, RejectReason
+    from firmware_protocol.link import Link
+    from firmware_protocol.wire import Message
+
+_GROUND_STATION: Final = 6
+"""MAV_TYPE_GCS: not a robot."""
+
+
+class Tap(Protocol):
+    """Sees everything that passes the bridge, and changes nothing: the recorder is one."""
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+        """The bridge has begun a step: its one reading of the clock, and the chunks it has received."""
+        ...
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """Bytes came; time is their stamp."""
+        ...
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """Bytes were handed to the link."""
+        ...
+
+    def received(self, event: Received | Rejected) -> None:
+        """A message was decoded, or input rejected."""
+        ...
+
+    def sent(self, time: float, message: Message) -> None:
+        """A message of ours was sent."""
+        ...
+
+    def event(self, event: Event) -> None:
+        """A robot was found, lost, or is back."""
+        ...
+
+
+def random_session() -> int:
+    """A session number that nobody can foresee, 1..65535."""
+    return 1 + secrets.randbelow(0xFFFF)
+
+
+class Bridge:
+    """One link and the robots on it.
+
+    Call `step` again and again; it returns as soon as there is something to see or to do, so waits are loops:
+    `while not ticket.done: bridge.step(0.1)`.
+
+    When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
+    tickets fail with the link's error. Every later `step` or `send` raises that error.
+
+    Args:
+        link: An open link; closed with the bridge.
+        clock: Tells the time; for a lock-step link, the device's own.
+        taps: What sees everything.
+        system: Own system id.
+        component: Own component id.
+        robots: System ids of the robots to speak with; None takes all that answer. Messages of others are passed on.
+        open_sessions: False watches only, and neither stops nor disarms the robots: see `Peer`.
+        session: Gives session numbers, 1..65535. A run that must be repeatable passes a seeded source.
+
+    Attributes:
+        now: The clock as the last step read it, in s.
+        peers: Robots heard so far, by system id.
+        unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        *,
+        taps: Sequence[Tap] = (),
+        system: int = HOST_SYSTEM,
+        component: int = HOST_COMPONENT,
+        robots: Collection[int] | None = None,
+        open_sessions: bool = True,
+        session: Callable[[], int] = random_session,
+    ) -> None:
+        self.link = link
+        self.now = clock.now()
+        self.peers: dict[int, Peer] = {}
+        self.unsent = 0
+        self._read_clock = clock.now
+        self._taps = tuple(taps)
+        self._system = system
+        self._robots = robots
+        self._open_sessions = open_sessions
+        self._session = session
+        self._codec = MavlinkCodec(system=system, component=component)
+        self._hello_due = self.now
+        self._ended: LinkError | None = None
+        self._told = False
+        self._closed = False
+        self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    @property
+    def rejected(self) -> dict[RejectReason, int]:
+        """Pieces of wire input that were no good message, by reason."""
+        return self._codec.rejected
+
+    def step(self, wait: float) -> list[Event]:
+        """Wait for bytes, take them in, and send what is due.
+
+        The clock is read once, after the wait; chunks carry their own stamps. A step that has something to send at once
+        (a question just asked) does not wait.
+
+        Args:
+            wait: Longest wait in s, in the link's time; it ends early when bytes come or something is due to be sent.
+
+        Returns:
+            What has happened, in order.
+
+        Raises:
+            LinkError: The link had ended before this step (LinkClosedError, also after `close`).
+        """
+        if self._told or self._closed:
+            raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
+        until = self._next_due()
+        chunks = self._pump.take(wait if until > self.now else 0.0, until)
+        now = self.now = self._read_clock()
+        events: list[Event] = []
+        for tap in self._taps:
+            tap.step(now, chunks)
+        if chunks:
+            for stamp, data in chunks:
+                for tap in self._taps:
+                    tap.wire_rx(stamp, data)
+                self._take(self._codec.receive(data, stamp), events)
+        else:
+            self._take(self._codec.flush(now), events)
+        if now >= self._next_due() and self._ended is None:
+            self._service(now, events)
+        ended = self._ended or self._pump.error
+        if ended is not None:
+            self._end(ended, now, events)
+        return events
+
+    def send(self, message: Message) -> None:
+        """Send a message outside all questions and answers.
+
+        Args:
+            message: What to say.
+
+        Raises:
+            EncodeError: The wire can't carry it.
+            LinkClosedError: The link has ended.
+        """
+        if self._ended is not None or self._closed:
+            raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
+        self._write([message], self.now)
+        if self._ended is not None:
+            raise self._ended
+
+    def close(self) -> None:
+        """Stop reading and close the link. Repeating it does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        self._pump.close()
+        self.link.close()
+
+    def _next_due(self) -> float:
+        """When something must be sent next."""
+        if not self.peers:
+            return self._hello_due
+        return min([peer.next_due() for peer in self.peers.values()])
+
+    def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
+        """Tell taps and peers of what the codec has found."""
+        taps, peers = self._taps, self.peers
+        for item in items:
+            for tap in taps:
+                tap.received(item)
+            if not isinstance(item, Received):
+                events.append(item)
+                if len(peers) == 1:  # whose it was can't be told otherwise
+                    next(iter(peers.values())).reject()
+                continue
+            peer = peers.get(item.system) or self._meet(item)
+            if peer is None:
+                events.append(item)
+                continue
+            for event in peer.handle(item):
+                events.append(event)
+                if event is not item:
+                    self._tell(event)
+
+    def _meet(self, received: Received) -> Peer | None:
+        """A new robot, if this is one's heartbeat."""
+        message, system = received.message, received.system
+        if not isinstance(message, Heartbeat) or message.type == _GROUND_STATION or received.component != ROBOT_COMPONENT:
+            return None
+        if system in {0, self._system} or (self._robots is not None and system not in self._robots):
+            return None
+        peer = Peer(
+            system,
+            session=self._session,
+            now=received.time,
+            open_session=self._open_sessions,
+            host_system=self._system,
+        )
+        self.peers[system] = peer
+        return peer
+
+    def _tell(self, event: Event) -> None:
+        for tap in self._taps:
+            tap.event(event)
+
+    def _service(self, now: float, events: list[Event]) -> None:
+        """Send what is due."""
+        if not self.peers:
+            self._hello_due = now + HEARTBEAT_PERIOD
+            self._write([HOST_HEARTBEAT], now)
+            return
+        for peer in self.peers.values():
+            if now < peer.next_due():
+                continue
+            messages = peer.due(now)
+            if messages:
+                self._write(messages, now)
+                if len(self.peers) > 1 and HOST_HEARTBEAT in messages:
+                    for other in self.peers.values():
+                        other.heartbeat_sent(now)
+            for event in peer.events():
+                events.append(event)
+                self._tell(event)
+
+    def _write(self, messages: Sequence[Message], now: float) -> None:
+        """Encode, send, and tell the taps. A link that fails is noted."""
+        encode = self._codec.encode
+        data = b"".join([encode(message) for message in messages])
+        try:
+            self.link.write(data)
+        except LinkTimeoutError:
+            self.unsent += 1
+            return
+        except LinkError as error:
+            self._ended = error
+            return
+        for tap in self._taps:
+            tap.wire_tx(now, data)
+            for message in messages:
+                tap.sent(now, message)
+
+    def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
+        """The link is gone: tell everybody, once."""
+        self._ended = error
+        self._told = True
+        for peer in self.peers.values():
+            for event in peer.closed(error, now):
+                events.append(event)
+                self._tell(event)
