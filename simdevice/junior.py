@@ -110,6 +110,6 @@ JUNIOR_OUTLINE: Final = Outline(
         (-0.060, -0.048),
         (-0.048, -0.060),
         (0.042, -0.060),
-    )  # fmt: skip
+    )
 )
 """12 cm across; the flat front carries the arms, from 4 to 45 mm either side of the middle."""

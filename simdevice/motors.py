@@ -98,7 +98,7 @@ class Motors:
         current = profile.idle_current + profile.stall_current / stall * (abs(wanted_left) + abs(wanted_right))
         self.charge += current * dt
         rest = 1.0 - self.charge / profile.capacity
-        open_voltage = profile.empty_voltage + (profile.full_voltage - profile.empty_voltage) * (rest if rest > 0.0 else 0.0)
+        open_voltage = profile.empty_voltage + (profile.full_voltage - profile.empty_voltage) * max(0.0, rest)
         self.voltage = open_voltage - current * profile.resistance
         self._share = self.voltage / profile.nominal_voltage
 

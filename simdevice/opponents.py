@@ -44,7 +44,7 @@ def _block(depth: float, width: float) -> Outline:
 
 
 def _wedge(depth: float, width: float) -> Outline:
-    """An isosceles triangle, corner forward; sizes in m."""
+    """An isosceles triangle, corner forward, right-angled where it is half as deep as wide; sizes in m."""
     apex = 2 * depth / 3
     return Outline(((apex, 0.0), (apex - depth, width / 2), (apex - depth, -width / 2)))
 
@@ -90,7 +90,7 @@ OPPONENTS: Final[dict[str, OpponentSpec]] = {
         _spec("flat-light", 0.15, (0.40, 0.30), _block(0.04, 0.14), "surface"),
         _spec("flat-heavy", 1.0, (0.48, 0.41), _block(0.04, 0.14), "surface"),
         _spec("curved-light", 0.15, (0.40, 0.30), _arc(0.09, 0.14), "surface, slipping"),
-        _spec("corner-light", 0.15, (0.40, 0.30), _wedge(0.04, 0.14), "corner to edge"),
+        _spec("corner-light", 0.15, (0.40, 0.30), _wedge(0.07, 0.14), "corner to edge"),
         _spec("point-light", 0.10, (0.40, 0.30), Outline(disc=Disc(0.0, 0.02, math.pi)), "point"),
     )
 }

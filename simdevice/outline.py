@@ -135,7 +135,7 @@ class Outline:
         offset = distance * math.sin(angle)
         return distance * math.cos(angle) - math.sqrt(max(0.0, radius * radius - offset * offset))
 
-    def gap(self, x: float, y: float, fx: float, fy: float, right: float, left: float) -> float:
+    def gap(self, x: float, y: float, fx: float, fy: float, strip: tuple[float, float]) -> float:
         """How far ahead of a strip the nearest point of the outline is.
 
         Args:
@@ -143,14 +143,14 @@ class Outline:
             y: Likewise.
             fx: Unit vector of the strip's forward direction.
             fy: Likewise.
-            right: Least lateral position of the strip (left positive), in m.
-            left: Greatest, likewise.
+            strip: Least and greatest lateral position (left positive) of the strip, in m.
 
         Returns:
             Forward distance in m from the frame's origin to the nearest point within the strip; infinite when nothing
             of the outline lies in the strip.
         """
         nearest, side = self._foremost(x, y, fx, fy)
+        right, left = strip
         if right <= side <= left:
             return nearest
         # The outline is convex: what is nearest within the strip lies on the border next to the foremost point.

@@ -117,8 +117,7 @@ class Sensors:
         profile = self._profile
         x = body.x + forward * body.cos - side * body.sin
         y = body.y + forward * body.sin + side * body.cos
-        outside = 0.5 - self._ring.clearance(x, y) / profile.floor_spot
-        share = 0.0 if outside < 0.0 else 1.0 if outside > 1.0 else outside
+        share = max(0.0, min(1.0, 0.5 - self._ring.clearance(x, y) / profile.floor_spot))
         count = profile.floor_on + share * (profile.floor_off - profile.floor_on) + profile.floor_noise * next(self._noise)
         return max(0, min(ADC_MAX, int(count)))
 
@@ -160,7 +159,7 @@ class Sensors:
             self.arm_left = self.arm_right = 0
             return
         near, far = profile.arm_span
-        gap = outline.gap(x, y, cos, sin, near, far) - front
+        gap = outline.gap(x, y, cos, sin, (near, far)) - front
         self.arm_left = 1 if _DEEP < gap <= (profile.arm_release if self.arm_left else profile.arm_press) else 0
-        gap = outline.gap(x, y, cos, sin, -far, -near) - front
+        gap = outline.gap(x, y, cos, sin, (-far, -near)) - front
         self.arm_right = 1 if _DEEP < gap <= (profile.arm_release if self.arm_right else profile.arm_press) else 0

@@ -29,7 +29,7 @@ _FACING: Final = math.radians(15.0)
 """The opponent's front is turned to Junior within this, in rad."""
 _MARGIN: Final = 0.08
 """Junior's centre starts this far inside the border, in m."""
-_OPPONENT_MARGIN: Final = 0.10
+_OPPONENT_MARGIN: Final = 0.08
 """The opponent's centre likewise."""
 _APART: Final = 0.02
 """Least distance between the circles about both bodies, in m."""

@@ -1,0 +1,136 @@
+"""The board of an emulated robot: it runs the C firmware itself, and stands where the drivers would.
+
+The only module that knows cffi. One `Board` is one micro-controller: its working memory is a C struct, its EEPROM an
+image of bytes that survives a power cycle.
+"""
+
+from __future__ import annotations
+
+import importlib
+import struct
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+
+if TYPE_CHECKING:
+    from simdevice.motors import Motors
+    from simdevice.sensors import Sensors
+
+NVM_SIZE: Final = 1024
+"""Size of the EEPROM, in bytes (as on an ATmega328P)."""
+
+_INPUTS: Final = struct.Struct("@2H2HH2B2B2iiB")
+"""The first fields of the C struct `host_io`, as the C compiler lays them out: eyes, floor, battery, arms, what is fitted,
+travel, ground, start."""
+
+
+class _Library(Protocol):
+    """The functions of the firmware's host build."""
+
+    def host_power_on(self, robot: object, micros: int) -> None: ...
+    def host_tick(self, robot: object, micros: int, rx: bytes, rx_len: int) -> int: ...
+
+
+class _Host(Protocol):
+    """The extension module that holds the firmware's host build."""
+
+    ffi: Any
+    lib: _Library
+
+
+def _load() -> _Host:
+    """Import the extension module and check that its struct is the one packed here."""
+    host = cast("_Host", importlib.import_module("firmware_protocol.firmware._host"))
+    offset = host.ffi.offsetof
+    if offset("host_io", "start") != _INPUTS.size - 1 or offset("host_io", "travel_um") != struct.calcsize("@2H2HH2B2B0i"):
+        raise ImportError("the firmware's host build does not match this version of simdevice: build the package again")
+    return host
+
+
+_HOST: Final = _load()
+
+
+class Board:
+    """A micro-controller that runs the firmware.
+
+    Args:
+        uid: Unique id burnt into it.
+        nvm: Image of its EEPROM; None is blank.
+        encoders: Wheel encoders are fitted.
+        ground_odometer: A ground odometer is fitted.
+
+    Attributes:
+        wheel_left: Effort the firmware commands, in permille, -1000..1000.
+        wheel_right: Likewise.
+        start: The start module says go.
+        reboot: The firmware asks for a reset.
+
+    Raises:
+        ValueError: The image has another size than the EEPROM.
+    """
+
+    def __init__(self, *, uid: int, nvm: bytes | None = None, encoders: bool = True, ground_odometer: bool = True) -> None:
+        if nvm is not None and len(nvm) != NVM_SIZE:
+            raise ValueError(f"the EEPROM holds {NVM_SIZE} bytes, the image {len(nvm)}")
+        self._uid = uid
+        self._fitted = (int(encoders), int(ground_odometer))
+        self.start = False
+        self._wire(nvm if nvm is not None else b"\xff" * NVM_SIZE)
+
+    def _wire(self, nvm: bytes) -> None:
+        """Working memory as after power-off: all zero, but for the EEPROM."""
+        ffi = _HOST.ffi
+        self._robot = ffi.new("host_robot *")
+        io = self._robot.io
+        io.uid = self._uid
+        ffi.buffer(io.nvm)[:] = nvm
+        self._nvm = ffi.buffer(io.nvm)
+        self._inputs = ffi.buffer(ffi.addressof(io), _INPUTS.size)
+        self._tx = ffi.buffer(io.tx)
+        self._wheel = io.wheel
+        self._io = io
+        self.wheel_left = self.wheel_right = 0
+        self.reboot = False
+
+    @property
+    def nvm(self) -> bytes:
+        """Image of the EEPROM."""
+        return bytes(self._nvm[:])
+
+    def power_on(self) -> None:
+        """Cut the power and give it back: only the EEPROM is kept, and the clock starts at 0."""
+        self._wire(self.nvm)
+        _HOST.lib.host_power_on(self._robot, 0)
+
+    def tick(self, micros: int, rx: bytes, sensors: Sensors, motors: Motors, ground: float) -> bytes:
+        """Run one control period of the firmware.
+
+        Args:
+            micros: Time since power-on, in us.
+            rx: Bytes that have arrived.
+            sensors: What the drivers read.
+            motors: Encoders and battery.
+            ground: Ground odometer, in m.
+
+        Returns:
+            Bytes that the firmware sends.
+        """
+        _INPUTS.pack_into(
+            self._inputs,
+            0,
+            sensors.eye_left,
+            sensors.eye_right,
+            sensors.floor_left,
+            sensors.floor_right,
+            int(motors.voltage * 1e3),
+            sensors.arm_left,
+            sensors.arm_right,
+            *self._fitted,
+            int(motors.travel_left * 1e6),
+            int(motors.travel_right * 1e6),
+            int(ground * 1e6),
+            self.start,
+        )
+        count = _HOST.lib.host_tick(self._robot, micros, rx, len(rx))
+        self.wheel_left, self.wheel_right = self._wheel
+        if self._io.reboot:
+            self.reboot = True
+        return self._tx[:count] if count else b""

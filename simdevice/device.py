@@ -1,0 +1,91 @@
+"""One emulated robot: a board that runs the firmware, wired to a body on the table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simdevice.arena import PERIOD_US
+from simdevice.board import Board
+
+if TYPE_CHECKING:
+    from simdevice.arena import Piece
+    from simdevice.sumo import Robot
+
+_SYSTEM_BYTE = 5
+"""Where a MAVLink 2 frame carries the sender's system id."""
+
+
+class VirtualDevice:
+    """An emulated Junior: bytes in, one control period, bytes out.
+
+    Args:
+        robot: Its hardware on the table.
+        uid: Unique id of its board.
+        nvm: Image of its EEPROM; None is blank.
+
+    Attributes:
+        robot: Its hardware on the table.
+        other: What its eyes and arms may meet.
+        system: System id it uses on the wire, as its frames say.
+    """
+
+    def __init__(self, robot: Robot, *, uid: int, nvm: bytes | None = None) -> None:
+        profile = robot.profile
+        self.robot = robot
+        self.other: Piece | None = None
+        self.system = 1
+        self._board = Board(uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer)
+        self._micros = 0
+        self._fresh = True
+        self.power_cycle()
+
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """Effort that the firmware commands of the left, right wheel, -1..1."""
+        return self._board.wheel_left / 1000, self._board.wheel_right / 1000
+
+    @property
+    def nvm(self) -> bytes:
+        """Image of its EEPROM: parameters, memory, boot counter."""
+        return self._board.nvm
+
+    @property
+    def uptime(self) -> float:
+        """Time since power-on, in s."""
+        return self._micros * 1e-6
+
+    def set_start(self, *, go: bool) -> None:
+        """Switch the start module's signal, as the referee's remote control does."""
+        self._board.start = go
+
+    def power_cycle(self) -> None:
+        """Cut the power and give it back: the EEPROM is kept, clock and encoders start at 0, the wheels are off."""
+        self.robot.motors.power_on()
+        self.robot.body.ground = 0.0
+        self._board.power_on()
+        self._micros = 0
+        self._fresh = True
+
+    def step(self, inbound: bytes) -> bytes:
+        """One control period: sensors, firmware, wheels. The physics is stepped by the world afterwards.
+
+        Args:
+            inbound: Bytes from the host that have arrived by now.
+
+        Returns:
+            Bytes for the host.
+        """
+        robot = self.robot
+        board = self._board
+        sensors = robot.sensors
+        sensors.sample(self.other)
+        motors = robot.motors
+        sent = board.tick(self._micros, inbound, sensors, motors, robot.body.ground)
+        self._micros += PERIOD_US
+        motors.command(board.wheel_left, board.wheel_right)
+        if sent and self._fresh:
+            self.system = sent[_SYSTEM_BYTE]
+            self._fresh = False
+        if board.reboot:
+            self.power_cycle()
+        return sent

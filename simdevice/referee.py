@@ -1,0 +1,173 @@
+"""The referee of an emulated bout: component 25 of the robot's own system.
+
+It puts everybody at a fresh start pose when asked (REFEREE_RESET), says twenty times a second what it sees
+(REFEREE_STATE), and decides. After a bout is over the world goes on as a real one would: nobody is stopped, the host
+resets when it likes. A physical robot has no such component.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.events import Received
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import (
+    REFEREE_COMPONENT,
+    AckResult,
+    BoutOutcome,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    JuniorAck,
+    JuniorSession,
+    OpponentCode,
+    Phase,
+    Reason,
+    RefereeReset,
+    RefereeState,
+)
+from simdevice.sumo import opponent_code
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.wire import Message
+    from simdevice.sumo import Table
+
+REPORT_PERIODS: Final = 10
+"""Control periods between two REFEREE_STATE: 20 Hz."""
+_HALF: Final = 0x8000
+"""Sequence numbers this far ahead or more are taken to be behind (serial number arithmetic, RFC 1982)."""
+
+
+class Referee:
+    """Resets, judges and reports.
+
+    Args:
+        table: What it watches.
+        on_reset: Called after everybody has been placed.
+
+    Attributes:
+        bout: Number of the bout, from 1; 0 before the first reset.
+        phase: Of the bout.
+    """
+
+    def __init__(self, table: Table, on_reset: Callable[[], None] = lambda: None) -> None:
+        self._table = table
+        self._on_reset = on_reset
+        self._system = 1
+        self._codec = MavlinkCodec(system=self._system, component=REFEREE_COMPONENT)
+        self._last: tuple[int, int] | None = None
+        self._answer: JuniorAck | None = None
+        self._reported: tuple[int, BoutOutcome] | None = None
+        self._countdown = 0
+        self.bout = 0
+
+    @property
+    def phase(self) -> Phase:
+        """Phase of the bout."""
+        if self.bout == 0:
+            return Phase.IDLE
+        return Phase.RUNNING if self._table.outcome is BoutOutcome.UNDECIDED else Phase.OVER
+
+    def follow(self, system: int) -> None:
+        """Belong to this system from now on."""
+        if system != self._system:
+            self._system = system
+            self._codec = MavlinkCodec(system=system, component=REFEREE_COMPONENT)
+
+    def receive(self, data: bytes, now: float) -> bytes:
+        """Take bytes from the host; what is not for the referee is passed over.
+
+        Args:
+            data: Bytes.
+            now: Time of the emulation in s.
+
+        Returns:
+            Answers.
+        """
+        answers: list[Message] = []
+        for event in self._codec.receive(data, now):
+            if not isinstance(event, Received):
+                continue
+            message = event.message
+            if isinstance(message, CommandLong | RefereeReset | JuniorSession) and (
+                message.target_system == self._system and message.target_component == REFEREE_COMPONENT
+            ):
+                answers += self._handle(message, event, now)
+        return b"".join(map(self._codec.encode, answers))
+
+    def _handle(self, message: CommandLong | RefereeReset | JuniorSession, event: Received, now: float) -> list[Message]:
+        """Answer a message that is for the referee."""
+        if isinstance(message, CommandLong):
+            return self._command(message, event, now)
+        if isinstance(message, JuniorSession):
+            return [JuniorAck(message.ID, message.session, message.sequence, AckResult.ACCEPTED, Reason.NONE)]
+        return [self._reset(message)]
+
+    def _command(self, message: CommandLong, event: Received, now: float) -> list[Message]:
+        """Answer a standard command: only its own message can be asked for."""
+        result = CommandResult.UNSUPPORTED
+        if message.command == Command.REQUEST_MESSAGE:
+            result = CommandResult.ACCEPTED if message.param1 == RefereeState.ID else CommandResult.DENIED
+        ack = CommandAck(message.command, result, target_system=event.system, target_component=event.component)
+        return [ack, self.state(now)] if result is CommandResult.ACCEPTED else [ack]
+
+    def _reset(self, message: RefereeReset) -> JuniorAck:
+        """Begin a bout, once for each (session, sequence)."""
+        identity = (message.session, message.sequence)
+        if identity == self._last and self._answer is not None:
+            return self._answer
+        last = self._last
+        if last is not None and last[0] == identity[0] and (identity[1] - last[1]) % (2 * _HALF) >= _HALF:
+            return JuniorAck(message.ID, *identity, AckResult.REFUSED, Reason.OLD_SEQUENCE)
+        opponent = OpponentCode(message.opponent)
+        self._table.reset(message.seed, None if opponent is OpponentCode.KEEP else opponent.label)
+        self.bout += 1
+        self._on_reset()
+        self._last = identity
+        self._answer = JuniorAck(message.ID, *identity, AckResult.ACCEPTED, Reason.NONE)
+        return self._answer
+
+    def report(self, now: float) -> bytes:
+        """What is to be sent after a period: the state when it is due, or when something was decided.
+
+        Args:
+            now: Time of the emulation in s.
+
+        Returns:
+            Bytes for the host; empty most of the time.
+        """
+        self._countdown -= 1
+        seen = (self.bout, self._table.outcome)
+        if self._countdown > 0 and seen == self._reported:
+            return b""
+        if self._countdown <= 0:
+            self._countdown = REPORT_PERIODS
+        self._reported = seen
+        return self._codec.encode(self.state(now))
+
+    def state(self, now: float) -> RefereeState:
+        """What the referee sees.
+
+        Args:
+            now: Time of the emulation in s.
+        """
+        table = self._table
+        junior = table.robot.body
+        opponent = table.opponent
+        return RefereeState(
+            time=now,
+            bout=self.bout,
+            elapsed=table.elapsed,
+            junior=(junior.x, junior.y),
+            junior_heading=math.remainder(junior.angle, math.tau),
+            opponent=(opponent.x, opponent.y),
+            opponent_heading=math.remainder(opponent.angle, math.tau),
+            clearance=table.clearance,
+            phase=self.phase,
+            outcome=table.outcome if self.bout else BoutOutcome.UNDECIDED,
+            opponent_code=opponent_code(table.name),
+        )

@@ -1,0 +1,135 @@
+"""Serves an emulated robot in real time: one control period every 5 ms of a clock, bytes through an endpoint.
+
+Clock and waiting are arguments, so that the loop can be tested without any time passing.
+"""
+
+from __future__ import annotations
+
+import select
+from typing import TYPE_CHECKING, Final, Protocol
+
+from simdevice.arena import PERIOD
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.clock import Clock
+    from simdevice.endpoints import Endpoint
+
+    Wait = Callable[[list[int], float], object]
+    """Sleeps until one of these file descriptors is readable, or for this many seconds."""
+
+MAX_CATCH_UP: Final = 4
+"""Periods that may be made up for at once; what is further behind is given up and counted as an overrun."""
+_PACE: Final = 0.001
+"""Shortest wait while bytes are on their way, in s."""
+
+
+class Steppable(Protocol):
+    """What can be served."""
+
+    def step(self, inbound: bytes) -> bytes:
+        """Advance by one control period."""
+        ...
+
+
+def wait_readable(files: list[int], timeout: float) -> None:
+    """Sleep until one of the files is readable.
+
+    Args:
+        files: File descriptors.
+        timeout: Longest wait in s.
+    """
+    select.select(files, [], [], timeout)
+
+
+class Server:
+    """Steps a world in real time.
+
+    Args:
+        world: What is served.
+        endpoint: Where its client comes.
+        clock: The time to keep up with.
+        wait: How to sleep.
+        speed: Seconds of emulation per second of the clock.
+
+    Attributes:
+        steps: Control periods done.
+        overruns: Times the machine was too slow, so that emulated time fell behind for good.
+        late: Control periods given up that way.
+
+    Raises:
+        ValueError: The speed is not positive.
+    """
+
+    def __init__(
+        self,
+        world: Steppable,
+        endpoint: Endpoint,
+        clock: Clock,
+        *,
+        wait: Wait = wait_readable,
+        speed: float = 1.0,
+    ) -> None:
+        if speed <= 0:
+            raise ValueError(f"the speed is a positive factor, not {speed:g}")
+        self._world = world
+        self._endpoint = endpoint
+        self._clock = clock
+        self._wait = wait
+        self._period = PERIOD / speed
+        self._next = clock.now() + self._period
+        self.steps = 0
+        self.overruns = 0
+        self.late = 0
+
+    def turn(self) -> None:
+        """Wait for the next thing to do, and do it: pass bytes on, or a control period or a few."""
+        endpoint = self._endpoint
+        now = self._clock.now()
+        if now < self._next:
+            pause = min(self._next - now, max(_PACE, endpoint.due() - now))
+            self._wait(endpoint.files(), pause)
+            now = self._clock.now()
+            endpoint.poll(now)
+        if now < self._next:
+            endpoint.send(b"", now)
+            return
+        behind = int((now - self._next) / self._period)
+        if behind > MAX_CATCH_UP:
+            self.overruns += 1
+            self.late += behind - MAX_CATCH_UP
+            self._next += (behind - MAX_CATCH_UP) * self._period
+        while self._next <= now:
+            endpoint.send(self._world.step(endpoint.receive(now)), now)
+            self._next += self._period
+            self.steps += 1
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Serve until told to stop.
+
+        Args:
+            stopped: Asked before every turn, at least every 5 ms; an Event's `is_set` will do.
+        """
+        while not stopped():
+            self.turn()
+
+
+def serve(world: Steppable, endpoint: Endpoint, clock: Clock, stopped: Callable[[], bool]) -> Server:
+    """Serve a world in real time until told to stop, then close the endpoint.
+
+    Args:
+        world: What is served.
+        endpoint: Where its client comes, as from `open_endpoint`; its `url` is what the client opens.
+        clock: The machine's monotonic clock.
+        stopped: An Event's `is_set`, for instance.
+
+    Returns:
+        The server, for its counters.
+    """
+    server = Server(world, endpoint, clock)
+    try:
+        server.run(stopped)
+    finally:
+        endpoint.close()
+    return server

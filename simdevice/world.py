@@ -1,0 +1,127 @@
+"""A whole emulated bout behind one `step`: table, firmware, referee, and one clock."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from simdevice.arena import PERIOD
+from simdevice.device import VirtualDevice
+from simdevice.junior import JuniorProfile
+from simdevice.referee import Referee
+from simdevice.second import Keeper
+from simdevice.sumo import Stream, Table, stream
+
+if TYPE_CHECKING:
+    from simdevice.sumo import Robot
+
+
+class World:
+    """Junior, its opponent and the referee; time passes only in `step`.
+
+    It is a `Clock` (`now`), and what an in-process link can step.
+
+    Args:
+        opponent: Name of the opponent.
+        seed: Seed of everything random.
+        referee: There is a referee on the wire; without one it is as with a physical robot.
+        profile: The device's numbers.
+        nvm: Image of Junior's EEPROM, as `device.nvm` gave it; None is a new robot.
+
+    Attributes:
+        table: Bodies and rules.
+        device: Junior.
+        referee: The referee, if any.
+
+    Raises:
+        ValueError: There is no opponent of this name, or the image has a wrong size.
+    """
+
+    def __init__(
+        self,
+        *,
+        opponent: str = "flat-light",
+        seed: int = 1,
+        referee: bool = True,
+        profile: JuniorProfile | None = None,
+        nvm: bytes | None = None,
+    ) -> None:
+        self._seed = seed
+        self._profile = profile if profile is not None else JuniorProfile()
+        self._ticks = 0
+        self.table = Table(opponent, seed, self._profile)
+        self.device = self._device(self.table.robot, nvm)
+        self.referee = Referee(self.table, self._placed) if referee else None
+        self._second: VirtualDevice | None = None
+        self._keeper = Keeper()
+        self._placed()
+
+    def _device(self, robot: Robot, nvm: bytes | None = None) -> VirtualDevice:
+        """Put a board into a robot."""
+        first = robot is self.table.robot
+        identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
+        uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
+        return VirtualDevice(robot, uid=uid, nvm=nvm)
+
+    def _placed(self) -> None:
+        """Everybody has been put down: see who meets whom, and send a second Junior off."""
+        table = self.table
+        self.device.other = table.opponent
+        if table.second is None or table.opponent is not table.second.body:
+            self._keeper.rest()
+            return
+        if self._second is None:
+            self._second = self._device(table.second)
+        self._second.other = table.robot.body
+        self._keeper.begin()
+
+    def now(self) -> float:
+        """Time of the emulation, in s."""
+        return self._ticks * PERIOD
+
+    def step(self, inbound: bytes) -> bytes:
+        """One control period for everything: sensors, firmware, wheels, physics, referee.
+
+        Args:
+            inbound: Bytes from the host that have arrived by now.
+
+        Returns:
+            Everything sent to the host in this period.
+        """
+        referee = self.referee
+        device = self.device
+        answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
+        sent = device.step(inbound)
+        if self._second is not None and self._second.other is not None and self._keeper.playing:
+            self._second.step(self._keeper.due())
+        self.table.step()
+        self._ticks += 1
+        if referee is None:
+            return sent
+        referee.follow(device.system)
+        return sent + answers + referee.report(self._ticks * PERIOD)
+
+
+def junior_world(
+    *,
+    opponent: str = "flat-light",
+    seed: int = 1,
+    referee: bool = True,
+    profile: JuniorProfile | None = None,
+    nvm: bytes | None = None,
+) -> World:
+    """An emulated Junior on the sumo ring.
+
+    Args:
+        opponent: `flat-light`, `flat-heavy`, `curved-light`, `corner-light`, `point-light` or `junior`.
+        seed: Seed of everything random.
+        referee: There is a referee on the wire.
+        profile: The device's numbers; None are the defaults.
+        nvm: Image of Junior's EEPROM; None is a new robot.
+
+    Returns:
+        A world at time 0, with everybody at a start pose.
+
+    Raises:
+        ValueError: There is no opponent of this name, or the image has a wrong size.
+    """
+    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm)
