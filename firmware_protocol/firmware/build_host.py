@@ -1,0 +1,52 @@
+"""Builds the host version of the firmware, `firmware_protocol.firmware._host`, as a cffi extension in API mode.
+
+setup.py hands `builder` to setuptools; paths are relative to the folder of setup.py. `CC` chooses the compiler.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cffi
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = Path("firmware_protocol/firmware")
+
+DECLARATIONS = """
+typedef struct {
+    uint16_t eye[2];
+    uint16_t floor[2];
+    uint16_t battery_mv;
+    uint8_t  arm[2];
+    uint8_t  has_encoders;
+    uint8_t  has_ground;
+    int32_t  travel_um[2];
+    int32_t  ground_um;
+    uint8_t  start;
+    int16_t  wheel[2];
+    uint8_t  reboot;
+    uint8_t  tx[2048];
+    uint32_t tx_len;
+    uint8_t  nvm[1024];
+    uint64_t uid;
+} host_io;
+typedef struct { host_io io; ...; } host_robot;
+void host_power_on(host_robot *r, uint64_t micros);
+uint32_t host_tick(host_robot *r, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
+void host_cut_power(host_robot *r, int32_t writes);
+uint8_t host_state(const host_robot *r);
+uint32_t host_nvm_writes(const host_robot *r);
+"""
+
+builder = cffi.FFI()
+builder.cdef(DECLARATIONS)
+builder.set_source(
+    "firmware_protocol.firmware._host",
+    '#include "host.h"',
+    sources=[
+        *sorted((FIRMWARE / "core" / path.name).as_posix() for path in (ROOT / FIRMWARE / "core").glob("*.c")),
+        (FIRMWARE / "targets/host/host.c").as_posix(),
+    ],
+    depends=sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / FIRMWARE).glob("*/**/*.h")),
+    include_dirs=[(FIRMWARE / folder).as_posix() for folder in ("core", "targets/host", "_build")],
+)

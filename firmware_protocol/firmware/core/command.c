@@ -1,0 +1,111 @@
+/* COMMAND_LONG: the standard commands, and their answers. */
+#include "core.h"
+
+enum { REBOOT_DELAY_MS = 20 /* lets the answer out */ };
+
+static bool is(float value, float wanted)
+{
+    return value >= wanted && value <= wanted;
+}
+
+static uint8_t arm(struct junior *robot, struct sender from, float param)
+{
+    if (is(param, 0.0f)) {
+        states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
+        return MAV_RESULT_ACCEPTED;
+    }
+    if (!is(param, 1.0f)) {
+        return MAV_RESULT_DENIED;
+    }
+    if (states_fire(robot, EVENT_ARM, JUNIOR_REASON_NONE) != JUNIOR_REASON_NONE) {
+        return MAV_RESULT_TEMPORARILY_REJECTED;
+    }
+    robot->armed_by = from.system;
+    robot->host_heard = robot->time.now;
+    return MAV_RESULT_ACCEPTED;
+}
+
+static uint8_t stop(struct junior *robot, float param)
+{
+    if (!is(param, 1.0f)) {
+        return MAV_RESULT_DENIED; /* it is ended by disarming */
+    }
+    if (robot->state != JUNIOR_STATE_STOPPED) {
+        states_fire(robot, EVENT_ESTOP, JUNIOR_REASON_EMERGENCY_STOP);
+        notice_raise(robot, NOTICE_ESTOP);
+    }
+    return MAV_RESULT_ACCEPTED;
+}
+
+static uint8_t reboot(struct junior *robot, float param)
+{
+    if (!is(param, 1.0f)) {
+        return MAV_RESULT_DENIED;
+    }
+    states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
+    robot->reboot = true;
+    robot->reboot_at = robot->time.now + REBOOT_DELAY_MS;
+    return MAV_RESULT_ACCEPTED;
+}
+
+/* The id that a parameter names, or one that no message has. */
+static uint32_t message_of(float param)
+{
+    return param >= 0.0f && param < 65536.0f ? (uint32_t)param : UINT32_MAX;
+}
+
+static uint8_t set_interval(struct junior *robot, float message, float interval)
+{
+    if (!(interval >= -1.0f && interval <= 2.0e9f)) {
+        return MAV_RESULT_DENIED;
+    }
+    return stream_set_interval(robot, message_of(message), (int32_t)interval);
+}
+
+static uint8_t request(struct junior *robot, float message)
+{
+    uint8_t stream = stream_find(message_of(message));
+
+    if (stream == STREAMS) {
+        return MAV_RESULT_UNSUPPORTED;
+    }
+    robot->streams.requested |= (uint8_t)(1U << stream); /* sent in this tick, after the answer */
+    return MAV_RESULT_ACCEPTED;
+}
+
+void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command)
+{
+    mavlink_command_ack_t ack;
+    uint8_t result;
+
+    if (!direct && command->command != MAV_CMD_DO_FLIGHTTERMINATION
+        && !(command->command == MAV_CMD_COMPONENT_ARM_DISARM && is(command->param1, 0.0f))) {
+        return; /* to all, only stop and e-stop */
+    }
+    switch (command->command) {
+    case MAV_CMD_COMPONENT_ARM_DISARM:
+        result = arm(robot, from, command->param1);
+        break;
+    case MAV_CMD_DO_FLIGHTTERMINATION:
+        result = stop(robot, command->param1);
+        break;
+    case MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+        result = reboot(robot, command->param1);
+        break;
+    case MAV_CMD_SET_MESSAGE_INTERVAL:
+        result = set_interval(robot, command->param1, command->param2);
+        break;
+    case MAV_CMD_REQUEST_MESSAGE:
+        result = request(robot, command->param1);
+        break;
+    default:
+        result = MAV_RESULT_UNSUPPORTED;
+        break;
+    }
+    memset(&ack, 0, sizeof ack);
+    ack.command = command->command;
+    ack.result = result;
+    ack.target_system = from.system;
+    ack.target_component = from.component;
+    SEND(robot, COMMAND_ACK, &ack);
+}

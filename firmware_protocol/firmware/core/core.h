@@ -1,0 +1,118 @@
+/* What the modules of the core say to each other. Targets include junior.h only. */
+#ifndef JUNIOR_CORE_H
+#define JUNIOR_CORE_H
+
+#include "flash.h"
+#include "hal.h"
+#include "junior.h"
+
+/* time.c */
+void time_start(struct junior *robot);
+void time_tick(struct junior *robot);
+bool time_due(const struct junior *robot, uint32_t deadline);
+
+/* frame.c: bytes to messages. frame_receive calls protocol_handle for every good frame. */
+void frame_receive(struct junior *robot);
+
+/* send.c: messages to bytes. False: no room now, nothing was sent. */
+bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length);
+#define SEND(robot, NAME, payload) \
+    send_frame((robot), MAVLINK_MSG_ID_##NAME, MAVLINK_MSG_ID_##NAME##_CRC, (payload), MAVLINK_MSG_ID_##NAME##_LEN)
+
+/* protocol.c, command.c, numbered.c: what a message asks for. */
+void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message);
+void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command);
+void numbered_handle(struct junior *robot, uint16_t id, const union inbound *message);
+void numbered_finish(struct junior *robot, uint16_t id, uint16_t sequence, uint8_t reason);
+enum { ANSWER_PENDING = 0xFF };
+
+/* states.c: one table of states x events. */
+enum event {
+    EVENT_ARM,
+    EVENT_DISARM,
+    EVENT_ESTOP,
+    EVENT_SESSION,      /* a new host */
+    EVENT_DRIVE,        /* JUNIOR_WHEELS */
+    EVENT_MANUAL,       /* MANUAL_CONTROL */
+    EVENT_PERFORM,
+    EVENT_DONE,         /* the wheels' time ran out, or the maneuver ended */
+    EVENT_CONTEST,      /* the countdown begins */
+    EVENT_GO,           /* the countdown is over */
+    EVENT_CONTEST_STOP, /* by command, or by CONTEST_MAX */
+    EVENT_SILENCE,      /* the watchdog */
+    EVENTS
+};
+uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason); /* Reason: NONE when it was done */
+bool states_armed(const struct junior *robot);
+void states_watch(struct junior *robot);
+
+/* wheels.c */
+void wheels_set(struct junior *robot, int16_t left, int16_t right);
+void wheels_stop(struct junior *robot);
+void wheels_drive(struct junior *robot, int16_t left, int16_t right, uint16_t duration);
+void wheels_step(struct junior *robot);
+void wheels_output(struct junior *robot);
+
+/* sensing.c */
+void sensing_start(struct junior *robot);
+void sensing_tick(struct junior *robot);
+uint8_t sensing_stimulus(const struct junior *robot);
+uint8_t sensing_off_ring(const struct junior *robot); /* bit 0 left, bit 1 right */
+
+/* maneuver.c, reflex.c */
+bool maneuver_valid(const struct maneuver_plan *plan);
+void maneuver_begin(struct junior *robot, const struct maneuver_plan *plan, bool reported, uint16_t sequence);
+void maneuver_step(struct junior *robot);
+void maneuver_end(struct junior *robot, uint8_t outcome, uint8_t reason);      /* by what the states decided */
+void maneuver_conclude(struct junior *robot, uint8_t outcome);                 /* of itself: tells the states */
+void maneuver_report(struct junior *robot);
+void maneuver_wheels(struct junior *robot, uint8_t action);
+bool reflex_begin(struct junior *robot);
+void reflex_step(struct junior *robot);
+
+/* contest.c */
+void contest_start(struct junior *robot);
+uint8_t contest_begin(struct junior *robot, uint16_t countdown); /* Reason */
+void contest_step(struct junior *robot);
+void contest_input(struct junior *robot);
+
+/* params.c */
+void params_load(struct junior *robot);
+void params_save(struct junior *robot);
+static inline int16_t params_get(const struct junior *robot, uint8_t index) /* whole: the value; else permille */
+{
+    return robot->params.integer[index];
+}
+void params_handle_read(struct junior *robot, const mavlink_param_request_read_t *request);
+void params_handle_set(struct junior *robot, const mavlink_param_set_t *request);
+void params_list_step(struct junior *robot);
+
+/* nvm.c: bytes and records that survive power-off, whenever the power goes. */
+enum { RECORD_BOOTS, RECORD_PARAMS, RECORD_SIZE = 14 };
+enum record_state { RECORD_BLANK, RECORD_GOOD, RECORD_SPOILT };
+bool nvm_idle(const struct junior *robot);
+void nvm_begin(struct junior *robot, uint16_t address, uint8_t length); /* writes robot->nvm.data; its last byte is the mark */
+void nvm_step(struct junior *robot);
+void nvm_flush(struct junior *robot);
+uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4]); /* enum record_state */
+void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const uint8_t value[4]);
+
+/* memory.c */
+enum { MEMORY_SLOT_SIZE = 16, MEMORY_ADDRESS = HAL_NVM_SIZE - (MEMORY_SLOTS + 1) * MEMORY_SLOT_SIZE, MEMORY_NONE = 0xFF };
+void memory_load(struct junior *robot);
+uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current); /* slot, or MEMORY_NONE */
+bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan);
+uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_write_t *request);
+uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_read_t *request);
+void memory_step(struct junior *robot);
+
+/* stream.c, notice.c */
+void stream_start(struct junior *robot);
+void stream_step(struct junior *robot);
+uint8_t stream_find(uint32_t message); /* stream_id, or STREAMS */
+uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t interval); /* MAV_RESULT */
+enum notice { NOTICE_WATCHDOG, NOTICE_ESTOP, NOTICE_BATTERY, NOTICE_DEFAULTS, NOTICES };
+void notice_raise(struct junior *robot, uint8_t notice);
+void notice_step(struct junior *robot);
+
+#endif

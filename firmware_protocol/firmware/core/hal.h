@@ -1,0 +1,38 @@
+/* The hardware, as the core sees it. Every target implements these functions; nothing else touches hardware.
+ *
+ * `board` is the target's own pointer, handed to junior_power_on. Sides: 0 left, 1 right.
+ */
+#ifndef JUNIOR_HAL_H
+#define JUNIOR_HAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define HAL_NVM_SIZE 1024U /* bytes of non-volatile memory; a blank byte reads 0xFF */
+
+uint64_t hal_micros(void *board);                 /* time since power-on, us */
+uint64_t hal_uid(void *board);                    /* unique id of the board */
+
+uint16_t hal_eye(void *board, uint8_t side);      /* ADC counts 0..1023 */
+uint16_t hal_floor(void *board, uint8_t side);    /* ADC counts 0..1023 */
+uint8_t hal_arm(void *board, uint8_t side);       /* 1: switch closed, bouncing */
+uint8_t hal_start(void *board);                   /* start module: 1 go */
+uint16_t hal_battery(void *board);                /* mV */
+bool hal_has_encoders(void *board);
+bool hal_has_ground(void *board);
+int32_t hal_travel(void *board, uint8_t side);    /* wheel encoder since power-on, um; wraps */
+int32_t hal_ground(void *board);                  /* ground odometer since power-on, um, forward positive; wraps */
+
+void hal_set_wheels(void *board, int16_t left, int16_t right); /* effort, permille */
+
+int16_t hal_read(void *board);                    /* next byte received, or -1 */
+uint16_t hal_write_room(void *board);             /* bytes that hal_write will take now */
+void hal_write(void *board, const uint8_t *data, uint8_t length);
+
+uint8_t hal_nvm_read(void *board, uint16_t address);
+bool hal_nvm_ready(void *board);                  /* a write now would not block */
+void hal_nvm_write(void *board, uint16_t address, uint8_t value);
+
+void hal_reboot(void *board);                     /* asks for a reset; may return */
+
+#endif

@@ -1,0 +1,321 @@
+/* The maneuver memory: which maneuver answers which stimulus, in non-volatile memory.
+ *
+ * A slot is 16 bytes: previous stimulus, current stimulus, options (low nibble) and turn (high), actions, period,
+ * checksum, and as the mark the number of actions. There is one slot more than MEM_SLOTS: a maneuver that replaces
+ * another is written to a free slot first, then the old one is blanked. After a power cut in between, both are there
+ * and the turn (0..2) tells which is newer. The checksum of the table runs over the used slots sorted by previous, then
+ * current stimulus, as stored but without turn and checksum: it depends on what is stored, not on how it came there.
+ */
+#include "core.h"
+
+enum {
+    PHYSICAL = MEMORY_SLOTS + 1,
+    AT_PREVIOUS = 0,
+    AT_CURRENT = 1,
+    AT_OPTIONS = 2,
+    AT_ACTIONS = 3,
+    AT_PERIOD = 11,
+    AT_CRC = 13,
+    AT_COUNT = 15,
+    TURNS = 3,
+    STIMULI = 16,
+    BLANK = 0xFF,
+};
+
+static uint8_t read(struct junior *robot, uint8_t slot, uint8_t at)
+{
+    return hal_nvm_read(robot->board, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + at));
+}
+
+static bool is_valid(const struct junior *robot, uint8_t slot)
+{
+    return (robot->memory.valid[slot / 8] & (1U << slot % 8)) != 0;
+}
+
+static void set_valid(struct junior *robot, uint8_t slot, bool valid)
+{
+    uint8_t bit = (uint8_t)(1U << slot % 8);
+
+    if (is_valid(robot, slot) != valid) {
+        robot->memory.valid[slot / 8] ^= bit;
+        robot->memory.used = (uint8_t)(robot->memory.used + (valid ? 1 : -1));
+    }
+}
+
+static bool stimulus_ok(uint8_t previous, uint8_t current)
+{
+    return current < STIMULI && (previous < STIMULI || previous == ANY_STIMULUS);
+}
+
+static bool intact(struct junior *robot, uint8_t slot)
+{
+    uint8_t i, count = read(robot, slot, AT_COUNT);
+    uint16_t crc = 0xFFFF;
+
+    if (count < 1 || count > MAX_ACTIONS || !stimulus_ok(read(robot, slot, AT_PREVIOUS), read(robot, slot, AT_CURRENT))) {
+        return false;
+    }
+    for (i = 0; i < AT_CRC; i++) {
+        crc = wire_crc(crc, read(robot, slot, i));
+    }
+    crc = wire_crc(crc, count);
+    return read(robot, slot, AT_CRC) == (uint8_t)crc && read(robot, slot, AT_CRC + 1) == (uint8_t)(crc >> 8);
+}
+
+static uint16_t key(struct junior *robot, uint8_t slot)
+{
+    return (uint16_t)((uint16_t)read(robot, slot, AT_PREVIOUS) << 8 | read(robot, slot, AT_CURRENT));
+}
+
+/* The used slot with the least key from `from` on. */
+static uint8_t next_slot(struct junior *robot, uint16_t from)
+{
+    uint8_t slot, best = MEMORY_NONE;
+    uint16_t best_key = 0;
+
+    for (slot = 0; slot < PHYSICAL; slot++) {
+        if (is_valid(robot, slot)) {
+            uint16_t this_key = key(robot, slot);
+            if (this_key >= from && (best == MEMORY_NONE || this_key < best_key)) {
+                best = slot;
+                best_key = this_key;
+            }
+        }
+    }
+    return best;
+}
+
+static void update_checksum(struct junior *robot)
+{
+    uint16_t crc = 0xFFFF;
+    uint8_t i, slot;
+
+    for (slot = next_slot(robot, 0); slot != MEMORY_NONE; slot = next_slot(robot, (uint16_t)(key(robot, slot) + 1))) {
+        for (i = 0; i < AT_CRC; i++) {
+            uint8_t byte = read(robot, slot, i);
+            crc = wire_crc(crc, i == AT_OPTIONS ? byte & 15U : byte);
+        }
+        crc = wire_crc(crc, read(robot, slot, AT_COUNT));
+    }
+    robot->memory.checksum = crc;
+}
+
+/* Of two slots with the same key, the power went before the older one was blanked. */
+static void forget_older(struct junior *robot, uint8_t slot)
+{
+    uint8_t other;
+
+    for (other = 0; other < slot; other++) {
+        if (is_valid(robot, other) && key(robot, other) == key(robot, slot)) {
+            uint8_t turn = read(robot, slot, AT_OPTIONS) >> 4;
+            uint8_t other_turn = read(robot, other, AT_OPTIONS) >> 4;
+            uint8_t older = other_turn == (turn + 1) % TURNS ? slot : other;
+
+            set_valid(robot, older, false);
+            robot->nvm.data[0] = BLANK;
+            nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + older * MEMORY_SLOT_SIZE + AT_COUNT), 1);
+            nvm_flush(robot);
+        }
+    }
+}
+
+void memory_load(struct junior *robot)
+{
+    uint8_t slot;
+
+    for (slot = 0; slot < PHYSICAL; slot++) {
+        if (intact(robot, slot)) {
+            set_valid(robot, slot, true);
+            forget_older(robot, slot);
+        }
+    }
+    update_checksum(robot);
+}
+
+uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current)
+{
+    uint8_t slot;
+
+    for (slot = 0; slot < PHYSICAL; slot++) {
+        if (is_valid(robot, slot) && read(robot, slot, AT_CURRENT) == current && read(robot, slot, AT_PREVIOUS) == previous) {
+            return slot;
+        }
+    }
+    return MEMORY_NONE;
+}
+
+/* False when the slot has rotted since boot. */
+bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan)
+{
+    uint8_t i;
+
+    plan->period = (uint16_t)(read(robot, slot, AT_PERIOD) | (uint16_t)read(robot, slot, AT_PERIOD + 1) << 8);
+    plan->options = read(robot, slot, AT_OPTIONS) & 15;
+    plan->count = read(robot, slot, AT_COUNT);
+    for (i = 0; i < MAX_ACTIONS; i++) {
+        plan->actions[i] = read(robot, slot, (uint8_t)(AT_ACTIONS + i));
+    }
+    return maneuver_valid(plan);
+}
+
+static uint8_t free_slot(struct junior *robot)
+{
+    uint8_t slot = 0;
+
+    while (is_valid(robot, slot)) { /* at most MEM_SLOTS of the slots are used: there is always one */
+        slot++;
+    }
+    return slot;
+}
+
+static void erase(struct junior *robot, uint8_t slot)
+{
+    set_valid(robot, slot, false);
+    robot->nvm.data[0] = BLANK;
+    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + AT_COUNT), 1);
+}
+
+static void write(struct junior *robot, const mavlink_junior_memory_write_t *request, uint8_t slot, uint8_t turn)
+{
+    uint8_t *data = robot->nvm.data;
+    uint16_t crc = 0xFFFF;
+    uint8_t i;
+
+    data[AT_PREVIOUS] = request->previous;
+    data[AT_CURRENT] = request->current;
+    data[AT_OPTIONS] = (uint8_t)(request->options | turn << 4);
+    memcpy(data + AT_ACTIONS, request->actions, MAX_ACTIONS);
+    data[AT_PERIOD] = (uint8_t)request->period;
+    data[AT_PERIOD + 1] = (uint8_t)(request->period >> 8);
+    data[AT_COUNT] = request->count;
+    for (i = 0; i < AT_CRC; i++) {
+        crc = wire_crc(crc, data[i]);
+    }
+    crc = wire_crc(crc, data[AT_COUNT]);
+    data[AT_CRC] = (uint8_t)crc;
+    data[AT_CRC + 1] = (uint8_t)(crc >> 8);
+    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE), MEMORY_SLOT_SIZE);
+}
+
+/* A Reason; or ANSWER_PENDING: memory_step answers when the bytes are where they belong. */
+uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_write_t *request)
+{
+    struct memory *memory = &robot->memory;
+    uint8_t old;
+
+    if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST || memory->job != JOB_NONE
+        || !nvm_idle(robot)) {
+        return JUNIOR_REASON_BUSY;
+    }
+    memory->sequence = request->sequence;
+    if (request->count == 0 && request->previous == ANY_STIMULUS && request->current == ANY_STIMULUS) {
+        memory->job = JOB_ERASE_ALL;
+        return ANSWER_PENDING;
+    }
+    if (!stimulus_ok(request->previous, request->current)) {
+        return JUNIOR_REASON_BAD_VALUE;
+    }
+    old = memory_find(robot, request->previous, request->current);
+    if (request->count == 0) {
+        if (old != MEMORY_NONE) {
+            erase(robot, old);
+        }
+        memory->job = JOB_ERASE_OLD;
+        memory->old = MEMORY_NONE;
+        return ANSWER_PENDING;
+    }
+    {
+        struct maneuver_plan plan;
+
+        plan.period = request->period;
+        plan.options = (uint8_t)(request->options > 15 ? 255 : request->options);
+        plan.count = request->count;
+        memcpy(plan.actions, request->actions, MAX_ACTIONS);
+        if (!maneuver_valid(&plan)) {
+            return JUNIOR_REASON_BAD_VALUE;
+        }
+    }
+    if (old == MEMORY_NONE && memory->used >= MEMORY_SLOTS) {
+        return JUNIOR_REASON_MEMORY_FULL;
+    }
+    memory->old = old;
+    memory->slot = free_slot(robot);
+    memory->job = JOB_WRITE;
+    write(robot, request, memory->slot, old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> 4) + 1) % TURNS));
+    return ANSWER_PENDING;
+}
+
+static void answer(struct junior *robot, uint8_t reason)
+{
+    robot->memory.job = JOB_NONE;
+    update_checksum(robot);
+    numbered_finish(robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, robot->memory.sequence, reason);
+}
+
+/* Goes on with a write as far as the hardware lets it. */
+void memory_step(struct junior *robot)
+{
+    struct memory *memory = &robot->memory;
+    uint8_t slot;
+
+    while (memory->job != JOB_NONE && nvm_idle(robot)) {
+        switch (memory->job) {
+        case JOB_WRITE:
+            if (!intact(robot, memory->slot)) { /* worn out */
+                answer(robot, JUNIOR_REASON_STORAGE_FAILED);
+                break;
+            }
+            set_valid(robot, memory->slot, true);
+            if (memory->old != MEMORY_NONE) {
+                erase(robot, memory->old);
+            }
+            memory->job = JOB_ERASE_OLD;
+            break;
+        case JOB_ERASE_OLD:
+            answer(robot, JUNIOR_REASON_NONE);
+            break;
+        default: /* JOB_ERASE_ALL */
+            slot = next_slot(robot, 0);
+            if (slot == MEMORY_NONE) {
+                answer(robot, JUNIOR_REASON_NONE);
+            } else {
+                erase(robot, slot);
+            }
+            break;
+        }
+    }
+}
+
+/* Answered by JUNIOR_MEMORY_ENTRY when there is such a slot. */
+uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_read_t *request)
+{
+    mavlink_junior_memory_entry_t entry;
+    struct maneuver_plan plan;
+    uint8_t index = 0;
+    uint8_t slot;
+
+    for (slot = next_slot(robot, 0); slot != MEMORY_NONE; slot = next_slot(robot, (uint16_t)(key(robot, slot) + 1))) {
+        if (request->index == 255 ? read(robot, slot, AT_PREVIOUS) == request->previous && read(robot, slot, AT_CURRENT) == request->current
+                                  : index == request->index) {
+            break;
+        }
+        index++;
+    }
+    if (slot == MEMORY_NONE || !memory_plan(robot, slot, &plan)) {
+        return JUNIOR_REASON_NOT_FOUND;
+    }
+    memset(&entry, 0, sizeof entry);
+    entry.session = request->session;
+    entry.sequence = request->sequence;
+    entry.checksum = robot->memory.checksum;
+    entry.period = plan.period;
+    entry.options = plan.options;
+    entry.used = robot->memory.used;
+    entry.index = index;
+    entry.previous = read(robot, slot, AT_PREVIOUS);
+    entry.current = read(robot, slot, AT_CURRENT);
+    entry.count = plan.count;
+    memcpy(entry.actions, plan.actions, MAX_ACTIONS);
+    SEND(robot, JUNIOR_MEMORY_ENTRY, &entry);
+    return JUNIOR_REASON_NONE;
+}

@@ -1,0 +1,49 @@
+/* STATUSTEXT: a line for a person, not more than four a second. */
+#include "core.h"
+
+enum { TEXT = 50, APART_MS = 250, BATTERY_APART_MS = 30000, BATTERY_STEADY_MS = 1000 };
+
+static const char texts[NOTICES][TEXT] HAL_FLASH = {
+    "Stopped: no word from the host",
+    "Emergency stop: disarm, then arm",
+    "Battery low",
+    "Stored parameters were damaged: defaults restored",
+};
+
+void notice_raise(struct junior *robot, uint8_t notice)
+{
+    robot->notices.pending |= (uint8_t)(1U << notice);
+}
+
+static void watch_battery(struct junior *robot)
+{
+    struct sensing *sensing = &robot->sensing;
+
+    if (sensing->battery >= (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
+        sensing->battery_good = robot->time.now;
+    } else if (robot->time.now - sensing->battery_good >= BATTERY_STEADY_MS && time_due(robot, robot->notices.battery_next)) {
+        robot->notices.battery_next = robot->time.now + BATTERY_APART_MS;
+        notice_raise(robot, NOTICE_BATTERY);
+    }
+}
+
+void notice_step(struct junior *robot)
+{
+    mavlink_statustext_t text;
+    uint8_t notice = 0;
+
+    watch_battery(robot);
+    if (robot->notices.pending == 0 || !time_due(robot, robot->notices.next)) {
+        return;
+    }
+    while (!(robot->notices.pending & (1U << notice))) {
+        notice++;
+    }
+    memset(&text, 0, sizeof text);
+    text.severity = notice == NOTICE_ESTOP ? MAV_SEVERITY_CRITICAL : MAV_SEVERITY_WARNING;
+    flash_copy(text.text, texts[notice], TEXT);
+    if (SEND(robot, STATUSTEXT, &text)) {
+        robot->notices.pending &= (uint8_t) ~(1U << notice);
+        robot->notices.next = robot->time.now + APART_MS;
+    }
+}

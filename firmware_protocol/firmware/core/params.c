@@ -1,0 +1,166 @@
+/* Parameters: REAL32 on the wire and in memory that survives power-off, integers for whoever uses them. */
+#include "core.h"
+
+enum { NAME = 16, NO_INDEX = 0xFFFF };
+
+struct param_row {
+    char name[NAME];
+    float initial, minimum, maximum;
+    uint8_t flags;
+};
+
+#define ROW(name, initial, minimum, maximum, flags) {#name, initial, minimum, maximum, flags},
+static const struct param_row rows[PARAM_COUNT] HAL_FLASH = {PARAM_TABLE(ROW)};
+#undef ROW
+
+/* Not written is what is not allowed: NaN fails every comparison. */
+static bool allowed(uint8_t index, float value)
+{
+    if (!(value >= flash_float(&rows[index].minimum) && value <= flash_float(&rows[index].maximum))) {
+        return false;
+    }
+    return !(flash_u8(&rows[index].flags) & PARAM_FLAG_WHOLE) || (float)(int16_t)value == value;
+}
+
+static void take(struct junior *robot, uint8_t index, float value)
+{
+    robot->params.value[index] = value;
+    robot->params.integer[index]
+        = (int16_t)(flash_u8(&rows[index].flags) & PARAM_FLAG_WHOLE ? value : value * 1000.0f + 0.5f);
+}
+
+/* The name is in a record's checksum: a parameter that moved in the table is not mistaken for another. */
+static uint16_t seed_of(uint8_t index)
+{
+    uint16_t crc = 0xFFFF;
+    uint8_t i;
+
+    for (i = 0; i < NAME; i++) {
+        crc = wire_crc(crc, flash_u8(&rows[index].name[i]));
+    }
+    return crc;
+}
+
+void params_load(struct junior *robot)
+{
+    uint8_t i, bytes[4];
+    float value;
+
+    robot->params.list_next = PARAM_COUNT;
+    for (i = 0; i < PARAM_COUNT; i++) {
+        take(robot, i, flash_float(&rows[i].initial));
+        if (flash_u8(&rows[i].flags) & PARAM_FLAG_READ_ONLY) {
+            continue;
+        }
+        switch (nvm_record_read(robot, (uint8_t)(RECORD_PARAMS + i), seed_of(i), bytes)) {
+        case RECORD_GOOD:
+            memcpy(&value, bytes, sizeof value);
+            if (allowed(i, value)) {
+                take(robot, i, value);
+            }
+            break;
+        case RECORD_SPOILT:
+            notice_raise(robot, NOTICE_DEFAULTS);
+            break;
+        default:
+            break;
+        }
+    }
+}
+
+/* Stores one changed parameter, when nothing else is being stored. */
+void params_save(struct junior *robot)
+{
+    uint8_t i, bytes[4];
+
+    for (i = 0; i < PARAM_COUNT; i++) {
+        if (robot->params.unsaved[i / 8] == 0) {
+            i |= 7;
+            continue;
+        }
+        if (robot->params.unsaved[i / 8] & (1U << i % 8)) {
+            if (!nvm_idle(robot)) {
+                return;
+            }
+            robot->params.unsaved[i / 8] &= (uint8_t) ~(1U << i % 8);
+            memcpy(bytes, &robot->params.value[i], sizeof bytes);
+            nvm_record_write(robot, (uint8_t)(RECORD_PARAMS + i), seed_of(i), bytes);
+        }
+    }
+}
+
+static uint8_t find(const char name[NAME])
+{
+    uint8_t i, k;
+
+    for (i = 0; i < PARAM_COUNT; i++) {
+        for (k = 0; k < NAME && (char)flash_u8(&rows[i].name[k]) == name[k]; k++) {
+            if (name[k] == 0) {
+                return i;
+            }
+        }
+        if (k == NAME) {
+            return i;
+        }
+    }
+    return PARAM_COUNT;
+}
+
+static bool send_value(struct junior *robot, uint8_t index)
+{
+    mavlink_param_value_t value;
+
+    memset(&value, 0, sizeof value);
+    flash_copy(value.param_id, rows[index].name, NAME);
+    value.param_value = robot->params.value[index];
+    value.param_type = MAV_PARAM_TYPE_REAL32;
+    value.param_count = PARAM_COUNT;
+    value.param_index = index;
+    return SEND(robot, PARAM_VALUE, &value);
+}
+
+void params_handle_read(struct junior *robot, const mavlink_param_request_read_t *request)
+{
+    mavlink_param_value_t nothing;
+    uint8_t index = PARAM_COUNT;
+
+    if (request->param_index < 0) {
+        index = find(request->param_id);
+    } else if (request->param_index < PARAM_COUNT) {
+        index = (uint8_t)request->param_index;
+    }
+    if (index < PARAM_COUNT) {
+        send_value(robot, index);
+        return;
+    }
+    memset(&nothing, 0, sizeof nothing);
+    memcpy(nothing.param_id, request->param_id, NAME);
+    nothing.param_type = MAV_PARAM_TYPE_REAL32;
+    nothing.param_count = PARAM_COUNT;
+    nothing.param_index = NO_INDEX;
+    SEND(robot, PARAM_VALUE, &nothing);
+}
+
+/* What is not allowed changes nothing; the answer is the value in force. */
+void params_handle_set(struct junior *robot, const mavlink_param_set_t *request)
+{
+    uint8_t index = find(request->param_id);
+
+    if (index == PARAM_COUNT) {
+        return;
+    }
+    if (!(flash_u8(&rows[index].flags) & PARAM_FLAG_READ_ONLY) && allowed(index, request->param_value)
+        && request->param_value != robot->params.value[index]) {
+        take(robot, index, request->param_value);
+        robot->params.unsaved[index / 8] |= (uint8_t)(1U << index % 8);
+    }
+    send_value(robot, index);
+}
+
+/* One a tick, so that a slow line has room for the rest. */
+void params_list_step(struct junior *robot)
+{
+    if (robot->params.list_next < PARAM_COUNT && send_value(robot, robot->params.list_next)) {
+        robot->params.list_next++;
+    }
+}

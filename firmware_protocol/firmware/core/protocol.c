@@ -1,0 +1,109 @@
+/* Which module a message is for. */
+#include "core.h"
+
+enum { MANUAL_MS = 250 /* dead-man of MANUAL_CONTROL */, NOT_GIVEN = INT16_MAX };
+
+static void answer_ping(struct junior *robot, struct sender from, const mavlink_ping_t *ping)
+{
+    mavlink_ping_t answer = *ping;
+
+    if (ping->target_system != 0) {
+        return; /* an answer to a question of ours; we ask none */
+    }
+    answer.target_system = from.system;
+    answer.target_component = from.component;
+    SEND(robot, PING, &answer);
+}
+
+static void answer_timesync(struct junior *robot, struct sender from, const mavlink_timesync_t *question)
+{
+    mavlink_timesync_t answer;
+
+    if (question->tc1 != 0) {
+        return;
+    }
+    memset(&answer, 0, sizeof answer);
+    answer.tc1 = (int64_t)(robot->time.micros * 1000U);
+    answer.ts1 = question->ts1;
+    answer.target_system = from.system;
+    answer.target_component = from.component;
+    SEND(robot, TIMESYNC, &answer);
+}
+
+static bool stick(int16_t *value)
+{
+    if (*value == NOT_GIVEN) {
+        *value = 0;
+    }
+    return *value >= -1000 && *value <= 1000;
+}
+
+static int16_t limited(int16_t value)
+{
+    return value < -1000 ? -1000 : value > 1000 ? 1000 : value;
+}
+
+/* Only from the system that armed. */
+static void drive_manually(struct junior *robot, struct sender from, const mavlink_manual_control_t *control)
+{
+    int16_t forward = control->x;
+    int16_t turn = control->r;
+
+    if (from.system != robot->armed_by || !stick(&forward) || !stick(&turn)
+        || states_fire(robot, EVENT_MANUAL, JUNIOR_REASON_BY_COMMAND) != JUNIOR_REASON_NONE) {
+        return;
+    }
+    wheels_drive(robot, limited((int16_t)(forward + turn)), limited((int16_t)(forward - turn)), MANUAL_MS);
+}
+
+static void take_result_ack(struct junior *robot, const mavlink_junior_result_ack_t *ack)
+{
+    if (ack->session == robot->maneuver.result.session && ack->sequence == robot->maneuver.result.sequence) {
+        robot->maneuver.result_pending = false;
+    }
+}
+
+/* What is said to all robots. */
+static bool for_all(uint16_t id, const union inbound *message)
+{
+    return id == MAVLINK_MSG_ID_PING || id == MAVLINK_MSG_ID_TIMESYNC || id == MAVLINK_MSG_ID_COMMAND_LONG
+           || (id == MAVLINK_MSG_ID_JUNIOR_CONTEST && message->contest.command == JUNIOR_CONTEST_COMMAND_STOP);
+}
+
+void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message)
+{
+    if (!direct && !for_all(id, message)) {
+        return;
+    }
+    switch (id) {
+    case MAVLINK_MSG_ID_HEARTBEAT: /* being heard is all it is for */
+        break;
+    case MAVLINK_MSG_ID_PING:
+        answer_ping(robot, from, &message->ping);
+        break;
+    case MAVLINK_MSG_ID_TIMESYNC:
+        answer_timesync(robot, from, &message->timesync);
+        break;
+    case MAVLINK_MSG_ID_PARAM_REQUEST_READ:
+        params_handle_read(robot, &message->param_request_read);
+        break;
+    case MAVLINK_MSG_ID_PARAM_REQUEST_LIST:
+        robot->params.list_next = 0;
+        break;
+    case MAVLINK_MSG_ID_PARAM_SET:
+        params_handle_set(robot, &message->param_set);
+        break;
+    case MAVLINK_MSG_ID_MANUAL_CONTROL:
+        drive_manually(robot, from, &message->manual_control);
+        break;
+    case MAVLINK_MSG_ID_COMMAND_LONG:
+        command_handle(robot, from, direct, &message->command_long);
+        break;
+    case MAVLINK_MSG_ID_JUNIOR_RESULT_ACK:
+        take_result_ack(robot, &message->result_ack);
+        break;
+    default:
+        numbered_handle(robot, id, message);
+        break;
+    }
+}

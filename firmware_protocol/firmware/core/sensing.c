@@ -1,0 +1,130 @@
+/* From counts and switches to decisions: eyes see, arms are pressed and hold, the floor ends. Travel is kept here too. */
+#include "core.h"
+
+enum { UM_PER_MM = 1000 };
+
+static const uint8_t eye_on[2] = {PARAM_EYE_L_ON, PARAM_EYE_R_ON};
+static const uint8_t floor_off[2] = {PARAM_FLOOR_L_OFF, PARAM_FLOOR_R_OFF};
+
+static bool has(const struct sensing *sensing, uint16_t flag)
+{
+    return (sensing->flags & flag) != 0;
+}
+
+static void put(struct sensing *sensing, uint16_t flag, bool on)
+{
+    sensing->flags = (uint16_t)(on ? sensing->flags | flag : sensing->flags & (uint16_t)~flag);
+}
+
+/* Sees at or above the threshold, ceases to see when below it by more than the hysteresis. */
+static void read_eye(struct junior *robot, uint8_t side)
+{
+    struct sensing *sensing = &robot->sensing;
+    uint16_t flag = (uint16_t)(JUNIOR_SENSOR_FLAG_EYE_LEFT << side);
+    int16_t threshold = params_get(robot, eye_on[side]);
+
+    if (has(sensing, flag)) {
+        threshold = (int16_t)(threshold - params_get(robot, PARAM_EYE_HYST));
+    }
+    sensing->eye[side] = hal_eye(robot->board, side);
+    put(sensing, flag, (int16_t)sensing->eye[side] >= threshold);
+}
+
+static void read_floor(struct junior *robot, uint8_t side)
+{
+    struct sensing *sensing = &robot->sensing;
+    bool above;
+
+    sensing->floor[side] = hal_floor(robot->board, side);
+    above = (int16_t)sensing->floor[side] >= params_get(robot, floor_off[side]);
+    put(sensing, (uint16_t)(JUNIOR_SENSOR_FLAG_OFF_RING_LEFT << side), above != (params_get(robot, PARAM_FLOOR_INVERT) != 0));
+}
+
+/* A switch counts once it has been steady for ARM_DEBOUNCE; pressed for ARM_HOLD, it holds. */
+static void read_arm(struct junior *robot, uint8_t side)
+{
+    struct sensing *sensing = &robot->sensing;
+    struct arm *arm = &sensing->arm[side];
+    uint16_t flag = (uint16_t)(JUNIOR_SENSOR_FLAG_ARM_LEFT << side);
+    uint8_t raw = hal_arm(robot->board, side) != 0;
+    uint32_t now = robot->time.now;
+
+    if (raw != arm->raw) {
+        arm->raw = raw;
+        arm->raw_since = now;
+    }
+    if (raw != has(sensing, flag) && now - arm->raw_since >= (uint32_t)params_get(robot, PARAM_ARM_DEBOUNCE)) {
+        put(sensing, flag, raw);
+        arm->pressed_since = now;
+        if (raw) {
+            sensing->edges |= (uint8_t)(1U << side);
+        }
+    }
+    put(sensing, (uint16_t)(JUNIOR_SENSOR_FLAG_HELD_LEFT << side),
+        has(sensing, flag) && now - arm->pressed_since >= (uint32_t)params_get(robot, PARAM_ARM_HOLD));
+}
+
+/* Wraps as the encoder does: differences are taken without a sign. */
+static int32_t moved(int32_t now, int32_t *before)
+{
+    int32_t difference = (int32_t)((uint32_t)now - (uint32_t)*before);
+
+    *before = now;
+    return difference;
+}
+
+static void read_travel(struct junior *robot, uint8_t side)
+{
+    struct sensing *sensing = &robot->sensing;
+    int32_t um;
+
+    if (has(sensing, JUNIOR_SENSOR_FLAG_TRAVEL_FROM_ENCODERS)) {
+        um = moved(hal_travel(robot->board, side), &sensing->encoder[side]);
+    } else {
+        um = (int32_t)robot->wheels.effort[side] * params_get(robot, PARAM_WHEEL_SPEED) / 1000 * robot->time.elapsed;
+    }
+    if (um == 0) {
+        return;
+    }
+    sensing->travel_mm[side] = (int32_t)((uint32_t)sensing->travel_mm[side] + (uint32_t)(um / UM_PER_MM));
+    um = um % UM_PER_MM + sensing->travel_um[side];
+    sensing->travel_mm[side] = (int32_t)((uint32_t)sensing->travel_mm[side] + (uint32_t)(um / UM_PER_MM));
+    sensing->travel_um[side] = (int16_t)(um % UM_PER_MM);
+}
+
+void sensing_start(struct junior *robot)
+{
+    struct sensing *sensing = &robot->sensing;
+
+    put(sensing, JUNIOR_SENSOR_FLAG_TRAVEL_FROM_ENCODERS, hal_has_encoders(robot->board));
+    put(sensing, JUNIOR_SENSOR_FLAG_GROUND_ODOMETER, hal_has_ground(robot->board));
+    sensing->encoder[LEFT] = hal_travel(robot->board, LEFT);
+    sensing->encoder[RIGHT] = hal_travel(robot->board, RIGHT);
+    sensing->ground = hal_ground(robot->board);
+}
+
+void sensing_tick(struct junior *robot)
+{
+    struct sensing *sensing = &robot->sensing;
+    uint8_t side;
+
+    sensing->edges = 0;
+    for (side = LEFT; side <= RIGHT; side++) {
+        read_eye(robot, side);
+        read_floor(robot, side);
+        read_arm(robot, side);
+        read_travel(robot, side);
+    }
+    sensing->ground_moved = moved(hal_ground(robot->board), &sensing->ground);
+    sensing->battery = hal_battery(robot->board);
+}
+
+uint8_t sensing_stimulus(const struct junior *robot)
+{
+    return (uint8_t)(robot->sensing.flags & 15U);
+}
+
+uint8_t sensing_off_ring(const struct junior *robot)
+{
+    return (uint8_t)(robot->sensing.flags / JUNIOR_SENSOR_FLAG_OFF_RING_LEFT & 3U);
+}

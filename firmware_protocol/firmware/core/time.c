@@ -1,0 +1,24 @@
+/* The robot's own time: since boot, in us for messages and in ms for deadlines. */
+#include "core.h"
+
+void time_start(struct junior *robot)
+{
+    robot->time.power_on = hal_micros(robot->board);
+}
+
+void time_tick(struct junior *robot)
+{
+    struct time *time = &robot->time;
+    uint64_t micros = hal_micros(robot->board) - time->power_on;
+    uint32_t passed = (uint32_t)(micros - time->micros) + time->carry;
+
+    time->micros = micros;
+    time->elapsed = (uint16_t)(passed / 1000U > 1000U ? 1000U : passed / 1000U);
+    time->now += passed / 1000U;
+    time->carry = (uint16_t)(passed % 1000U);
+}
+
+bool time_due(const struct junior *robot, uint32_t deadline)
+{
+    return (int32_t)(robot->time.now - deadline) >= 0;
+}

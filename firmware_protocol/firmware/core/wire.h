@@ -1,0 +1,51 @@
+/* The messages, as mavgen made them from dialect/junior.xml: structures, ids, lengths, checksum seeds and enumerations.
+ *
+ * On a little-endian machine a structure is the payload. Framing is our own (frame.c, send.c): it rejects a header at
+ * once, rescans what it rejected, and needs a buffer for the longest frame that a robot understands, not for any frame.
+ */
+#ifndef JUNIOR_WIRE_H
+#define JUNIOR_WIRE_H
+
+#define MAVLINK_COMM_NUM_BUFFERS 1
+#define MAVLINK_NO_SIGN_PACKET
+#define MAVLINK_NO_SIGNATURE_CHECK
+#include "junior/mavlink.h"
+
+#include "tables.h"
+
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ != __ORDER_LITTLE_ENDIAN__
+#error "a message's structure is its payload on little-endian machines only"
+#endif
+
+/* Everything a robot understands. */
+union inbound {
+    mavlink_heartbeat_t heartbeat;
+    mavlink_ping_t ping;
+    mavlink_param_request_read_t param_request_read;
+    mavlink_param_request_list_t param_request_list;
+    mavlink_param_set_t param_set;
+    mavlink_manual_control_t manual_control;
+    mavlink_command_long_t command_long;
+    mavlink_timesync_t timesync;
+    mavlink_junior_wheels_t wheels;
+    mavlink_junior_maneuver_t maneuver;
+    mavlink_junior_memory_write_t memory_write;
+    mavlink_junior_memory_read_t memory_read;
+    mavlink_junior_contest_t contest;
+    mavlink_junior_session_t session;
+    mavlink_junior_result_ack_t result_ack;
+    uint8_t bytes[MAVLINK_MSG_ID_COMMAND_LONG_LEN]; /* the longest; frame.c checks that */
+};
+
+#define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_COMMAND_LONG_LEN
+#define WIRE_OWN_COMPONENT MAV_COMP_ID_AUTOPILOT1
+
+/* CRC-16/MCRF4XX, one byte further. */
+static inline uint16_t wire_crc(uint16_t crc, uint8_t byte)
+{
+    uint8_t mixed = (uint8_t)(byte ^ (uint8_t)crc);
+    mixed = (uint8_t)(mixed ^ (uint8_t)(mixed << 4));
+    return (uint16_t)((crc >> 8) ^ ((uint16_t)mixed << 8) ^ ((uint16_t)mixed << 3) ^ (mixed >> 4));
+}
+
+#endif

@@ -1,0 +1,165 @@
+/* The hardware functions of the host build. */
+#include "host.h"
+
+#include <string.h>
+
+#include "hal.h"
+
+static host_robot *host_of(void *board)
+{
+    return board;
+}
+
+uint64_t hal_micros(void *board)
+{
+    return host_of(board)->micros;
+}
+
+uint64_t hal_uid(void *board)
+{
+    return host_of(board)->io.uid;
+}
+
+uint16_t hal_eye(void *board, uint8_t side)
+{
+    return host_of(board)->io.eye[side];
+}
+
+uint16_t hal_floor(void *board, uint8_t side)
+{
+    return host_of(board)->io.floor[side];
+}
+
+uint8_t hal_arm(void *board, uint8_t side)
+{
+    return host_of(board)->io.arm[side];
+}
+
+uint8_t hal_start(void *board)
+{
+    return host_of(board)->io.start;
+}
+
+uint16_t hal_battery(void *board)
+{
+    return host_of(board)->io.battery_mv;
+}
+
+bool hal_has_encoders(void *board)
+{
+    return host_of(board)->io.has_encoders != 0;
+}
+
+bool hal_has_ground(void *board)
+{
+    return host_of(board)->io.has_ground != 0;
+}
+
+int32_t hal_travel(void *board, uint8_t side)
+{
+    return host_of(board)->io.travel_um[side];
+}
+
+int32_t hal_ground(void *board)
+{
+    return host_of(board)->io.ground_um;
+}
+
+void hal_set_wheels(void *board, int16_t left, int16_t right)
+{
+    host_of(board)->io.wheel[0] = left;
+    host_of(board)->io.wheel[1] = right;
+}
+
+int16_t hal_read(void *board)
+{
+    host_robot *host = host_of(board);
+
+    if (host->rx_len == 0) {
+        return -1;
+    }
+    host->rx_len--;
+    return *host->rx++;
+}
+
+uint16_t hal_write_room(void *board)
+{
+    return (uint16_t)(sizeof host_of(board)->io.tx - host_of(board)->io.tx_len);
+}
+
+void hal_write(void *board, const uint8_t *data, uint8_t length)
+{
+    host_io *io = &host_of(board)->io;
+
+    memcpy(io->tx + io->tx_len, data, length);
+    io->tx_len += length;
+}
+
+uint8_t hal_nvm_read(void *board, uint16_t address)
+{
+    return host_of(board)->io.nvm[address % HAL_NVM_SIZE];
+}
+
+bool hal_nvm_ready(void *board)
+{
+    (void)board;
+    return true;
+}
+
+void hal_nvm_write(void *board, uint16_t address, uint8_t value)
+{
+    host_robot *host = host_of(board);
+
+    if (host->writes_left == 0) {
+        return;
+    }
+    if (host->writes_left > 0) {
+        host->writes_left--;
+    }
+    host->writes++;
+    host->io.nvm[address % HAL_NVM_SIZE] = value;
+}
+
+void hal_reboot(void *board)
+{
+    host_of(board)->io.reboot = 1;
+}
+
+void host_power_on(host_robot *host, uint64_t micros)
+{
+    host->micros = micros;
+    host->rx = NULL;
+    host->rx_len = 0;
+    host->writes_left = -1;
+    host->writes = 0;
+    host->io.tx_len = 0;
+    host->io.reboot = 0;
+    junior_power_on(&host->robot, host);
+}
+
+uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_t rx_len)
+{
+    host->micros = micros;
+    host->rx = rx;
+    host->rx_len = rx_len;
+    host->io.tx_len = 0;
+    junior_tick(&host->robot);
+    host->rx = NULL;
+    host->rx_len = 0;
+    return host->io.tx_len;
+}
+
+void host_cut_power(host_robot *host, int32_t writes)
+{
+    host->writes_left = writes;
+}
+
+uint8_t host_state(const host_robot *host)
+{
+    return host->robot.state;
+}
+
+uint32_t host_nvm_writes(const host_robot *host)
+{
+    return host->writes;
+}

@@ -1,0 +1,50 @@
+/* The host build: a board made of memory, so that one process runs as many robots as it likes. */
+#ifndef JUNIOR_HOST_H
+#define JUNIOR_HOST_H
+
+#include <stdint.h>
+
+#include "junior.h"
+
+typedef struct {             /* what the board's drivers would read and write; filled before each tick */
+    uint16_t eye[2];         /* ADC counts 0..1023, left right */
+    uint16_t floor[2];       /* ADC counts */
+    uint16_t battery_mv;
+    uint8_t arm[2];          /* 1 = switch closed (raw, before debounce) */
+    uint8_t has_encoders;    /* 0: firmware integrates its own commands */
+    uint8_t has_ground;      /* 1: ground odometer fitted */
+    int32_t travel_um[2];    /* wheel encoders since power-on */
+    int32_t ground_um;       /* ground odometer, forward positive, since power-on */
+    uint8_t start;           /* start module: 1 = go */
+    int16_t wheel[2];        /* OUT: commanded effort, permille -1000..1000, left right */
+    uint8_t reboot;          /* OUT: the firmware asks for a reset (command 246) */
+    uint8_t tx[2048];        /* OUT: bytes to send */
+    uint32_t tx_len;
+    uint8_t nvm[1024];       /* EEPROM image: the device saves and restores it; 0xFF = blank */
+    uint64_t uid;
+} host_io;
+
+typedef struct {
+    host_io io;
+    struct junior robot;
+    uint64_t micros;
+    const uint8_t *rx;
+    uint32_t rx_len;
+    int32_t writes_left; /* non-volatile bytes that can be written before the power fails; negative: it does not */
+    uint32_t writes;     /* non-volatile bytes written since power-on: wear */
+} host_robot;
+
+/* Boots: reads io.nvm, counts the boot, comes up disarmed. */
+void host_power_on(host_robot *host, uint64_t micros);
+
+/* One control period (5 ms). Returns io.tx_len; tx is cleared at the start of each tick. */
+uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
+
+/* From now on, non-volatile writes beyond this many bytes are lost, as in a power cut; negative: no cut. */
+void host_cut_power(host_robot *host, int32_t writes);
+
+/* What tests look at. */
+uint8_t host_state(const host_robot *host);
+uint32_t host_nvm_writes(const host_robot *host);
+
+#endif

@@ -1,0 +1,24 @@
+"""Builds the robot's firmware as a C extension; everything else about the package is in pyproject.toml."""
+
+import runpy
+from pathlib import Path
+
+from setuptools import setup
+from setuptools.command.build_ext import build_ext
+
+FIRMWARE = Path(__file__).resolve().parent / "firmware_protocol" / "firmware"
+
+
+class BuildExtension(build_ext):
+    """Makes the C headers of the messages first."""
+
+    def run(self) -> None:
+        """Generate the headers, then build as usual."""
+        runpy.run_path(str(FIRMWARE / "headers.py"))["make_headers"]()
+        super().run()
+
+
+setup(
+    cffi_modules=["firmware_protocol/firmware/build_host.py:builder"],
+    cmdclass={"build_ext": BuildExtension},
+)
