@@ -137,7 +137,6 @@ class Dummy(Piece):
         self._turn = pymunk.GearJoint(space.static_body, self.body, 0.0, 1.0)
         for joint in (self._slide, self._turn):
             joint.max_bias = 0.0  # friction resists motion and never pulls back
-            joint.collide_bodies = False
             space.add(joint)
         self._switch(sliding=False)
 
@@ -204,7 +203,6 @@ class Rover(Piece):
         self._axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
         self._axle.max_bias = 0.0
         self._axle.max_force = self._sideways
-        self._axle.collide_bodies = False
         space.add(self._axle)
 
     def leave(self, space: pymunk.Space) -> None:

@@ -1,0 +1,156 @@
+"""Start poses and rules of a bout; and two hand-written controllers that say whether the physics is right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from firmware_protocol.messages import BoutOutcome
+from simdevice.opponents import OPPONENTS
+from simdevice.sensors import Sensors
+from simdevice.sumo import Table, opponent_code
+
+Controller = Callable[[Sensors, float], tuple[float, float]]
+
+
+def chase() -> Controller:
+    """Both eyes: ahead; one: turn to it; none: spin."""
+
+    def control(sensors: Sensors, _: float) -> tuple[float, float]:
+        left, right = sensors.eye_left >= 250, sensors.eye_right >= 250
+        if left and right:
+            return 1.0, 1.0
+        return (0.35, -0.35) if right else (-0.35, 0.35)
+
+    return control
+
+
+def chase2() -> Controller:
+    """Arcs towards what one eye sees, backs off after 0.6 s of holding, and rams again."""
+    held_since = backing_until = -1.0
+    side = 1
+
+    def control(sensors: Sensors, time: float) -> tuple[float, float]:
+        nonlocal held_since, backing_until, side
+        left, right = sensors.eye_left >= 250, sensors.eye_right >= 250
+        if time < backing_until:
+            return -1.0, -1.0
+        if not (sensors.arm_left or sensors.arm_right):
+            held_since = -1.0
+        elif held_since < 0.0:
+            held_since = time
+        elif time - held_since > 0.6:
+            held_since, backing_until = -1.0, time + 0.25
+        if left != right:
+            side = 1 if left else -1
+        if (left and right) or (sensors.arm_left and sensors.arm_right):
+            return 1.0, 1.0
+        if left or sensors.arm_left:
+            return 0.5, 1.0
+        if right or sensors.arm_right:
+            return 1.0, 0.5
+        return -0.35 * side, 0.35 * side
+
+    return control
+
+
+def rate(opponent: str, controller: Callable[[], Controller], bouts: int) -> tuple[float, float]:
+    """Share of bouts won, and mean time of those, in s."""
+    table = Table(opponent, 7)
+    times = []
+    for bout in range(bouts):
+        outcome, time = table.play(controller(), 5000 + bout)
+        if outcome is BoutOutcome.WIN:
+            times.append(time)
+    return len(times) / bouts, sum(times) / max(1, len(times))
+
+
+@pytest.mark.parametrize(
+    ("opponent", "least", "most"),
+    [
+        ("flat-light", 0.9, 1.0),
+        ("flat-heavy", 0.0, 0.1),
+        ("curved-light", 0.9, 1.0),
+        ("corner-light", 0.3, 0.9),
+        ("point-light", 0.0, 0.1),
+    ],
+)
+def test_chasing_wins_where_it_should(opponent: str, least: float, most: float) -> None:
+    won, _ = rate(opponent, chase, 16)
+    assert least <= won <= most
+
+
+@pytest.mark.parametrize(("opponent", "longest"), [(name, 7.0 if name == "flat-heavy" else 3.0) for name in OPPONENTS])
+def test_ramming_wins_everywhere(opponent: str, longest: float) -> None:
+    won, time = rate(opponent, chase2, 12)
+    assert won >= 0.9
+    assert time < longest
+
+
+@pytest.mark.parametrize("opponent", [*OPPONENTS, "junior"])
+def test_start_poses(opponent: str) -> None:
+    table = Table(opponent, 1)
+    junior, other = table.robot.body, table.opponent
+    poses = set()
+    for seed in range(60):
+        table.reset(seed)
+        bearing = math.atan2(other.y - junior.y, other.x - junior.x)
+        assert abs(math.remainder(junior.angle - bearing, math.tau)) <= math.radians(90.0) + 1e-9
+        assert abs(math.remainder(other.angle - bearing - math.pi, math.tau)) <= math.radians(15.0) + 1e-9
+        assert table.arena.ring.clearance(junior.x, junior.y) >= 0.07
+        assert table.arena.ring.clearance(other.x, other.y) >= 0.07
+        table.arena.space.reindex_shapes_for_body(other.body)
+        touched = {info.shape for info in table.arena.space.shape_query(junior.shape)}
+        assert other.shape not in touched
+        poses.add((junior.x, other.y))
+    assert len(poses) == 60
+
+
+def test_the_same_seed_is_the_same_bout() -> None:
+    def trace(seed: int, start: int) -> list[float]:
+        table = Table("curved-light", seed)
+        table.play(chase2(), start)
+        return [table.opponent.x, table.opponent.y, table.robot.body.angle, table.elapsed]
+
+    assert trace(1, 5) == trace(1, 5)
+    assert trace(1, 5) != trace(2, 5)
+    assert trace(1, 5) != trace(1, 6)
+
+
+@pytest.mark.parametrize(
+    ("junior", "opponent", "outcome"),
+    [
+        ((0.0, 0.0), (0.2, 0.0), BoutOutcome.UNDECIDED),
+        ((0.0, 0.0), (0.33, 0.0), BoutOutcome.WIN),
+        ((0.0, 0.22), (0.2, 0.0), BoutOutcome.LOSS),
+        ((0.0, 0.22), (0.33, 0.0), BoutOutcome.DRAW),
+    ],
+)
+def test_out_is_whose_centre_left_the_ring(
+    junior: tuple[float, float], opponent: tuple[float, float], outcome: BoutOutcome
+) -> None:
+    table = Table("flat-light", 1)
+    table.robot.body.place(*junior, 0.0)
+    table.opponent.place(*opponent, 0.0)
+    table.step()
+    assert table.outcome is outcome
+
+
+def test_fifteen_seconds_are_a_draw() -> None:
+    table = Table("flat-light", 1)
+    outcome, time = table.play(lambda _sensors, _time: (0.0, 0.0), 3)
+    assert outcome is BoutOutcome.DRAW
+    assert time == pytest.approx(15.0)
+
+
+def test_opponents_can_be_exchanged() -> None:
+    table = Table("flat-light", 1)
+    for name in (*OPPONENTS, "junior", "flat-light"):
+        table.reset(1, name)
+        assert table.name == name
+        assert table.arena.pieces == [table.robot.body, table.opponent]
+        assert opponent_code(name).label == name
+    with pytest.raises(ValueError, match="flat-light"):
+        Table("round-heavy")
