@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
 from firmware_protocol.generate.tables import tables
+from firmware_protocol.generate.vectors import golden_binary, golden_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +22,12 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/firmware/core/tables.h": tables,
 }
 """Every generated file, with the function that makes its text."""
+
+GOLDEN: Final[dict[str, Callable[[], bytes]]] = {
+    "tests/golden/mavlink.bin": golden_binary,
+    "tests/golden/mavlink.txt": lambda: golden_text().encode(),
+}
+"""The golden vectors, written on demand only."""
 
 
 def stale(root: Path = ROOT) -> list[str]:

@@ -1,0 +1,116 @@
+"""Golden vectors: every message at the limits of every field, as frames.
+
+The files are compared with, never rewritten, by the ordinary run of the generator: a changed frame is a changed
+protocol. `python -m firmware_protocol.generate --golden` writes them anew after such a change has been decided.
+
+`mavlink.bin` holds the frames one after the other, `mavlink.txt` says which is which: per frame a line with the name
+of the vector, one with the message and one with the frame in hexadecimal. The frame sequence numbers count from 0.
+Frames that a robot sends come from system 1, component 1; the referee's from component 25; all others from the host.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.mavlink_layout import raw_limits
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    MESSAGES,
+    REFEREE_COMPONENT,
+    REFEREE_MESSAGES,
+    ROBOT_COMPONENT,
+)
+from firmware_protocol.wire import Direction, wire_fields
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message, Wire
+
+LARGEST_FLOAT: Final = (2 - 2**-23) * 2.0**127
+"""Largest finite single-precision number."""
+_TYPICAL_TEXT: Final = "WHEEL_SPEED"
+
+
+@dataclass(frozen=True)
+class Vector:
+    """One golden vector.
+
+    Attributes:
+        name: As `JUNIOR_WHEELS max`.
+        message: The message.
+        frame: The frame it becomes.
+    """
+
+    name: str
+    message: Message
+    frame: bytes
+
+
+def _value(wire: Wire, kind: str, seed: int) -> Any:  # noqa: ANN401 - int, float, text or None
+    """One element: at a limit, or somewhere between, different for every seed."""
+    if wire.type == "char":
+        return {"min": "", "max": "~" * wire.count, "typical": _TYPICAL_TEXT}[kind]
+    if wire.type == "f32":
+        return {"min": -LARGEST_FLOAT, "max": LARGEST_FLOAT, "typical": seed + 0.25}[kind]
+    if kind == "none":
+        return None
+    low, high = raw_limits(wire)
+    raw = {"min": low, "max": high, "typical": low + (seed * 0x9E3779B97F4A7C15 >> 7) % (high - low + 1)}[kind]
+    return raw if wire.scale == 1 else raw / round(1 / wire.scale)
+
+
+def example(message: type[Message], kind: str) -> Message:
+    """A message with every field at one end of its range, or in between.
+
+    Args:
+        message: A message class.
+        kind: `min`, `max`, `typical`, or `none`: typical, with None wherever a field may say "not available".
+
+    Returns:
+        The message.
+    """
+    values: dict[str, Any] = {}
+    seed = 0
+    for name, wire in wire_fields(message):
+        of_field = "typical" if kind == "none" and wire.invalid is None else kind
+        elements = []
+        for _ in range(1 if wire.type == "char" else max(1, wire.count)):
+            seed += 1
+            elements.append(_value(wire, of_field, seed))
+        values[name] = tuple(elements) if wire.count and wire.type != "char" else elements[0]
+    return message(**values)
+
+
+def _sender(message: type[Message]) -> tuple[int, int]:
+    if message.DIRECTION is not Direction.UP:
+        return HOST_SYSTEM, HOST_COMPONENT
+    return 1, REFEREE_COMPONENT if message in REFEREE_MESSAGES else ROBOT_COMPONENT
+
+
+def vectors() -> list[Vector]:
+    """All golden vectors, in order of message id."""
+    found: list[Vector] = []
+    codecs: dict[tuple[int, int], MavlinkCodec] = {}
+    for message in MESSAGES.values():
+        system, component = _sender(message)
+        codec = codecs.setdefault((system, component), MavlinkCodec(system=system, component=component))
+        kinds = ["min", "max", "typical"]
+        if any(wire.invalid is not None for _, wire in wire_fields(message)):
+            kinds.append("none")
+        for kind in kinds:
+            made = example(message, kind)
+            found.append(Vector(f"{message.NAME} {kind}", made, codec.encode(made)))
+    return found
+
+
+def golden_binary() -> bytes:
+    """The text of `mavlink.bin`."""
+    return b"".join(vector.frame for vector in vectors())
+
+
+def golden_text() -> str:
+    """The text of `mavlink.txt`."""
+    head = "# Golden vectors; python -m firmware_protocol.generate --golden writes them. Frames as in mavlink.bin, in order.\n"
+    return head + "".join(f"\n{vector.name}\n{vector.message!r}\n{vector.frame.hex()}\n" for vector in vectors())
