@@ -1,1 +1,74 @@
-"""What is said on the wire and how: vocabulary, messages, codecs, links, peer, and the C firmware that speaks it."""
+"""What is said on the wire and how: vocabulary, messages, codecs, links, peer, and the C firmware that speaks it.
+
+Public names are loaded when they are first used: a codec must not load serial ports.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from firmware_protocol.address import Address, parse_address
+    from firmware_protocol.clock import Clock, ManualClock
+    from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
+    from firmware_protocol.exchange import Retry, Ticket
+    from firmware_protocol.link import Link, open_link
+    from firmware_protocol.mavlink import MavlinkCodec
+    from firmware_protocol.peer import Peer, PeerState
+    from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
+
+_HOMES: Final = {
+    "Action": "vocabulary",
+    "Address": "address",
+    "Clock": "clock",
+    "Event": "events",
+    "Link": "link",
+    "Maneuver": "vocabulary",
+    "ManualClock": "clock",
+    "MavlinkCodec": "mavlink",
+    "Outcome": "vocabulary",
+    "Peer": "peer",
+    "PeerBack": "events",
+    "PeerFound": "events",
+    "PeerLost": "events",
+    "PeerState": "peer",
+    "Received": "events",
+    "RejectReason": "events",
+    "Rejected": "events",
+    "Retry": "exchange",
+    "Stimulus": "vocabulary",
+    "Ticket": "exchange",
+    "open_link": "link",
+    "parse_address": "address",
+}
+
+__all__ = [
+    "Action",
+    "Address",
+    "Clock",
+    "Event",
+    "Link",
+    "Maneuver",
+    "ManualClock",
+    "MavlinkCodec",
+    "Outcome",
+    "Peer",
+    "PeerBack",
+    "PeerFound",
+    "PeerLost",
+    "PeerState",
+    "Received",
+    "RejectReason",
+    "Rejected",
+    "Retry",
+    "Stimulus",
+    "Ticket",
+    "open_link",
+    "parse_address",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Load a public name (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
