@@ -81,6 +81,7 @@ class Board:
         self._robot = ffi.new("host_robot *")
         io = self._robot.io
         io.uid = self._uid
+        io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots
         ffi.buffer(io.nvm)[:] = nvm
         self._nvm = ffi.buffer(io.nvm)
         self._inputs = ffi.buffer(ffi.addressof(io), _INPUTS.size)

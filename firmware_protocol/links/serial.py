@@ -10,6 +10,7 @@ import errno
 import os
 import select
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +24,30 @@ WRITE_TIMEOUT: Final = 0.5
 """How long the other end may take to accept bytes, in s."""
 _CHUNK: Final = 4096
 _AGAIN: Final = (errno.EAGAIN, errno.EWOULDBLOCK, errno.EINTR)
+
+
+@dataclass(frozen=True)
+class SerialPort:
+    """A serial port of this machine.
+
+    Attributes:
+        device: What to open, as `/dev/ttyACM0` or `COM3`.
+        description: Its hardware in words; empty where the system does not say.
+        serial_number: Serial number of the USB device, which stays when the port's name changes; empty for none.
+    """
+
+    device: str
+    description: str
+    serial_number: str
+
+
+def list_ports() -> list[SerialPort]:
+    """The serial ports of this machine, by name."""
+    found = [
+        SerialPort(str(port.device), "" if port.description in {None, "n/a"} else str(port.description), port.serial_number or "")
+        for port in serial.tools.list_ports.comports()
+    ]
+    return sorted(found, key=lambda port: port.device)
 
 
 def serial_ports() -> list[str]:

@@ -1,0 +1,107 @@
+"""Advice files: what was learnt, for people to read and for robots to play by (`*.advice.toml` or `.json`)."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
+
+from firmware_protocol.errors import HilError
+from hil.files import replace_file
+from pal_advisor.maneuvers import Advice, AdviceError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HEADER = """\
+# Advice for Junior: for every situation the maneuver that Pal found best.
+# "current" is what the eyes (and arms) sense now, "previous" what they sensed when the last maneuver began.
+"""
+
+
+class AdviceFileError(HilError):
+    """An advice file can't be read, or a field of it is wrong; the text names the file, the line and the field."""
+
+
+def save_advice(advice: Advice, path: Path) -> None:
+    """Write an advice file, whole or not at all.
+
+    Args:
+        advice: What was learnt.
+        path: Where to; `.json` writes JSON, anything else TOML.
+
+    Raises:
+        AdviceFileError: It can't be written.
+    """
+    data = advice.to_dict()
+    text = json.dumps(data, indent=2) + "\n" if path.suffix == ".json" else HEADER + tomli_w.dumps(data)
+    try:
+        replace_file(path, text.encode())
+    except OSError as error:
+        raise AdviceFileError(f"cannot write {path}: {error.strerror}") from error
+
+
+def load_advice(path: Path) -> Advice:
+    """Read and validate an advice file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        The advice.
+
+    Raises:
+        AdviceFileError: It can't be read, is no TOML or JSON, or a field is missing, unknown or wrong.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise AdviceFileError(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise AdviceFileError(f"{path} is no text file: {error}") from error
+    try:
+        data: Any = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        raise AdviceFileError(f"{path}: {error}") from error
+    try:
+        return Advice.from_dict(data)
+    except AdviceError as error:
+        line = _line_of(text, error.path)
+        where = f"{path}, line {line}" if line else str(path)
+        raise AdviceFileError(f"{where}: {error}") from error
+
+
+def _line_of(text: str, path: str) -> int:
+    """Line (from 1) where a field such as `entries[3].actions[1]` stands; 0 where it can't be told."""
+    lines = text.splitlines()
+    start = 0
+    for name, index in re.findall(r"(\w+)(?:\[(\d+)\])?", path):
+        header = re.compile(rf'^\s*(?:\[+{re.escape(name)}\]+|\[[\w.]*\b{re.escape(name)}\]|"?{re.escape(name)}"?\s*[=:])')
+        found = [number for number in range(start, len(lines)) if header.match(lines[number])]
+        if not found:
+            break
+        element = int(index) if index else 0
+        tables = [number for number in found if lines[number].lstrip().startswith("[[")]
+        start = tables[element] if element < len(tables) else found[0]
+        if index and not tables:
+            start = _element(lines, start, element)
+    else:
+        return start + 1
+    return start + 1 if start else 0
+
+
+def _element(lines: list[str], start: int, index: int) -> int:
+    """Line of the index-th element of a JSON list of objects, or of a list with one element a line."""
+    if lines[start].rstrip().endswith("["):
+        indent = len(lines[start + 1]) - len(lines[start + 1].lstrip()) if start + 1 < len(lines) else 0
+        same = [
+            number
+            for number in range(start + 1, len(lines))
+            if len(lines[number]) - len(lines[number].lstrip()) == indent and not re.match(r"\s*[\]}]", lines[number])
+        ]
+        if index < len(same):
+            return same[index]
+    return start

@@ -1,0 +1,5 @@
+"""The console script `hil`: one file per sub-command."""
+
+from hil.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,131 @@
+"""`hil bout`: plays bouts and counts them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hil.advice_file import load_advice
+from hil.bouts import Bout, Tally, play
+from hil.cli import common
+from hil.cli.session import Session, open_session
+from hil.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.ring import RingError, open_ring
+from hil.seeds import Branch, bout_seed, generator
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+class ControllerName(StrEnum):
+    """Who chooses the maneuvers."""
+
+    ADVICE = "advice"
+    CHASE = "chase"
+    RANDOM = "random"
+
+
+def bout(
+    link: common.LinkArgument = None,
+    *,
+    advice: Annotated[
+        Path | None, typer.Option("--advice", metavar="FILE", help="Advice file to play by (hil coach writes one).")
+    ] = None,
+    controller: Annotated[
+        ControllerName | None, typer.Option("--controller", help="Who chooses: the advice (default), or a yardstick.")
+    ] = None,
+    opponent: Annotated[
+        str | None, typer.Option("--opponent", help="Opponent to place; the advice's own, or the one that is there, if left out.")
+    ] = None,
+    trials: Annotated[int, typer.Option("--trials", min=1, max=100_000, help="Bouts to play.")] = 100,
+    require: Annotated[
+        float | None, typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer are won.")
+    ] = None,
+    seed: common.SeedOption = 1,
+    log: common.LogOption = None,
+    no_log: common.NoLogOption = False,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+) -> int:
+    """Play bouts by an advice file, or by a yardstick, and count them.
+
+    Example: hil bout --advice flat-light.advice.toml --opponent flat-light --trials 200
+    """
+    player = _controller(advice, controller, seed)
+    if opponent is None and link is None:
+        opponent = (load_advice(advice).opponent if advice else "") or "flat-light"
+    if opponent is not None:
+        common.check_opponent(opponent)
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    name = str(controller or ControllerName.ADVICE)
+    described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
+    path = common.log_path("bout", log, no_log=no_log)
+    with open_session(link, opponent=opponent, seed=seed, log=path, config=described) as session:
+        bouts = _play(session, console, player, opponent, [bout_seed(seed, Branch.BOUTS, n) for n in range(1, trials + 1)], quiet)
+        tally = Tally.of(open_ring(session.junior, opponent).opponent, bouts)
+        session.finish({"controller": name, **tally.to_dict()})
+    document = {"controller": name, "seed": seed, "log": str(path) if path else None, **tally.to_dict()}
+    if as_json:
+        common.print_json(document)
+    else:
+        console.print(_table(name, tally))
+        if path and not quiet:
+            console.print(f"Log: {path}", markup=False)
+    if require is not None and tally.win_rate.value < require:
+        console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
+        return common.EXIT_FELL_SHORT
+    return common.EXIT_DONE
+
+
+def _controller(advice: Path | None, name: ControllerName | None, seed: int) -> Controller:
+    match name or ControllerName.ADVICE:
+        case ControllerName.CHASE:
+            return ChaseController()
+        case ControllerName.RANDOM:
+            return RandomController(generator(seed, Branch.CONTROLLER))
+        case ControllerName.ADVICE:
+            if advice is None:
+                raise common.UsageError("give an advice file with --advice FILE, or --controller chase or random")
+            return AdviceController(load_advice(advice))
+
+
+def _play(
+    session: Session,
+    console: Console,
+    player: Controller,
+    opponent: str | None,
+    seeds: list[int],
+    quiet: bool,  # noqa: FBT001
+) -> list[Bout]:
+    ring = open_ring(session.junior, opponent)
+    if not ring.refereed:
+        raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
+    bouts: list[Bout] = []
+    won = 0
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress:
+        task = progress.add_task("Playing", total=len(seeds))
+        for one in play(ring, player, seeds):
+            bouts.append(one)
+            won += one.outcome.name == "WIN"
+            session.bout(one)
+            progress.update(task, advance=1, description=f"Playing: won {won} of {len(bouts)}")
+    return bouts
+
+
+def _table(controller: str, tally: Tally) -> Table:
+    table = Table(title=f"{tally.trials} bouts against {tally.opponent}, controller: {controller}", title_justify="left")
+    for head in ("won", "lost", "drawn", "win rate", "95 % interval", "median time to win"):
+        table.add_column(head, justify="right")
+    low, high = tally.win_rate.ci95
+    time = "-" if tally.median_time_to_win is None else f"{tally.median_time_to_win:.2f} s"
+    table.add_row(
+        str(tally.wins), str(tally.losses), str(tally.draws), f"{tally.win_rate.value:.3f}", f"{low:.3f} to {high:.3f}", time
+    )
+    return table

@@ -1,0 +1,155 @@
+"""What the sub-commands share: options, consoles, where logs go, and how errors become exit statuses."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tomllib
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import click
+import typer
+from rich.console import Console
+
+from firmware_protocol.messages import OpponentCode
+
+EXIT_DONE = 0
+EXIT_FELL_SHORT = 1
+EXIT_USAGE = 2
+EXIT_NO_ROBOT = 3
+EXIT_INTERRUPTED = 130
+
+
+class UsageError(Exception):
+    """A wrong option or configuration file; the text says what to change."""
+
+
+def load_config(context: typer.Context, path: Path | None) -> Path | None:
+    """Take option values from a TOML file; what stands on the command line wins.
+
+    A table named as the sub-command holds its options; keys outside any table apply where they fit.
+
+    Args:
+        context: The sub-command being parsed.
+        path: The file.
+
+    Returns:
+        The path, unchanged.
+
+    Raises:
+        click.BadParameter: The file can't be read, is no TOML, or has a key that is no option of the sub-command.
+    """
+    if path is None:
+        return None
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise click.BadParameter(f"cannot read {path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise click.BadParameter(f"{path} is no valid TOML: {error}") from error
+    names = {parameter.name: parameter for parameter in context.command.params if parameter.name}
+    table = document.get(str(context.info_name), {})
+    if not isinstance(table, dict):
+        raise click.BadParameter(f"{path}: [{context.info_name}] must be a table")
+    general = {key: value for key, value in document.items() if not isinstance(value, dict)}
+    options = {key.replace("-", "_"): value for key, value in (general | table).items()}
+    unknown = sorted(set(options) - set(names))
+    if unknown:
+        known = ", ".join(sorted(name.replace("_", "-") for name in names if name != "config"))
+        raise click.BadParameter(f"{path}: unknown option {unknown[0]!r}; known are {known}")
+    context.default_map = {**(context.default_map or {}), **options}
+    return path
+
+
+LinkArgument = Annotated[
+    str | None,
+    typer.Argument(
+        metavar="[LINK]",
+        help="Address of the robot: serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
+        "sim://junior?opponent=flat-light. Left out: an emulated robot in this process.",
+    ),
+]
+ConfigOption = Annotated[
+    Path | None,
+    typer.Option("--config", is_eager=True, callback=load_config, help="TOML file that sets any option.", metavar="FILE.toml"),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object to stdout, everything else to stderr.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print the result only.")]
+SeedOption = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Seed of every random choice.")]
+LogOption = Annotated[
+    Path | None,
+    typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; a time-stamped file under ./logs/ if left out."),
+]
+NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
+
+OPPONENTS = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
+
+
+def check_opponent(name: str) -> str:
+    """See that there is such an opponent.
+
+    Args:
+        name: Name as given.
+
+    Returns:
+        The name.
+
+    Raises:
+        UsageError: There is none of this name.
+    """
+    if name not in OPPONENTS:
+        raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
+    return name
+
+
+def log_path(verb: str, log: Path | None, *, no_log: bool) -> Path | None:
+    """Where this run's log goes.
+
+    Args:
+        verb: Name of the sub-command, part of the default name.
+        log: What the user asked for.
+        no_log: No log is wanted.
+
+    Returns:
+        A path whose folder exists, or None.
+
+    Raises:
+        UsageError: Both `--log` and `--no-log`, or the folder can't be made.
+    """
+    if no_log:
+        if log is not None:
+            raise UsageError("--log and --no-log exclude each other")
+        return None
+    if log is None:
+        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+        log = Path("logs") / f"{stamp}-{verb}.mcap"
+        number = 2
+        while log.exists():
+            log = Path("logs") / f"{stamp}-{verb}-{number}.mcap"
+            number += 1
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"cannot make the folder {log.parent}: {error.strerror}") from error
+    return log
+
+
+def consoles(*, as_json: bool, quiet: bool = False) -> Console:
+    """The console for words and tables: stderr when stdout is to carry JSON.
+
+    Args:
+        as_json: JSON was asked for.
+        quiet: Nothing but results is wanted.
+
+    Returns:
+        A console.
+    """
+    return Console(stderr=as_json, quiet=quiet and as_json, highlight=False, soft_wrap=True)
+
+
+def print_json(document: dict[str, Any] | list[Any]) -> None:
+    """Print one JSON document to stdout."""
+    sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
+    sys.stdout.flush()

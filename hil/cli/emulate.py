@@ -1,0 +1,87 @@
+"""`hil emulate`: serves an emulated robot in real time."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from firmware_protocol.errors import LinkOpenError
+from hil.cli import common
+from hil.cli.session import terminate_as_interrupt
+from hil.clock import MonotonicClock
+from hil.files import replace_file
+
+
+class What(StrEnum):
+    """What can be emulated."""
+
+    JUNIOR = "junior"
+
+
+def emulate(
+    what: Annotated[What, typer.Argument(help="Which robot.")] = What.JUNIOR,
+    *,
+    link: Annotated[
+        str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760 or udp://127.0.0.1:14550.")
+    ] = "pty" if hasattr(os, "openpty") else "tcp://127.0.0.1:5760",
+    opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
+    speed: Annotated[float, typer.Option("--speed", min=0.01, max=100, help="Seconds of emulation per second.")] = 1.0,
+    referee: Annotated[
+        bool, typer.Option("--referee/--no-referee", help="A referee sees the ring; without, it is as with a physical robot.")
+    ] = True,
+    memory: Annotated[
+        Path | None, typer.Option("--memory", metavar="FILE", help="Keep the robot's EEPROM in this file between runs.")
+    ] = None,
+    public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
+    seed: common.SeedOption = 1,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+) -> None:
+    """Serve an emulated robot until interrupted: to any program that speaks MAVLink, at the pace of real time.
+
+    Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
+    """
+    from simdevice.endpoints import open_endpoint  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.server import Server  # noqa: PLC0415
+    from simdevice.world import junior_world  # noqa: PLC0415
+
+    common.check_opponent(opponent)
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    try:
+        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=_load(memory))
+    except ValueError as error:
+        raise common.UsageError(f"{memory}: {error}") from error
+    endpoint = open_endpoint(link, public=public)
+    with terminate_as_interrupt():
+        server = Server(world, endpoint, MonotonicClock(), speed=speed)
+        if as_json:
+            common.print_json({"robot": str(what), "url": endpoint.url, "opponent": opponent, "pid": os.getpid()})
+        else:
+            console.print(f"{what.capitalize()} is at {endpoint.url}", markup=False)
+            if not quiet:
+                console.print(f"For instance: hil monitor {endpoint.url}    or: hil coach {endpoint.url}", markup=False)
+        sys.stdout.flush()
+        try:
+            server.run(threading.Event().is_set)
+        finally:
+            endpoint.close()
+            if memory is not None:
+                replace_file(memory, world.device.nvm)
+            if server.overruns and not quiet:
+                console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
+
+
+def _load(memory: Path | None) -> bytes | None:
+    if memory is None or not memory.exists():
+        return None
+    try:
+        return memory.read_bytes()
+    except OSError as error:
+        raise LinkOpenError(str(memory), f"cannot be read: {error.strerror}") from error

@@ -1,0 +1,156 @@
+"""`hil monitor`: a live view of one robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Group
+from rich.live import Live
+from rich.table import Table
+
+from firmware_protocol.errors import RefusedError
+from firmware_protocol.messages import SensorFlag, State
+from hil.cli import common
+from hil.cli.session import open_session
+from hil.keys import pressed_keys
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hil.cli.session import Session
+    from hil.junior import Junior
+
+DRIVE_TIME = 0.3
+"""A key drives for this long, in s; holding it down repeats it."""
+SPEED, TURN = 0.6, 0.35
+DRIVES = {"^": (SPEED, SPEED), "v": (-SPEED, -SPEED), "<": (-TURN, TURN), ">": (TURN, -TURN)}
+HELP = "a arm   d disarm   arrows drive   space stop   e emergency stop   q quit"
+LINE_EVERY = 1.0
+"""Without a terminal a line is printed this often, in s."""
+
+
+def monitor(
+    link: common.LinkArgument = None,
+    *,
+    duration: Annotated[
+        float | None, typer.Option("--duration", min=0.1, help="Stop after this time, in s; Ctrl-C stops it anyway.")
+    ] = None,
+    seed: common.SeedOption = 1,
+    log: common.LogOption = None,
+    no_log: common.NoLogOption = False,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+) -> None:
+    """Show what a robot senses and how good the link is; drive it by keys. It is disarmed until you arm it.
+
+    Example: hil monitor serial:///dev/ttyACM0:115200
+    """
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    path: Path | None = common.log_path("monitor", log, no_log=no_log)
+    with open_session(link, seed=seed, log=path, config={"verb": "monitor", "seed": seed}, arm=False) as session:
+        if session.lockstep and duration is None:
+            duration = 10.0
+            console.print("An emulated robot in this process runs faster than time: shown are its first 10 s.")
+        _watch(session, console, duration, live=console.is_terminal and not as_json and not quiet, silent=as_json or quiet)
+        if as_json:
+            common.print_json(_plain(session.junior))
+
+
+def _watch(session: Session, console: Console, duration: float | None, *, live: bool, silent: bool) -> None:
+    junior = session.junior
+    end = None if duration is None else junior.now() + duration
+    line_due = junior.now()
+    with pressed_keys() as keys, Live(console=console, auto_refresh=False, transient=False) as display:
+        while end is None or junior.now() < end:
+            junior.step()
+            for key in keys():
+                if key in "q\x03\x04":
+                    return
+                _obey(session, key)
+            if live:
+                display.update(_view(junior), refresh=True)
+            elif not silent and junior.now() >= line_due:
+                line_due = junior.now() + LINE_EVERY
+                console.print(_line(junior), markup=False)
+
+
+def _obey(session: Session, key: str) -> None:
+    """Do what a key asks, and put it into the log."""
+    junior = session.junior
+    if session.recorder is not None:
+        session.recorder.operator(key)
+    try:
+        match key:
+            case "a":
+                junior.arm()
+            case "d":
+                junior.disarm()
+            case "e":
+                junior.emergency_stop()
+            case " ":
+                junior.stop()
+            case _ if key in DRIVES:
+                junior.drive(*DRIVES[key], DRIVE_TIME)
+            case _:
+                pass
+    except RefusedError as error:
+        if session.recorder is not None:
+            session.recorder.note("safety", str(error))
+
+
+def _names(junior: Junior) -> str:
+    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in SensorFlag(junior.sensors.flags & 0xFF)) or "nothing"
+
+
+def _line(junior: Junior) -> str:
+    sensors, counters = junior.sensors, junior.peer.counters
+    return (
+        f"{sensors.time:8.2f} s  {junior.state.name.lower():10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
+        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(junior)}  "
+        f"frames {counters.good}, lost {counters.lost}, rejected {counters.rejected}"
+    )
+
+
+def _view(junior: Junior) -> Group:
+    sensors, counters = junior.sensors, junior.peer.counters
+    table = Table(title=junior.description, title_justify="left", show_header=True, box=None)
+    for head in ("", "left", "right"):
+        table.add_column(head, justify="right" if head else "left")
+    table.add_row("eye (counts)", str(sensors.eye[0]), str(sensors.eye[1]))
+    table.add_row("floor (counts)", str(sensors.floor[0]), str(sensors.floor[1]))
+    table.add_row("travel (mm)", f"{sensors.travel[0] * 1000:.0f}", f"{sensors.travel[1] * 1000:.0f}")
+    latency = f"{counters.latency * 1000:.1f} ms" if counters.answers else "-"
+    return Group(
+        table,
+        f"senses: {_names(junior)}",
+        f"state: {junior.state.name.lower()}{' (armed)' if junior.armed else ''}   battery {sensors.battery:.2f} V"
+        f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
+        f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "
+        f"{counters.retries} repeated, answer in {latency}",
+        HELP,
+    )
+
+
+def _plain(junior: Junior) -> dict[str, object]:
+    sensors, counters = junior.sensors, junior.peer.counters
+    return {
+        "system": junior.peer.system,
+        "state": junior.state.name.lower(),
+        "armed": junior.armed,
+        "time": sensors.time,
+        "eye": list(sensors.eye),
+        "floor": list(sensors.floor),
+        "travel": list(sensors.travel),
+        "battery": sensors.battery,
+        "stimulus": junior.stimulus.label,
+        "link": {
+            "good": counters.good,
+            "lost": counters.lost,
+            "rejected": counters.rejected,
+            "retries": counters.retries,
+            "latency_s": counters.latency if counters.answers else None,
+        },
+    }

@@ -1,0 +1,109 @@
+"""The display of a coaching run: a bar and a table on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Self
+
+from rich.console import Group
+from rich.live import Live
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from rich.console import Console
+
+    from hil.bouts import Bout
+    from hil.junior import Junior
+    from hil.ring import Engagement
+    from pal_advisor.maneuvers import GenerationRecord, Pal, PalSettings, Performance, Trial
+
+RECENT = 20
+LINES = 10
+
+
+class CoachingDisplay:
+    """Observes a coaching run and shows it. A context manager.
+
+    Args:
+        console: Where to.
+        settings: How Pal coaches.
+        used: Maneuvers already performed, for a resumed run.
+        quiet: Show nothing.
+    """
+
+    def __init__(self, console: Console, settings: PalSettings, *, used: int = 0, quiet: bool = False) -> None:
+        self._console = console
+        self._budget = settings.budget
+        self._quiet = quiet
+        self._used = used
+        self._recent: list[bool] = []
+        self._latest: dict[tuple[int, int], GenerationRecord] = {}
+        self._counts: dict[tuple[int, int], int] = {}
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        self._progress = Progress(*columns, console=console)
+        self._task = self._progress.add_task("Coaching", total=settings.budget, completed=used)
+        self._live = Live(console=console, refresh_per_second=8, transient=True, get_renderable=self._render)
+        self._alive = console.is_terminal and not quiet
+
+    def headline(self, junior: Junior, opponent: str, pal: Pal) -> None:
+        """Say what is about to happen."""
+        if self._quiet:
+            return
+        already = f", {pal.used} of them done already" if pal.used else ""
+        self._console.print(
+            f"Connected to {junior.description}. Pal coaches it against {opponent}: {self._budget} maneuvers{already}, "
+            f"objective {pal.settings.objective.value}.",
+            markup=False,
+        )
+
+    def __enter__(self) -> Self:
+        if self._alive:
+            self._live.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._alive:
+            self._live.stop()
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+        """Count a maneuver."""
+        self._used += 1
+        self._counts[trial.category] = self._counts.get(trial.category, 0) + 1
+        if self._alive:
+            what = "Exam" if trial.exam else f"Phase {trial.phase}"
+            self._progress.update(self._task, completed=self._used, description=what)
+        elif not self._quiet and self._used * LINES // self._budget > (self._used - 1) * LINES // self._budget:
+            best = ", ".join(f"{_name(record)} {record.best:.1f}" for _, record in sorted(self._latest.items()))
+            share = f", won {sum(self._recent)} of the last {len(self._recent)} bouts" if self._recent else ""
+            self._console.print(f"{self._used}/{self._budget} maneuvers{share}; fitness: {best or 'not rated yet'}", markup=False)
+
+    def generation(self, record: GenerationRecord) -> None:
+        """Take note of a GP step."""
+        self._latest[record.category] = record
+
+    def bout(self, bout: Bout) -> None:
+        """Take note of a bout."""
+        self._recent = [*self._recent, bout.outcome is BoutOutcome.WIN][-RECENT:]
+
+    def _render(self) -> Group:
+        table = Table(box=None, padding=(0, 2))
+        for head in ("situation", "maneuvers", "phase", "GP steps", "best", "mean", "best maneuver"):
+            table.add_column(head, justify="left" if head in {"situation", "best maneuver"} else "right")
+        for category, record in sorted(self._latest.items(), key=lambda item: item[0][::-1]):
+            table.add_row(
+                _name(record), str(self._counts.get(category, 0)), str(record.phase), str(record.generation + 1),
+                f"{record.best:.1f}", f"{record.mean:.1f}", record.maneuver,
+            )  # fmt: skip
+        won = f"won {sum(self._recent)} of the last {len(self._recent)} bouts" if self._recent else "no bout over yet"
+        return Group(self._progress, table, won)
+
+
+def _name(record: GenerationRecord) -> str:
+    previous, current = record.category
+    name = Stimulus(current).label
+    return name if previous == ANY_STIMULUS else f"{Stimulus(previous).label}>{name}"

@@ -1,0 +1,178 @@
+"""A connection with its log, from opening to the last record."""
+
+from __future__ import annotations
+
+import shlex
+import signal
+import sys
+from contextlib import ExitStack, contextmanager
+from datetime import UTC, datetime
+from importlib import metadata
+from typing import TYPE_CHECKING
+
+from firmware_protocol.address import parse_address
+from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
+from hil.connect import connect
+from hil.recorder import Recorder
+from pal_advisor.maneuvers import fitness
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from pathlib import Path
+    from types import FrameType
+
+    from hil.bouts import Bout
+    from hil.coaching import Observer
+    from hil.junior import Junior
+    from hil.ring import Engagement
+    from pal_advisor.maneuvers import Advice, GenerationRecord, PalSettings, Performance, Trial
+
+
+class Session:
+    """A connected robot, and the log of what happens with it.
+
+    Attributes:
+        junior: The robot.
+        recorder: Writes the log; None where there is none.
+    """
+
+    def __init__(self, junior: Junior, recorder: Recorder | None) -> None:
+        self.junior = junior
+        self.recorder = recorder
+
+    @property
+    def lockstep(self) -> bool:
+        """Time passes only while we wait: as fast as the machine can, and repeatable."""
+        return self.junior.bridge.link.lockstep
+
+    def observers(self, settings: PalSettings) -> tuple[Observer, ...]:
+        """Who takes coaching down in the log.
+
+        Args:
+            settings: How Pal rates.
+        """
+        return () if self.recorder is None else (LogObserver(self.recorder, settings),)
+
+    def bout(self, bout: Bout) -> None:
+        """Put a finished bout into the log."""
+        if self.recorder is not None:
+            note_bout(self.recorder, bout)
+
+    def advice(self, advice: Advice) -> None:
+        """Put what was learnt into the log."""
+        if self.recorder is not None:
+            self.recorder.advice(advice.to_dict())
+
+    def finish(self, result: Mapping[str, object]) -> None:
+        """Put the result into the log; paths are left out, since they differ between equal runs."""
+        if self.recorder is not None:
+            kept = {key: value for key, value in result.items() if key not in {"advice", "checkpoint", "log", "report"}}
+            self.recorder.note("result", "done", **kept)
+
+
+class LogObserver:
+    """Takes a coaching run down in the log.
+
+    Args:
+        recorder: Writes the log.
+        settings: How Pal rates.
+    """
+
+    def __init__(self, recorder: Recorder, settings: PalSettings) -> None:
+        self._recorder = recorder
+        self._settings = settings
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+        """A maneuver was performed and rated."""
+        self._recorder.trial(trial, performance, fitness(performance, self._settings))
+
+    def generation(self, record: GenerationRecord) -> None:
+        """A GP step was made."""
+        self._recorder.generation(record)
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        note_bout(self._recorder, bout)
+
+
+def note_bout(recorder: Recorder, bout: Bout) -> None:
+    """Put a finished bout into a log."""
+    outcome = bout.outcome.name.lower()
+    recorder.note(
+        "bout",
+        f"bout {bout.number}: {outcome} after {bout.time:.2f} s",
+        number=bout.number,
+        outcome=outcome,
+        time=bout.time,
+        maneuvers=bout.maneuvers,
+        seed=bout.seed,
+    )
+
+
+@contextmanager
+def open_session(
+    link: str | None,
+    *,
+    opponent: str | None = None,
+    seed: int,
+    log: Path | None,
+    config: Mapping[str, object],
+    system: int | None = None,
+    arm: bool = True,
+) -> Iterator[Session]:
+    """Connect, with a log; on the way out stop the robot, then close the log.
+
+    Args:
+        link: Address; None is an emulated robot in this process.
+        opponent: Opponent of such a robot.
+        seed: Seed of such a robot.
+        log: Where the log goes; None for none.
+        config: What the run was asked to do, for the log.
+        system: System id of the robot; None takes the first that answers.
+        arm: Let its wheels turn.
+
+    Yields:
+        The session.
+
+    Raises:
+        LinkError: The link can't be opened.
+        PeerError: No robot answers.
+        LogError: The log can't be written.
+    """
+    url = link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
+    address = parse_address(url)
+    with ExitStack() as stack:
+        stack.enter_context(terminate_as_interrupt())
+        recorder = None
+        if log is not None:
+            described = {key: str(value) for key, value in config.items()}
+            described |= {"version": metadata.version("junior-hil"), "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}", "link": url}
+            run = {
+                "started": datetime.now(UTC).isoformat(),
+                "command": shlex.join(["hil", *sys.argv[1:]]),
+                "log": str(log),
+                "python": sys.version.split()[0],
+                "platform": sys.platform,
+            }
+            recorder = Recorder(log, run=run, config=described, link=url, lockstep=address.scheme == "sim")
+            stack.callback(recorder.close)
+        junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else []))
+        if arm:
+            junior.arm()
+        if recorder is not None:
+            recorder.metadata("robot", {name: f"{value:g}" for name, value in junior.parameters().items()})
+        yield Session(junior, recorder)
+
+
+@contextmanager
+def terminate_as_interrupt() -> Iterator[None]:
+    """Let a polite kill end the run as Ctrl-C does: robot stopped, files closed."""
+
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)

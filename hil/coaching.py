@@ -1,0 +1,267 @@
+"""Pal joined to a robot: asks, has it performed, tells, until the budget is used; with checkpoints."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+from firmware_protocol.errors import HilError
+from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.vocabulary import Outcome
+from hil.bouts import Bout, check_engagement
+from hil.files import replace_file
+from hil.ring import Engagement, Ring, RingError
+from hil.seeds import Branch, bout_seed, generator
+from pal_advisor.maneuvers import GenerationRecord, ObjectiveError, Pal, PalSettings, Performance, StateError, Trial
+from pal_advisor.maneuvers.settings import Objective
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from firmware_protocol.vocabulary import Stimulus
+
+CHECKPOINT_VERSION: Final = 1
+CHECKPOINT_EVERY: Final = 10.0
+"""Least robot time between two checkpoints, in s."""
+
+
+class CheckpointError(HilError):
+    """A checkpoint can't be read, or belongs to another run."""
+
+
+class Observer(Protocol):
+    """Is told of everything that happens: a progress display, a recorder."""
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
+        """A maneuver was performed and rated."""
+        ...
+
+    def generation(self, record: GenerationRecord) -> None:
+        """A GP step was made."""
+        ...
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        ...
+
+
+@dataclass
+class Progress:
+    """How far a run is.
+
+    Attributes:
+        bouts: Bouts begun.
+        wins: Bouts won.
+        losses: Bouts lost.
+        robot_seconds: Time the robot spent performing, in s.
+    """
+
+    bouts: int = 0
+    wins: int = 0
+    losses: int = 0
+    robot_seconds: float = 0.0
+
+
+class Coaching:
+    """One coaching run.
+
+    A checkpoint is written between bouts (where there is a referee; otherwise between maneuvers) and restores everything
+    that decides what comes next, so that in lock-step a run cut and resumed equals the run not cut.
+
+    Args:
+        ring: Where the robot learns.
+        pal: The adviser.
+        seed: Seed of the run.
+        checkpoint: File to write checkpoints to; None writes none.
+        observers: Who is told.
+        progress: How far a resumed run is.
+        save_on_cut: Save in the middle of a bout when the run is cut: nothing learnt is lost, but the cut shows. In
+            real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
+
+    Attributes:
+        progress: How far the run is.
+        pal: The adviser.
+    """
+
+    def __init__(
+        self,
+        ring: Ring,
+        pal: Pal,
+        *,
+        seed: int,
+        checkpoint: Path | None = None,
+        observers: tuple[Observer, ...] = (),
+        progress: Progress | None = None,
+        save_on_cut: bool = False,
+    ) -> None:
+        self.pal = pal
+        self.progress = progress or Progress()
+        self._ring = ring
+        self._seed = seed
+        self._checkpoint = checkpoint
+        self._observers = observers
+        self._save_on_cut = save_on_cut
+        self._saved_at = self.progress.robot_seconds
+
+    def run(self) -> None:
+        """Coach until the budget is used.
+
+        Raises:
+            RingError: The robot was stopped by somebody, or the objective asks for what nobody here can tell.
+            LinkError: The link is gone; the checkpoint holds the state at the beginning of the bout.
+            PeerError: The robot is gone, likewise.
+        """
+        self.save()
+        try:
+            while not self.pal.finished:
+                self._bout()
+                if self.progress.robot_seconds - self._saved_at >= CHECKPOINT_EVERY or self.pal.finished:
+                    self.save()
+        except BaseException:
+            if self._save_on_cut:
+                self.save()
+            raise
+
+    def _bout(self) -> None:
+        """One bout, to its end or to that of the budget."""
+        number = self.progress.bouts + 1
+        seed = bout_seed(self._seed, Branch.COACHING_BOUTS, number)
+        current = self._ring.begin(seed)
+        previous: Stimulus | None = None
+        maneuvers = 0
+        while not self.pal.finished:
+            trial = self.pal.ask(int(current), None if previous is None else int(previous))
+            engagement = self._ring.engage(trial.maneuver)
+            self._tell(trial, engagement)
+            maneuvers += 1
+            previous, current = current, engagement.stimulus
+            if engagement.elapsed is None and self.progress.robot_seconds - self._saved_at >= CHECKPOINT_EVERY:
+                self.save()
+            if engagement.outcome is not BoutOutcome.UNDECIDED:
+                self.progress.wins += engagement.outcome is BoutOutcome.WIN
+                self.progress.losses += engagement.outcome is BoutOutcome.LOSS
+                bout = Bout(number, seed, engagement.outcome, engagement.elapsed or 0.0, maneuvers)
+                for observer in self._observers:
+                    observer.bout(bout)
+                break
+        self.progress.bouts = number
+
+    def _tell(self, trial: Trial, engagement: Engagement) -> None:
+        report = engagement.report
+        if report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED or not report.tallies:
+            self.pal.discard(trial)
+            check_engagement(engagement)
+            return
+        performance = Performance(
+            tallies=report.tallies,
+            planned=len(trial.maneuver.actions),
+            won=engagement.outcome is BoutOutcome.WIN,
+            lost=engagement.outcome is BoutOutcome.LOSS,
+            progress=engagement.progress,
+            over=engagement.outcome is not BoutOutcome.UNDECIDED,
+            duration=engagement.duration,
+        )
+        try:
+            records = self.pal.tell(trial, performance)
+        except ObjectiveError as error:
+            raise RingError(str(error)) from error
+        self.progress.robot_seconds += engagement.duration
+        for observer in self._observers:
+            observer.trial(trial, engagement, performance)
+            for record in records:
+                observer.generation(record)
+
+    def save(self) -> None:
+        """Write the checkpoint, whole or not at all.
+
+        Raises:
+            CheckpointError: It can't be written.
+        """
+        self._saved_at = self.progress.robot_seconds
+        if self._checkpoint is None:
+            return
+        document = {
+            "version": CHECKPOINT_VERSION,
+            "seed": self._seed,
+            "opponent": self._ring.opponent,
+            "bouts": self.progress.bouts,
+            "wins": self.progress.wins,
+            "losses": self.progress.losses,
+            "robot_seconds": self.progress.robot_seconds,
+            "pal": self.pal.state_dict(),
+        }
+        try:
+            replace_file(self._checkpoint, json.dumps(document, separators=(",", ":")).encode())
+        except OSError as error:
+            raise CheckpointError(f"cannot write the checkpoint {self._checkpoint}: {error.strerror}") from error
+
+
+def new_pal(settings: PalSettings, seed: int) -> Pal:
+    """An adviser that has learnt nothing.
+
+    Args:
+        settings: How to coach.
+        seed: Seed of the run.
+    """
+    return Pal(settings, generator(seed, Branch.PAL))
+
+
+def check_objective(objective: Objective, ring: Ring) -> None:
+    """See that somebody can tell what an objective asks for.
+
+    Args:
+        objective: What a good maneuver is to be.
+        ring: Where the robot is to learn.
+
+    Raises:
+        RingError: Nobody can.
+    """
+    if objective is Objective.OUTCOME and not ring.refereed:
+        raise RingError(
+            "the objective 'outcome' needs a referee who sees the ring, and nobody answers as one: "
+            "use --objective contact, or effective with a robot that has a ground odometer"
+        )
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run that was cut.
+
+    Attributes:
+        pal: The adviser as it was.
+        seed: Seed of the run.
+        opponent: Name of the opponent.
+        progress: How far the run was.
+    """
+
+    pal: Pal
+    seed: int
+    opponent: str
+    progress: Progress
+
+
+def load_checkpoint(path: Path) -> Checkpoint:
+    """Read a checkpoint.
+
+    Args:
+        path: The file.
+
+    Raises:
+        CheckpointError: It can't be read, is of another version, or is damaged.
+    """
+    try:
+        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise CheckpointError(f"there is no checkpoint {path} to resume from: run without --resume first") from error
+    except OSError as error:
+        raise CheckpointError(f"cannot read the checkpoint {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise CheckpointError(f"{path} is no checkpoint: {error}") from error
+    if not isinstance(data, dict) or data.get("version") != CHECKPOINT_VERSION:
+        raise CheckpointError(f"{path} is no checkpoint of version {CHECKPOINT_VERSION}")
+    try:
+        progress = Progress(int(data["bouts"]), int(data["wins"]), int(data["losses"]), float(data["robot_seconds"]))
+        return Checkpoint(Pal.from_state(data["pal"]), int(data["seed"]), str(data["opponent"]), progress)
+    except (KeyError, TypeError, ValueError, StateError) as error:
+        raise CheckpointError(f"the checkpoint {path} is damaged: {error}") from error

@@ -1,0 +1,356 @@
+"""Junior, as a program on the PC holds it: sensors in, maneuvers out, and a safe stop on every way out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Self, TypeVar
+
+from firmware_protocol.errors import HilError, LinkClosedError, NoRobotError, PeerLostError, RefusedError
+from firmware_protocol.events import PeerLost, Received
+from firmware_protocol.maneuver_fields import ManeuverReport, to_report
+from firmware_protocol.messages import REFEREE_COMPONENT, JuniorSensors, JuniorStatus, RefereeState, SensorFlag, State
+from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
+from hil.referee import Referee
+from hil.safety import Limits
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from firmware_protocol.events import Event
+    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer import Peer
+    from hil.bridge import Bridge
+
+T = TypeVar("T")
+
+WAIT = 0.05
+"""Longest wait of one step of the bridge, in s."""
+REFEREE_WAIT = 0.15
+"""A referee speaks 20 times a second: who is silent for three periods is not there, in s."""
+STOP_WAIT = 0.5
+"""How long a robot is given to acknowledge the stop on the way out, in s."""
+STIMULUS_BITS = 15
+
+
+class Junior:
+    """A connected robot. Leaving its `with` block stops and disarms it; `hil.connect` makes one.
+
+    Nothing here asks whether the robot is emulated. Calls block until the robot has answered; in lock-step the world is
+    stepped meanwhile, in real time the link is served.
+
+    Args:
+        bridge: Speaks with the robot.
+        now: Reads the clock, in s.
+        limits: Bounds on every motion.
+
+    Attributes:
+        bridge: Speaks with the robot.
+        peer: What is known of the robot.
+        limits: Bounds on every motion.
+        referee: The referee, where one is; else None.
+    """
+
+    peer: Peer
+
+    def __init__(self, bridge: Bridge, now: Callable[[], float], limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
+        self.bridge = bridge
+        self.limits = limits
+        self.referee: Referee | None = None
+        self.now = now
+        self._sensors: JuniorSensors | None = None
+        self._parameters: dict[str, float] = {}
+        self._listeners: list[Callable[[Event], None]] = []
+        self._closed = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    # --- connecting --------------------------------------------------------------------------------------------------
+
+    def find(self, system: int | None = None, timeout: float = 5.0) -> None:
+        """Wait for a robot and do the handshake.
+
+        Args:
+            system: Its system id; None takes the first that answers.
+            timeout: Longest wait in s.
+
+        Raises:
+            NoRobotError: Nobody answered in time.
+            VersionError: It speaks a protocol we do not.
+            LinkClosedError: The link went away.
+        """
+        deadline = self.now() + timeout
+        while self.now() < deadline:
+            for number, peer in self.bridge.peers.items():
+                if system not in {None, number}:
+                    continue
+                if peer.failure is not None:
+                    raise peer.failure
+                if peer.ready:
+                    self.peer = peer
+                    self._look_for_referee()
+                    return
+            self._step(min(WAIT, deadline - self.now()))
+        raise NoRobotError(self._nobody(system, timeout))
+
+    def _nobody(self, system: int | None, timeout: float) -> str:
+        url = self.bridge.link.url
+        whom = "no robot" if system is None else f"no robot with system id {system}"
+        if self.bridge.peers:
+            others = ", ".join(str(number) for number in self.bridge.peers) or "none"
+            return f"{url}: {whom} answered within {timeout:g} s, though MAVLink is spoken there (systems seen: {others})"
+        if sum(self.bridge.rejected.values()):
+            return f"{url}: {whom} answered within {timeout:g} s; what came was no MAVLink: is the baud rate right?"
+        return f"{url}: {whom} answered within {timeout:g} s, nothing came at all: is it switched on, is this the right port?"
+
+    def _look_for_referee(self) -> None:
+        referee = Referee(self)
+        deadline = self.now() + REFEREE_WAIT
+        while self.now() < deadline and REFEREE_COMPONENT not in self.peer.components:
+            self._step(min(WAIT, deadline - self.now()))
+        if REFEREE_COMPONENT in self.peer.components:
+            self.referee = referee
+
+    @property
+    def description(self) -> str:
+        """Who this is, in words."""
+        version = self.peer.version
+        firmware = "" if version is None else f", firmware {version.flight_sw_version >> 24}.{version.flight_sw_version >> 16 & 255}"
+        return f"Junior {self.peer.system} on {self.bridge.link.url}{firmware}"
+
+    # --- what it senses ----------------------------------------------------------------------------------------------
+
+    @property
+    def sensors(self) -> JuniorSensors:
+        """The latest reading; waits for the first."""
+        if self._sensors is None:
+            return self.read_sensors()
+        return self._sensors
+
+    @property
+    def stimulus(self) -> Stimulus:
+        """Eyes and arms of the latest reading."""
+        return Stimulus(self.sensors.flags & STIMULUS_BITS)
+
+    @property
+    def flags(self) -> SensorFlag:
+        """All flags of the latest reading."""
+        return SensorFlag(self.sensors.flags)
+
+    def read_sensors(self) -> JuniorSensors:
+        """Ask for a fresh reading.
+
+        Raises:
+            PeerError: No answer.
+            LinkError: The link is gone.
+        """
+        return self.finish(self.peer.request(JuniorSensors))
+
+    def sense(self) -> Stimulus:
+        """Eyes and arms of a fresh reading; raises as `read_sensors` does."""
+        return Stimulus(self.read_sensors().flags & STIMULUS_BITS)
+
+    def status(self) -> JuniorStatus:
+        """Ask for the robot's counters; raises as `read_sensors` does."""
+        return self.finish(self.peer.request(JuniorStatus))
+
+    @property
+    def state(self) -> State:
+        """State of the firmware, as of its last heartbeat."""
+        heartbeat = self.peer.heartbeat
+        return State(heartbeat.custom_mode) if heartbeat is not None and heartbeat.custom_mode in set(State) else State.DISARMED
+
+    @property
+    def armed(self) -> bool:
+        """Its wheels may turn."""
+        return self.peer.armed
+
+    # --- what it does ------------------------------------------------------------------------------------------------
+
+    def arm(self) -> None:
+        """Let its wheels turn.
+
+        Raises:
+            RefusedError: Its emergency stop is engaged.
+        """
+        self.finish(self.peer.arm())
+
+    def disarm(self) -> None:
+        """Stop it, and keep its wheels from turning; ends an emergency stop."""
+        self.finish(self.peer.disarm())
+
+    def emergency_stop(self) -> None:
+        """Stop at once; it stays stopped until it is disarmed and armed again."""
+        self.finish(self.peer.emergency_stop())
+
+    def stop(self) -> None:
+        """Stop the wheels and whatever it is performing; it stays armed."""
+        self.finish(self.peer.drive(0.0, 0.0, 0.0))
+
+    def drive(self, left: float, right: float, duration: float = 0.25) -> tuple[float, float, float]:
+        """Turn the wheels for a while; repeat it to go on (a dead-man's handle).
+
+        Args:
+            left: Left wheel, share of full, -1..1.
+            right: Right wheel, likewise.
+            duration: The wheels stop after this time, in s.
+
+        Returns:
+            What was really sent, after the limits: left, right, duration.
+
+        Raises:
+            RefusedError: It is not armed, or is stopped.
+            ValueError: A value is not a finite number.
+        """
+        sent = self.limits.wheels(left, right, duration)
+        self.finish(self.peer.drive(*sent))
+        return sent
+
+    def perform(
+        self,
+        maneuver: Maneuver | Iterable[Action | str],
+        *,
+        period: float = 0.25,
+        until: Callable[[], bool] | None = None,
+    ) -> ManeuverReport:
+        """Have a maneuver performed, and wait for the report. The robot times it; nothing of it depends on the host.
+
+        Args:
+            maneuver: What to do: a `Maneuver`, or up to eight actions by name.
+            period: Time each action lasts, in s, where names are given.
+            until: Break the maneuver off when this says so; looked at whenever something has come.
+
+        Returns:
+            How it went. A maneuver that the robot does not begin is reported with outcome REFUSED.
+
+        Raises:
+            ValueError: No such action, none or too many, or a period out of range.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
+        """
+        if not isinstance(maneuver, Maneuver):
+            maneuver = Maneuver(tuple(_action(one) for one in maneuver), period=period)
+        ticket = self.peer.perform(self.limits.bounded(maneuver))
+        broken_off = False
+        while not ticket.done:
+            self._step(WAIT)
+            if until is not None and not broken_off and not ticket.done and until():
+                self.peer.drive(0.0, 0.0, 0.0)
+                broken_off = True
+        return to_report(ticket.value())
+
+    # --- parameters --------------------------------------------------------------------------------------------------
+
+    def parameters(self) -> dict[str, float]:
+        """All parameters by name, read from the robot; raises as `read_sensors` does."""
+        return self.finish(self.peer.list_parameters())
+
+    def parameter(self, name: str) -> float:
+        """Read one parameter.
+
+        Raises:
+            RefusedError: It has none of this name.
+        """
+        return self.finish(self.peer.read_parameter(name))
+
+    def set_parameter(self, name: str, value: float) -> float:
+        """Set a parameter.
+
+        Returns:
+            The value now in force.
+
+        Raises:
+            RefusedError: There is none of this name, or the value is not accepted.
+        """
+        return self.finish(self.peer.set_parameter(name, value))
+
+    # --- time --------------------------------------------------------------------------------------------------------
+
+    def wait(self, duration: float) -> None:
+        """Let time pass, and serve the link meanwhile.
+
+        Args:
+            duration: How long, in s.
+        """
+        deadline = self.now() + duration
+        while (left := deadline - self.now()) > 1e-9:
+            self._step(min(WAIT, left))
+
+    def step(self, wait: float = WAIT) -> list[Event]:
+        """Serve the link once.
+
+        Args:
+            wait: Longest wait for something to come, in s.
+
+        Returns:
+            What happened.
+        """
+        return self._step(wait)
+
+    def listen(self, listener: Callable[[Event], None]) -> None:
+        """Have a function called with every event from now on."""
+        self._listeners.append(listener)
+
+    def finish(self, ticket: Ticket[T]) -> T:
+        """Serve the link until something asked has ended.
+
+        Args:
+            ticket: What the peer gave for the question.
+
+        Returns:
+            The answer.
+
+        Raises:
+            RefusedError: The robot refused.
+            PeerError: It did not answer, or is gone.
+            LinkError: The link is gone.
+        """
+        while not ticket.done:
+            self._step(WAIT)
+        return ticket.value()
+
+    def _step(self, wait: float) -> list[Event]:
+        events = self.bridge.step(wait)
+        for event in events:
+            if isinstance(event, Received):
+                message = event.message
+                if type(message) is JuniorSensors:
+                    self._sensors = message
+                elif type(message) is RefereeState and self.referee is not None:
+                    self.referee.latest = message
+            for listener in self._listeners:
+                listener(event)
+        return events
+
+    # --- leaving -----------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Stop and disarm the robot, and give the link back. Safe to repeat, and when the robot or link is gone."""
+        if self._closed:
+            return
+        self._closed = True
+        try:
+            if hasattr(self, "peer") and self.peer.ready:
+                self._say_stop()
+        except (HilError, OSError):
+            pass  # the robot stops by its own watchdog
+        finally:
+            self.bridge.close()
+
+    def _say_stop(self) -> None:
+        """Disarm, which stops the wheels, and wait a little for the answer."""
+        ticket = self.peer.disarm()
+        deadline = self.now() + STOP_WAIT
+        while not ticket.done and self.now() < deadline:
+            self._step(min(WAIT, deadline - self.now()))
+
+
+def _action(name: Action | str) -> Action:
+    if isinstance(name, Action):
+        return name
+    if name not in Action.__members__:
+        raise ValueError(f"no action is called {name!r}: choose from {', '.join(Action.__members__)}")
+    return Action[name]

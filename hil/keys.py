@@ -1,0 +1,56 @@
+"""Single keys from a terminal, without waiting for the return key. On systems without termios there are none."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+try:
+    import termios
+    import tty
+except ImportError:  # Windows
+    _POSIX = False
+else:
+    _POSIX = True
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+Keys = str
+"""What was pressed since the last look; an arrow is one of `ARROWS`."""
+
+ARROWS = {"\x1b[A": "^", "\x1b[B": "v", "\x1b[C": ">", "\x1b[D": "<"}
+
+
+@contextmanager
+def pressed_keys() -> Iterator[Callable[[], Keys]]:
+    """Switch the terminal to single keys, and back on the way out.
+
+    Yields:
+        A function that returns what was pressed since it was last called, and never waits.
+    """
+    if not (_POSIX and sys.stdin.isatty()):
+        yield lambda: ""
+        return
+    descriptor = sys.stdin.fileno()
+    before = termios.tcgetattr(descriptor)
+
+    def read() -> Keys:
+        text = ""
+        while select.select([descriptor], [], [], 0)[0]:
+            data = os.read(descriptor, 64)
+            if not data:
+                break
+            text += data.decode(errors="ignore")
+        for code, arrow in ARROWS.items():
+            text = text.replace(code, arrow)
+        return text
+
+    try:
+        tty.setcbreak(descriptor)
+        yield read
+    finally:
+        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)

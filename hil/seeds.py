@@ -1,0 +1,42 @@
+"""Every random choice of a run derives from one seed, each use from a branch of its own (`numpy.random.SeedSequence`)."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+
+
+class Branch(IntEnum):
+    """What a seed is branched for; a new use gets a new number, so that the old ones stay as they are."""
+
+    PAL = 1
+    COACHING_BOUTS = 2
+    HELD_OUT_BOUTS = 3
+    BOUTS = 4
+    SESSION = 5
+    CONTROLLER = 6
+
+
+def generator(seed: int, branch: Branch) -> np.random.Generator:
+    """A source of chance.
+
+    Args:
+        seed: The run's seed.
+        branch: What for.
+    """
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, branch])))
+
+
+def bout_seed(seed: int, branch: Branch, number: int) -> int:
+    """Seed of one bout.
+
+    Args:
+        seed: The run's seed.
+        branch: What for.
+        number: Number of the bout.
+
+    Returns:
+        0..2**32-1.
+    """
+    return int(np.random.SeedSequence([seed, branch, number]).generate_state(1)[0])
