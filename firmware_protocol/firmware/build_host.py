@@ -11,6 +11,7 @@ import cffi
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = Path("firmware_protocol/firmware")
+FOLDERS = ("core", "targets/host")
 
 DECLARATIONS = """
 typedef struct {
@@ -47,6 +48,9 @@ builder.set_source(
         *sorted((FIRMWARE / "core" / path.name).as_posix() for path in (ROOT / FIRMWARE / "core").glob("*.c")),
         (FIRMWARE / "targets/host/host.c").as_posix(),
     ],
-    depends=sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / FIRMWARE).glob("*/**/*.h")),
-    include_dirs=[(FIRMWARE / folder).as_posix() for folder in ("core", "targets/host", "_build")],
+    depends=[
+        "firmware_protocol/dialect/junior.xml",
+        *sorted(path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / FIRMWARE / folder).glob("*.h")),
+    ],
+    include_dirs=[(FIRMWARE / folder).as_posix() for folder in (*FOLDERS, "_build")],
 )
