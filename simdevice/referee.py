@@ -72,6 +72,11 @@ class Referee:
             return Phase.IDLE
         return Phase.RUNNING if self._table.outcome is BoutOutcome.UNDECIDED else Phase.OVER
 
+    @property
+    def outcome(self) -> BoutOutcome:
+        """Of the bout; before the first reset nothing is decided."""
+        return self._table.outcome if self.bout else BoutOutcome.UNDECIDED
+
     def follow(self, system: int) -> None:
         """Belong to this system from now on."""
         if system != self._system:
@@ -141,7 +146,7 @@ class Referee:
             Bytes for the host; empty most of the time.
         """
         self._countdown -= 1
-        seen = (self.bout, self._table.outcome)
+        seen = (self.bout, self.outcome)
         if self._countdown > 0 and seen == self._reported:
             return b""
         if self._countdown <= 0:
@@ -168,6 +173,6 @@ class Referee:
             opponent_heading=math.remainder(opponent.angle, math.tau),
             clearance=table.clearance,
             phase=self.phase,
-            outcome=table.outcome if self.bout else BoutOutcome.UNDECIDED,
+            outcome=self.outcome,
             opponent_code=opponent_code(table.name),
         )

@@ -53,6 +53,7 @@ class Keeper:
         self._codec = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
         self._session = 0
         self._frames: list[bytes] = []
+        self._taught = False
         self.playing = False
 
     def rest(self) -> None:
@@ -61,14 +62,13 @@ class Keeper:
         self._frames.clear()
 
     def begin(self) -> None:
-        """A bout begins: open a session, teach (the first time), arm, and start the contest without a countdown."""
-        taught = self._session > 0
+        """A bout begins: open a session, teach (until it has been done), arm, and start the contest without a countdown."""
         self._session = self._session % 0xFFFF + 1
         session = self._session
         robot = (_SYSTEM, ROBOT_COMPONENT)
         messages: list[Message] = [JuniorSession(session, 0, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR)]
         sequence = 0
-        if not taught:
+        if not self._taught:
             messages.append(ParamSet(*robot, "CONTEST_MAX", 0.0))
             for stimulus, actions in REFLEXES.items():
                 sequence += 1
@@ -96,4 +96,8 @@ class Keeper:
 
     def due(self) -> bytes:
         """What to send in this control period: one frame at a time."""
-        return self._frames.pop(0) if self._frames else b""
+        if not self._frames:
+            return b""
+        frame = self._frames.pop(0)
+        self._taught = self._taught or not self._frames
+        return frame
