@@ -10,11 +10,8 @@ import sys
 from importlib import metadata
 from typing import Annotated
 
-import click
 import typer
-from rich.console import Console
 
-from firmware_protocol.errors import HilError, LinkError, PeerError
 from hil.cli import common
 from hil.cli.bout import bout
 from hil.cli.coach import coach
@@ -34,7 +31,7 @@ app = typer.Typer(
     epilog="Exit status: 0 done, 1 ran and fell short, 2 wrong usage, 3 no robot or link lost, 130 interrupted.",
 )
 for command in (coach, bout, emulate, monitor, param, ports, report):
-    app.command(context_settings={"help_option_names": ["-h", "--help"]})(command)
+    app.command(context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol
@@ -51,43 +48,22 @@ def _root(
     """Take the options that come before the sub-command."""
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave the process.
+def main() -> None:
+    """Run the command line and leave the process."""
+    app()
+
+
+def run(arguments: list[str]) -> int:
+    """Run the command line and stay.
 
     Args:
-        arguments: Command line without the program's name; `sys.argv` if left out.
-    """
-    sys.exit(run(arguments))
-
-
-def run(arguments: list[str] | None = None) -> int:
-    """Run the command line.
-
-    Args:
-        arguments: Command line without the program's name; `sys.argv` if left out.
+        arguments: Command line without the program's name.
 
     Returns:
         The exit status.
     """
-    errors = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        status = app(args=arguments, standalone_mode=False)
-    except click.exceptions.Abort:
-        errors.print("Interrupted.")
-        return common.EXIT_INTERRUPTED
-    except click.ClickException as error:
-        error.show()
-        return common.EXIT_USAGE
-    except KeyboardInterrupt:
-        errors.print("Interrupted.")
-        return common.EXIT_INTERRUPTED
-    except (LinkError, PeerError) as error:
-        errors.print(f"hil: {error}", markup=False)
-        return common.EXIT_NO_ROBOT
-    except (common.UsageError, HilError) as error:
-        errors.print(f"hil: {error}", markup=False)
-        return common.EXIT_USAGE
-    except BrokenPipeError:
-        sys.stderr.close()
-        return common.EXIT_DONE
-    return status if isinstance(status, int) else common.EXIT_DONE
+        app(args=arguments)
+    except SystemExit as leaving:
+        return leaving.code if isinstance(leaving.code, int) else common.EXIT_DONE
+    return common.EXIT_DONE

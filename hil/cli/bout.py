@@ -15,7 +15,7 @@ from hil.bouts import Bout, Tally, play
 from hil.cli import common
 from hil.cli.session import Session, open_session
 from hil.controllers import AdviceController, ChaseController, Controller, RandomController
-from hil.ring import RingError, open_ring
+from hil.ring import Ring, RingError, open_ring
 from hil.seeds import Branch, bout_seed, generator
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ class ControllerName(StrEnum):
     ADVICE = "advice"
     CHASE = "chase"
     RANDOM = "random"
+
+
+TITLES = {ControllerName.ADVICE: "the advice", ControllerName.CHASE: "chasing", ControllerName.RANDOM: "random maneuvers"}
 
 
 def bout(
@@ -67,8 +70,9 @@ def bout(
     described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
     path = common.log_path("bout", log, no_log=no_log)
     with open_session(link, opponent=opponent, seed=seed, log=path, config=described) as session:
-        bouts = _play(session, console, player, opponent, [bout_seed(seed, Branch.BOUTS, n) for n in range(1, trials + 1)], quiet)
-        tally = Tally.of(open_ring(session.junior, opponent).opponent, bouts)
+        ring = open_ring(session.junior, opponent)
+        seeds = [bout_seed(seed, Branch.BOUTS, number) for number in range(1, trials + 1)]
+        tally = Tally.of(ring.opponent, _play(session, console, player, ring, seeds, TITLES[controller or ControllerName.ADVICE], quiet=quiet))
         session.finish({"controller": name, **tally.to_dict()})
     document = {"controller": name, "seed": seed, "log": str(path) if path else None, **tally.to_dict()}
     if as_json:
@@ -99,15 +103,17 @@ def _play(
     session: Session,
     console: Console,
     player: Controller,
-    opponent: str | None,
+    ring: Ring,
     seeds: list[int],
-    quiet: bool,  # noqa: FBT001
+    title: str,
+    *,
+    quiet: bool,
 ) -> list[Bout]:
-    ring = open_ring(session.junior, opponent)
     if not ring.refereed:
         raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
     bouts: list[Bout] = []
     won = 0
+    session.series(f"bouts played by {title}")
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     with Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress:
         task = progress.add_task("Playing", total=len(seeds))

@@ -186,6 +186,7 @@ class _Run:
 
     def coach(self) -> None:
         """Coach, with the display, and write the advice."""
+        self._session.series("coaching")
         with self._display:
             self.coaching.run()
         advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
@@ -215,10 +216,10 @@ class _Run:
     def _tally(self, controller: Controller, trials: int) -> Tally:
         seeds = [bout_seed(self._seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
         bouts = []
+        self._session.series(f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}")
         for bout in play(self.ring, controller, seeds):
             bouts.append(bout)
-            if isinstance(controller, AdviceController):
-                self._session.bout(bout)
+            self._session.bout(bout)
         return Tally.of(self.ring.opponent, bouts)
 
     def document(self, tally: Tally | None) -> dict[str, object]:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import sys
 import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
-import click
 import typer
 from rich.console import Console
 
+from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError
 from firmware_protocol.messages import OpponentCode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+P = ParamSpec("P")
 
 EXIT_DONE = 0
 EXIT_FELL_SHORT = 1
@@ -24,6 +30,38 @@ EXIT_INTERRUPTED = 130
 
 class UsageError(Exception):
     """A wrong option or configuration file; the text says what to change."""
+
+
+def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
+    """Turn every ending of a sub-command into a message and an exit status; a user's mistake shows no traceback.
+
+    Args:
+        command: The sub-command.
+
+    Returns:
+        The same, for typer.
+    """
+    errors = Console(stderr=True, highlight=False, soft_wrap=True)
+
+    @functools.wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            status = command(*args, **kwargs)
+        except KeyboardInterrupt:
+            errors.print("Interrupted.")
+            status = EXIT_INTERRUPTED
+        except AddressError as error:
+            errors.print(f"hil: {error}", markup=False)
+            status = EXIT_USAGE
+        except (LinkError, PeerError) as error:
+            errors.print(f"hil: {error}", markup=False)
+            status = EXIT_NO_ROBOT
+        except (UsageError, HilError) as error:
+            errors.print(f"hil: {error}", markup=False)
+            status = EXIT_USAGE
+        raise typer.Exit(status or EXIT_DONE)
+
+    return run
 
 
 def load_config(context: typer.Context, path: Path | None) -> Path | None:
@@ -39,26 +77,26 @@ def load_config(context: typer.Context, path: Path | None) -> Path | None:
         The path, unchanged.
 
     Raises:
-        click.BadParameter: The file can't be read, is no TOML, or has a key that is no option of the sub-command.
+        typer.BadParameter: The file can't be read, is no TOML, or has a key that is no option of the sub-command.
     """
     if path is None:
         return None
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise click.BadParameter(f"cannot read {path}: {error.strerror}") from error
+        raise typer.BadParameter(f"cannot read {path}: {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise click.BadParameter(f"{path} is no valid TOML: {error}") from error
+        raise typer.BadParameter(f"{path} is no valid TOML: {error}") from error
     names = {parameter.name: parameter for parameter in context.command.params if parameter.name}
     table = document.get(str(context.info_name), {})
     if not isinstance(table, dict):
-        raise click.BadParameter(f"{path}: [{context.info_name}] must be a table")
+        raise typer.BadParameter(f"{path}: [{context.info_name}] must be a table")
     general = {key: value for key, value in document.items() if not isinstance(value, dict)}
     options = {key.replace("-", "_"): value for key, value in (general | table).items()}
     unknown = sorted(set(options) - set(names))
     if unknown:
         known = ", ".join(sorted(name.replace("_", "-") for name in names if name != "config"))
-        raise click.BadParameter(f"{path}: unknown option {unknown[0]!r}; known are {known}")
+        raise typer.BadParameter(f"{path}: unknown option {unknown[0]!r}; known are {known}")
     context.default_map = {**(context.default_map or {}), **options}
     return path
 

@@ -14,7 +14,6 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.connect import connect
 from hil.recorder import Recorder
-from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -24,8 +23,7 @@ if TYPE_CHECKING:
     from hil.bouts import Bout
     from hil.coaching import Observer
     from hil.junior import Junior
-    from hil.ring import Engagement
-    from pal_advisor.maneuvers import Advice, GenerationRecord, PalSettings, Performance, Trial
+    from pal_advisor.maneuvers import Advice, PalSettings
 
 
 class Session:
@@ -51,12 +49,20 @@ class Session:
         Args:
             settings: How Pal rates.
         """
-        return () if self.recorder is None else (LogObserver(self.recorder, settings),)
+        if self.recorder is None:
+            return ()
+        self.recorder.learning(settings)
+        return (self.recorder,)
+
+    def series(self, title: str) -> None:
+        """Bouts from now on belong together, under this title."""
+        if self.recorder is not None:
+            self.recorder.series(title)
 
     def bout(self, bout: Bout) -> None:
         """Put a finished bout into the log."""
         if self.recorder is not None:
-            note_bout(self.recorder, bout)
+            self.recorder.bout(bout)
 
     def advice(self, advice: Advice) -> None:
         """Put what was learnt into the log."""
@@ -68,45 +74,6 @@ class Session:
         if self.recorder is not None:
             kept = {key: value for key, value in result.items() if key not in {"advice", "checkpoint", "log", "report"}}
             self.recorder.note("result", "done", **kept)
-
-
-class LogObserver:
-    """Takes a coaching run down in the log.
-
-    Args:
-        recorder: Writes the log.
-        settings: How Pal rates.
-    """
-
-    def __init__(self, recorder: Recorder, settings: PalSettings) -> None:
-        self._recorder = recorder
-        self._settings = settings
-
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
-        """A maneuver was performed and rated."""
-        self._recorder.trial(trial, performance, fitness(performance, self._settings))
-
-    def generation(self, record: GenerationRecord) -> None:
-        """A GP step was made."""
-        self._recorder.generation(record)
-
-    def bout(self, bout: Bout) -> None:
-        """A bout ended."""
-        note_bout(self._recorder, bout)
-
-
-def note_bout(recorder: Recorder, bout: Bout) -> None:
-    """Put a finished bout into a log."""
-    outcome = bout.outcome.name.lower()
-    recorder.note(
-        "bout",
-        f"bout {bout.number}: {outcome} after {bout.time:.2f} s",
-        number=bout.number,
-        outcome=outcome,
-        time=bout.time,
-        maneuvers=bout.maneuvers,
-        seed=bout.seed,
-    )
 
 
 @contextmanager
