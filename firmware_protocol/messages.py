@@ -171,7 +171,7 @@ class Heartbeat(Message, id=0, direction=Direction.BOTH):
     type: Annotated[int, Wire("u8", text="MAV_TYPE: 10 ground rover, 6 ground station")]
     autopilot: Annotated[int, Wire("u8", text="MAV_AUTOPILOT: 0 generic, 8 none")]
     base_mode: Annotated[int, Wire("u8", text="MAV_MODE_FLAG: 128 armed, 64 manual input, 1 custom mode")]
-    custom_mode: Annotated[int, Wire("u32", text="State of the firmware (JUNIOR_STATE)")]
+    custom_mode: Annotated[int, Wire("u32", text="What the robot is doing")]
     system_status: Annotated[int, Wire("u8", text="MAV_STATE: 3 standby, 4 active, 6 emergency")]
     mavlink_version: Annotated[int, Wire("u8", text="MAVLink version")] = 3
 
@@ -202,10 +202,10 @@ class SysStatus(Message, id=1, direction=Direction.UP):
 class Ping(Message, id=4, direction=Direction.BOTH):
     """Are you there? Answered with the same time and number, addressed to the asker."""
 
-    time_usec: Annotated[int, Wire("u64", "us")]
-    seq: Annotated[int, Wire("u32")]
+    time_usec: Annotated[int, Wire("u64", "us", text="Time of the question")]
+    seq: Annotated[int, Wire("u32", text="Number of the question")]
     target_system: Annotated[int, Wire("u8", text="0 asks; otherwise this is the answer to that system")] = 0
-    target_component: Annotated[int, Wire("u8")] = 0
+    target_component: Annotated[int, Wire("u8", text="Likewise, the component")] = 0
 
 
 @dataclass(frozen=True)
@@ -214,7 +214,7 @@ class ParamRequestRead(Message, id=20, direction=Direction.DOWN):
 
     target_system: Target
     target_component: TargetComponent
-    param_id: Annotated[str, Wire("char", count=16)] = ""
+    param_id: Annotated[str, Wire("char", count=16, text="Name of the parameter")] = ""
     param_index: Annotated[int, Wire("i16", text="-1: use param_id")] = -1
 
 
@@ -230,10 +230,10 @@ class ParamRequestList(Message, id=21, direction=Direction.DOWN):
 class ParamValue(Message, id=22, direction=Direction.UP):
     """One parameter; the answer to a read, a list and a set."""
 
-    param_id: Annotated[str, Wire("char", count=16)]
-    param_value: Annotated[float, Wire("f32")]
+    param_id: Annotated[str, Wire("char", count=16, text="Name of the parameter")]
+    param_value: Annotated[float, Wire("f32", text="Its value")]
     param_type: Annotated[int, Wire("u8", text="MAV_PARAM_TYPE: always 9, REAL32")]
-    param_count: Annotated[int, Wire("u16")]
+    param_count: Annotated[int, Wire("u16", text="Parameters there are")]
     param_index: Annotated[int, Wire("u16", text="65535 where no parameter has the name asked for")]
 
 
@@ -243,9 +243,9 @@ class ParamSet(Message, id=23, direction=Direction.DOWN):
 
     target_system: Target
     target_component: TargetComponent
-    param_id: Annotated[str, Wire("char", count=16)]
-    param_value: Annotated[float, Wire("f32")]
-    param_type: Annotated[int, Wire("u8")] = PARAM_TYPE_REAL32
+    param_id: Annotated[str, Wire("char", count=16, text="Name of the parameter")]
+    param_value: Annotated[float, Wire("f32", text="Its value")]
+    param_type: Annotated[int, Wire("u8", text="9, REAL32")] = PARAM_TYPE_REAL32
 
 
 @dataclass(frozen=True)
@@ -296,26 +296,26 @@ class CommandAck(Message, id=77, direction=Direction.UP):
     progress: Annotated[int, Wire("u8", extension=True)] = 0
     result_param2: Annotated[int, Wire("i32", extension=True)] = 0
     target_system: Annotated[int, Wire("u8", extension=True, text="System that asked")] = 0
-    target_component: Annotated[int, Wire("u8", extension=True)] = 0
+    target_component: Annotated[int, Wire("u8", extension=True, text="Component that asked")] = 0
 
 
 @dataclass(frozen=True)
 class Timesync(Message, id=111, direction=Direction.BOTH):
     """Clock comparison: tc1 is 0 in a question; the answer carries the answerer's time in tc1 and repeats ts1."""
 
-    tc1: Annotated[int, Wire("i64", "ns")]
-    ts1: Annotated[int, Wire("i64", "ns")]
-    target_system: Annotated[int, Wire("u8", extension=True)] = 0
-    target_component: Annotated[int, Wire("u8", extension=True)] = 0
+    tc1: Annotated[int, Wire("i64", "ns", text="Time of the answerer; 0 in a question")]
+    ts1: Annotated[int, Wire("i64", "ns", text="Time of the asker")]
+    target_system: Annotated[int, Wire("u8", extension=True, text="In an answer, the system that asked")] = 0
+    target_component: Annotated[int, Wire("u8", extension=True, text="In an answer, the component that asked")] = 0
 
 
 @dataclass(frozen=True)
 class AutopilotVersion(Message, id=148, direction=Direction.UP):
     """Who the robot is: middleware_sw_version is the protocol's (major << 24 | minor << 16), flight_sw_version its own."""
 
-    capabilities: Annotated[int, Wire("u64")]
-    flight_sw_version: Annotated[int, Wire("u32")]
-    middleware_sw_version: Annotated[int, Wire("u32")]
+    capabilities: Annotated[int, Wire("u64", text="What it can do")]
+    flight_sw_version: Annotated[int, Wire("u32", text="Version of the firmware")]
+    middleware_sw_version: Annotated[int, Wire("u32", text="Version of the protocol")]
     os_sw_version: Annotated[int, Wire("u32")] = 0
     board_version: Annotated[int, Wire("u32")] = 0
     flight_custom_version: Annotated[tuple[int, ...], Wire("u8", count=8)] = (0,) * 8
@@ -332,7 +332,7 @@ class Statustext(Message, id=253, direction=Direction.UP):
     """A line for a person."""
 
     severity: Annotated[int, Wire("u8", text="MAV_SEVERITY: 0 emergency .. 7 debug")]
-    text: Annotated[str, Wire("char", count=50)]
+    text: Annotated[str, Wire("char", count=50, text="The line")]
     id: Annotated[int, Wire("u16", extension=True)] = 0
     chunk_seq: Annotated[int, Wire("u8", extension=True)] = 0
 
@@ -409,13 +409,13 @@ class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=Tr
     session: Session
     sequence: Sequence
     period: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 5.0, text="Time an action lasts; 0.02 s or more unless erasing")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=15)]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=15, text="As in JUNIOR_MANEUVER")]
     target_system: Target
     target_component: TargetComponent
     previous: Annotated[int, Wire("u8", text="Previous stimulus; 255 is any. 255 here and in current, with count 0: erase all")]
     current: Annotated[int, Wire("u8", text="Current stimulus")]
-    count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS)]
-    actions: Annotated[tuple[int, ...], Wire("u8", maximum=16, count=MAX_ACTIONS, enum=Action)]
+    count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS, text="Number of actions; 0 erases")]
+    actions: Annotated[tuple[int, ...], Wire("u8", maximum=16, count=MAX_ACTIONS, enum=Action, text="Action codes")]
 
 
 @dataclass(frozen=True)
@@ -427,8 +427,8 @@ class JuniorMemoryRead(Message, id=47105, direction=Direction.DOWN, numbered=Tru
     target_system: Target
     target_component: TargetComponent
     index: Annotated[int, Wire("u8", text="Used slots are numbered from 0; 255: look up by the two stimuli")]
-    previous: Annotated[int, Wire("u8")] = 255
-    current: Annotated[int, Wire("u8")] = 0
+    previous: Annotated[int, Wire("u8", text="Previous stimulus to look up; 255 is any")] = 255
+    current: Annotated[int, Wire("u8", text="Current stimulus to look up")] = 0
 
 
 @dataclass(frozen=True)
@@ -438,14 +438,14 @@ class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP):
     session: Session
     sequence: Sequence
     checksum: Annotated[int, Wire("u16", text="CRC-16/MCRF4XX of the used slots, in order, as stored")]
-    period: Annotated[float, Wire("u16", "s", 1e-3)]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption)]
+    period: Annotated[float, Wire("u16", "s", 1e-3, text="Time an action lasts")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, text="As in JUNIOR_MANEUVER")]
     used: Annotated[int, Wire("u8", text="Slots in use")]
-    index: Annotated[int, Wire("u8")]
-    previous: Annotated[int, Wire("u8")]
-    current: Annotated[int, Wire("u8")]
-    count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS)]
-    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action)]
+    index: Annotated[int, Wire("u8", text="Number of this slot among the used ones, from 0")]
+    previous: Annotated[int, Wire("u8", text="Previous stimulus; 255 is any")]
+    current: Annotated[int, Wire("u8", text="Current stimulus")]
+    count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS, text="Number of actions")]
+    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action, text="Action codes")]
 
 
 @dataclass(frozen=True)
@@ -457,7 +457,7 @@ class JuniorContest(Message, id=47107, direction=Direction.DOWN, numbered=True):
     countdown: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 60.0, text="Time to the first move; sumo rules ask for 5 s")]
     target_system: Target
     target_component: TargetComponent
-    command: Annotated[int, Wire("u8", maximum=1, enum=ContestCommand)]
+    command: Annotated[int, Wire("u8", maximum=1, enum=ContestCommand, text="Start or stop")]
 
 
 @dataclass(frozen=True)
@@ -467,8 +467,8 @@ class JuniorAck(Message, id=47108, direction=Direction.UP):
     message: Annotated[int, Wire("u16", text="Id of the message answered")]
     session: Session
     sequence: Sequence
-    result: Annotated[int, Wire("u8", maximum=1, enum=AckResult)]
-    reason: Annotated[int, Wire("u8", enum=Reason)]
+    result: Annotated[int, Wire("u8", maximum=1, enum=AckResult, text="Accepted or refused")]
+    reason: Annotated[int, Wire("u8", enum=Reason, text="Why it was refused")]
 
 
 @dataclass(frozen=True)
@@ -484,7 +484,7 @@ class JuniorStatus(Message, id=47109, direction=Direction.UP):
     boot_count: Annotated[int, Wire("u16", text="Times the robot has started; survives power-off")]
     session: Session
     sequence: Annotated[int, Wire("u16", text="Last numbered message accepted")]
-    state: Annotated[int, Wire("u8", enum=State, maximum=6)]
+    state: Annotated[int, Wire("u8", enum=State, maximum=6, text="What the robot is doing")]
 
 
 @dataclass(frozen=True)
@@ -499,7 +499,7 @@ class JuniorSession(Message, id=47110, direction=Direction.DOWN, numbered=True):
     target_system: Target
     target_component: TargetComponent
     major: Annotated[int, Wire("u8", text="Protocol version of the host")]
-    minor: Annotated[int, Wire("u8")]
+    minor: Annotated[int, Wire("u8", text="Likewise, the minor version")]
 
 
 @dataclass(frozen=True)
@@ -519,7 +519,7 @@ class JuniorResultAck(Message, id=47111, direction=Direction.DOWN):
 class RefereeReset(Message, id=47300, direction=Direction.DOWN, numbered=True):
     """Begin a new bout: everybody at a fresh start pose drawn from the seed. The robot's own state is not touched."""
 
-    seed: Annotated[int, Wire("u32")]
+    seed: Annotated[int, Wire("u32", text="Start poses and noise of the bout follow from it")]
     session: Session
     sequence: Sequence
     target_system: Target
@@ -539,9 +539,9 @@ class RefereeState(Message, id=47301, direction=Direction.UP):
     opponent: Annotated[tuple[float, ...], Wire("i16", "m", 1e-4, count=2, text="Position of the opponent's centre: x, y")]
     opponent_heading: Annotated[float, Wire("i16", "rad", 1e-4, text="-pi..pi")]
     clearance: Annotated[float, Wire("i16", "m", 1e-4, text="From the opponent's centre to the border; negative outside")]
-    phase: Annotated[int, Wire("u8", maximum=2, enum=Phase)]
-    outcome: Annotated[int, Wire("u8", maximum=3, enum=BoutOutcome)]
-    opponent_code: Annotated[int, Wire("u8", maximum=6, enum=OpponentCode)]
+    phase: Annotated[int, Wire("u8", maximum=2, enum=Phase, text="Phase of the bout")]
+    outcome: Annotated[int, Wire("u8", maximum=3, enum=BoutOutcome, text="How it ended, for Junior")]
+    opponent_code: Annotated[int, Wire("u8", maximum=6, enum=OpponentCode, text="Who the opponent is")]
 
 
 STANDARD_MESSAGES: Final[tuple[type[Message], ...]] = (

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.generate.meanings import meaning
 from firmware_protocol.messages import (
     AckResult,
     BoutOutcome,
@@ -20,7 +21,7 @@ from firmware_protocol.messages import (
     SensorFlag,
     State,
 )
-from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
+from firmware_protocol.vocabulary import Action, Outcome, Stimulus
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import EnumType
@@ -147,6 +148,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
 STANDARD_FIELDS: Final[dict[tuple[str, str], str]] = {
     ("HEARTBEAT", "type"): "MAV_TYPE",
     ("HEARTBEAT", "autopilot"): "MAV_AUTOPILOT",
+    ("HEARTBEAT", "custom_mode"): "JUNIOR_STATE",
     ("HEARTBEAT", "base_mode"): "MAV_MODE_FLAG",
     ("HEARTBEAT", "system_status"): "MAV_STATE",
     ("PARAM_VALUE", "param_type"): "MAV_PARAM_TYPE",
@@ -166,10 +168,6 @@ def enumerations() -> tuple[Enumeration, ...]:
     for enum, name in JUNIOR_ENUMS.items():
         bitmask = issubclass(enum, IntFlag)
         text = re.split(r"\n\n", enum.__doc__ or "")[0]
-        entries = tuple(
-            (f"{name}_{member.name}", int(member), ACTIONS[member].meaning if isinstance(member, Action) else "")
-            for member in enum
-            if member or not bitmask
-        )
+        entries = tuple((f"{name}_{member.name}", int(member), meaning(member)) for member in enum if member or not bitmask)
         ours.append(Enumeration(name, " ".join(text.split()), entries, bitmask))
     return (*STANDARD_ENUMS, *ours)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
+from firmware_protocol.generate.reference import reference
 from firmware_protocol.generate.tables import tables
 from firmware_protocol.generate.vectors import golden_binary, golden_text
 
@@ -20,6 +21,7 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/dialect/junior.xml": dialect,
     "firmware_protocol/dialect/junior.dbc": can_database,
     "firmware_protocol/firmware/core/tables.h": tables,
+    "docs/protocol.md": reference,
 }
 """Every generated file, with the function that makes its text."""
 

@@ -1,0 +1,101 @@
+"""What the entries of our enumerations mean, in words for the dialect and the protocol page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.messages import (
+    AckResult,
+    BoutOutcome,
+    ContestCommand,
+    ManeuverOption,
+    Phase,
+    Reason,
+    SensorFlag,
+    State,
+)
+from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
+
+if TYPE_CHECKING:
+    from enum import IntEnum, IntFlag
+
+    from firmware_protocol.wire import EnumType
+
+_MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
+    State: {
+        State.DISARMED: "The wheels stand still; arm it first",
+        State.READY: "Armed, standing still",
+        State.DRIVING: "Turning the wheels as JUNIOR_WHEELS or MANUAL_CONTROL said",
+        State.PERFORMING: "Performing a maneuver",
+        State.COUNTDOWN: "A contest is about to begin",
+        State.CONTEST: "Playing from memory, with no host",
+        State.STOPPED: "Emergency stop, latched: disarm, then arm",
+    },
+    SensorFlag: {
+        SensorFlag.EYE_LEFT: "The left eye sees something",
+        SensorFlag.EYE_RIGHT: "The right eye sees something",
+        SensorFlag.ARM_LEFT: "The left arm's switch is pressed",
+        SensorFlag.ARM_RIGHT: "The right arm's switch is pressed",
+        SensorFlag.HELD_LEFT: "The left arm has been pressed for ARM_HOLD without a break",
+        SensorFlag.HELD_RIGHT: "The right arm likewise",
+        SensorFlag.OFF_RING_LEFT: "The left floor sensor is off the ring",
+        SensorFlag.OFF_RING_RIGHT: "The right floor sensor is off the ring",
+        SensorFlag.TRAVEL_FROM_ENCODERS: "Travel was measured by encoders; otherwise it is added up from commands",
+        SensorFlag.GROUND_ODOMETER: "A ground odometer is fitted: pressed travel is known",
+    },
+    ManeuverOption: {
+        ManeuverOption.FLOOR_REFLEX: "Back off and turn at the border; this ends the maneuver",
+        ManeuverOption.END_ON_CHANGE: "End when the stimulus is another than at the beginning",
+        ManeuverOption.EYES: "The eyes are part of the stimulus",
+        ManeuverOption.ARMS: "The arms are part of the stimulus",
+    },
+    Stimulus: {
+        Stimulus.EYE_LEFT: "The left eye sees",
+        Stimulus.EYE_RIGHT: "The right eye sees",
+        Stimulus.ARM_LEFT: "The left arm touches",
+        Stimulus.ARM_RIGHT: "The right arm touches",
+    },
+    Outcome: {
+        Outcome.COMPLETED: "All actions were performed",
+        Outcome.STIMULUS_CHANGED: "Ended early: the stimulus changed (only where asked for)",
+        Outcome.FLOOR_REFLEX: "Ended by the floor reflex at the border",
+        Outcome.STOPPED: "Stopped; the reason says by what",
+        Outcome.REPLACED: "Another command took over",
+        Outcome.REFUSED: "Never begun; the reason says why",
+    },
+    Reason: {
+        Reason.NONE: "No reason needed",
+        Reason.DISARMED: "The robot is not armed, or has been disarmed",
+        Reason.EMERGENCY_STOP: "The emergency stop is latched",
+        Reason.WRONG_SESSION: "Not the session that is open",
+        Reason.BAD_VALUE: "A value is out of range",
+        Reason.BUSY: "Something else goes on, as a contest",
+        Reason.MEMORY_FULL: "No slot is free",
+        Reason.NOT_FOUND: "There is no such slot",
+        Reason.WATCHDOG: "The host fell silent",
+        Reason.BY_COMMAND: "A command ended it",
+        Reason.STORAGE_FAILED: "The memory would not take it",
+        Reason.OLD_SEQUENCE: "Older than what has been accepted",
+        Reason.NO_REFEREE: "Nobody here can place robots",
+    },
+    AckResult: {AckResult.ACCEPTED: "Done, or begun", AckResult.REFUSED: "Not done; the reason says why"},
+    ContestCommand: {ContestCommand.STOP: "Stop playing", ContestCommand.START: "Count down, then play"},
+    Phase: {Phase.IDLE: "No bout", Phase.RUNNING: "A bout is on", Phase.OVER: "The bout is decided"},
+    BoutOutcome: {
+        BoutOutcome.UNDECIDED: "Not yet",
+        BoutOutcome.WIN: "The opponent left the ring",
+        BoutOutcome.LOSS: "Junior left the ring",
+        BoutOutcome.DRAW: "Time ran out, or both left it together",
+    },
+}
+
+
+def meaning(member: IntEnum | IntFlag) -> str:
+    """What an entry means; empty where its name says it all.
+
+    Args:
+        member: An entry of one of our enumerations.
+    """
+    if isinstance(member, Action):
+        return ACTIONS[member].meaning
+    return _MEANINGS.get(type(member), {}).get(member, "")
