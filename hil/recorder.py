@@ -157,6 +157,10 @@ class Recorder:
         self._record("/events", EventRecord(kind, text, particulars), self._now)
         self._say(self._now, SEVERITIES.get(kind, 6), text, kind)
 
+    def series(self, title: str) -> None:
+        """What follows belongs together: `coaching`, `bouts played by the advice`, `bouts played by random maneuvers`."""
+        self.note("series", title)
+
     def learning(self, settings: PalSettings) -> None:
         """Trials are rated by these settings from now on."""
         self._settings = settings

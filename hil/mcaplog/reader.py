@@ -109,11 +109,12 @@ class LogReader:
         if not MAGIC.startswith(start):
             raise LogError(f"{path} is not a log: it does not begin as an MCAP file does")
 
-    def entries(self, topics: Collection[str] | None = None) -> Iterator[LogEntry]:
+    def entries(self, topics: Collection[str] | None = None, leave_out: Collection[str] = ()) -> Iterator[LogEntry]:
         """Everything readable, in the order of the file.
 
         Args:
             topics: Only these topics; None is all. An empty collection reads the metadata only, fast.
+            leave_out: Not these topics.
 
         Yields:
             The entries.
@@ -135,7 +136,8 @@ class LogReader:
                     schemas[schema.id] = schema
                 elif record.opcode == Opcode.CHANNEL:
                     found = Channel.read(_stream(record.content))
-                    if (topics is None or found.topic in topics) and found.schema_id in schemas and found.id not in channels:
+                    asked = found.topic not in leave_out and (topics is None or found.topic in topics)
+                    if asked and found.schema_id in schemas and found.id not in channels:
                         channels[found.id] = (found.topic, _decoder(schemas[found.schema_id]))
             except _DAMAGE as error:
                 self._note(f"a record could not be decoded ({error})")
@@ -253,11 +255,11 @@ def _decoder(record: SchemaRecord) -> _Decode:
         parsed = parse(data)
         try:
             value = rebuild(known, parsed)
-            if not from_peer:
-                return (value,)
-            frame = None if parsed.frame == NO_FRAME else parsed.frame
-            return value, (parsed.sender_system, parsed.sender_component), frame
         except (AttributeError, TypeError, ValueError):
             return (parsed,)  # another version's message: as its own descriptor has it
+        if not from_peer:
+            return (value,)
+        frame = None if parsed.frame == NO_FRAME else parsed.frame
+        return value, (parsed.sender_system, parsed.sender_component), frame
 
     return decode

@@ -1,0 +1,291 @@
+"""Reads a log, whole or cut off, and collects what a report tells."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from firmware_protocol.messages import (
+    BoutOutcome,
+    JuniorSensors,
+    JuniorWheels,
+    OpponentCode,
+    ParamValue,
+    Phase,
+    RefereeState,
+)
+from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.wire import Message
+from hil.mcaplog.reader import LogEntry, LogReader
+from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.report.link import LinkQuality, LinkWatcher
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+SERIES: Final = "series"
+"""Kind of the event that begins a series of bouts."""
+SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene"})
+"""Topics that tell a report nothing it does not know otherwise."""
+
+
+@dataclass(frozen=True)
+class BoutPath:
+    """A bout as the referee saw it.
+
+    Attributes:
+        number: In this log, from 1.
+        series: Title of the series it belongs to; empty where the log names none.
+        opponent: As in REFEREE_STATE.
+        outcome: How it ended; UNDECIDED where it was broken off.
+        duration: In s.
+        used: Maneuvers the learner had had performed when it began.
+        times: Time since the bout began, in s; shape (n,).
+        junior: x, y in m and heading in rad; shape (n, 3).
+        other: The opponent's, likewise.
+    """
+
+    number: int
+    series: str
+    opponent: int
+    outcome: BoutOutcome
+    duration: float
+    used: int
+    times: NDArray[np.float64]
+    junior: NDArray[np.float64]
+    other: NDArray[np.float64]
+
+    @property
+    def opponent_name(self) -> str:
+        """The opponent's name."""
+        return OpponentCode(self.opponent).label if self.opponent in set(OpponentCode) else f"number {self.opponent}"
+
+
+@dataclass(frozen=True)
+class SensorTrack:
+    """What the robot sensed, over time.
+
+    Attributes:
+        times: Log times in s; shape (n,).
+        eye: ADC counts, left and right; shape (n, 2).
+        floor: Likewise.
+        battery: In V; shape (n,).
+        flags: `SensorFlag` bits; shape (n,).
+        wheel_times: Log times of wheel commands, in s; shape (m,).
+        wheels: Left and right, share of full, and duration in s; shape (m, 3).
+    """
+
+    times: NDArray[np.float64]
+    eye: NDArray[np.float64]
+    floor: NDArray[np.float64]
+    battery: NDArray[np.float64]
+    flags: NDArray[np.int64]
+    wheel_times: NDArray[np.float64]
+    wheels: NDArray[np.float64]
+
+
+@dataclass
+class RunData:
+    """All that a report tells of a log.
+
+    Attributes:
+        path: The log.
+        health: What state the file is in, in words.
+        whole: The file is neither cut off nor damaged.
+        metadata: Its metadata records, by name.
+        start: First log time, in s.
+        end: Last log time, in s.
+        generations: Steps of the learner, in order.
+        trials: Maneuvers performed for the learner, in order.
+        trial_times: Their log times, in s.
+        advice: The advice as last recorded; None where there was none.
+        bouts: Bouts, in order.
+        link: How good the link was.
+        sensors: What the robot sensed.
+        events: Log times in s and events.
+        parameters: The robot's parameters, as last told.
+    """
+
+    path: Path
+    health: str = ""
+    whole: bool = True
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    start: float = 0.0
+    end: float = 0.0
+    generations: list[StepRecord] = field(default_factory=list)
+    trials: list[TrialRecord] = field(default_factory=list)
+    trial_times: list[float] = field(default_factory=list)
+    advice: dict[str, Any] | None = None
+    bouts: list[BoutPath] = field(default_factory=list)
+    link: LinkQuality = field(default_factory=LinkQuality)
+    sensors: SensorTrack | None = None
+    events: list[tuple[float, EventRecord]] = field(default_factory=list)
+    parameters: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def duration(self) -> float:
+        """Log time from the first entry to the last, in s."""
+        return self.end - self.start
+
+    @property
+    def learnt(self) -> bool:
+        """The log is of a run in which something was learnt."""
+        return bool(self.generations or self.trials)
+
+
+def gather(path: Path) -> RunData:
+    """Read a log.
+
+    Args:
+        path: The log.
+
+    Returns:
+        What there is in it, up to damage.
+
+    Raises:
+        LogError: It cannot be opened or is not a log.
+    """
+    reader = LogReader(path)
+    gatherer = _Gatherer(path)
+    for entry in reader.entries(leave_out=SKIPPED):
+        gatherer.take(entry)
+    data = gatherer.finish()
+    data.metadata, data.health = reader.metadata, reader.health()
+    data.whole = not reader.truncated and not reader.damage
+    told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
+    data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
+    return data
+
+
+def _numbers(values: dict[str, str]) -> dict[str, float]:
+    found = {}
+    for name, text in values.items():
+        try:
+            found[name] = float(text)
+        except ValueError:
+            continue  # the record also says who the robot is
+    return found
+
+
+class _Gatherer:
+    """Takes a log's entries in order."""
+
+    def __init__(self, path: Path) -> None:
+        self._data = RunData(path)
+        self._watcher = LinkWatcher()
+        self._span: tuple[float, float] | None = None
+        self._series = ""
+        self._bout: list[RefereeState] = []
+        self._bout_used = 0
+        self._sensors: list[tuple[float, JuniorSensors]] = []
+        self._wheels: list[tuple[float, JuniorWheels]] = []
+
+    def take(self, entry: LogEntry) -> None:
+        """Take the next entry."""
+        first, last = self._span or (entry.time, entry.time)
+        self._span = min(first, entry.time), max(last, entry.time)
+        value = entry.value
+        if isinstance(value, Message):
+            self._message(value, entry)
+        elif isinstance(value, WireBytes):
+            quality = self._watcher.quality
+            if value.direction == "rx":
+                quality.bytes_received += len(value.data)
+            else:
+                quality.bytes_sent += len(value.data)
+        elif isinstance(value, RejectedInput):
+            self._watcher.rejected(value.reason, entry.time)
+        else:
+            self._record(value, entry.time)
+
+    def _record(self, value: object, time: float) -> None:
+        data = self._data
+        if isinstance(value, TrialRecord):
+            data.trials.append(value)
+            data.trial_times.append(time)
+        elif isinstance(value, StepRecord):
+            data.generations.append(value)
+        elif isinstance(value, AdviceRecord):
+            data.advice = _object(value.json)
+        elif isinstance(value, EventRecord):
+            if value.kind == SERIES:
+                self._end_bout()
+                self._series = value.text
+            else:
+                data.events.append((time, value))
+
+    def _message(self, message: Message, entry: LogEntry) -> None:
+        if entry.sender is None or entry.frame is None:
+            self._watcher.sent(message, entry.time)
+            if isinstance(message, JuniorWheels):
+                self._wheels.append((entry.time, message))
+            return
+        self._watcher.received(message, entry.sender, entry.frame, entry.time)
+        if isinstance(message, RefereeState):
+            self._referee(message)
+        elif isinstance(message, JuniorSensors):
+            self._sensors.append((entry.time, message))
+        elif isinstance(message, ParamValue) and message.param_id:
+            self._data.parameters[message.param_id] = message.param_value
+
+    def _referee(self, state: RefereeState) -> None:
+        if self._bout and (state.bout != self._bout[-1].bout or state.elapsed < self._bout[-1].elapsed):
+            self._end_bout()
+        if state.phase == Phase.IDLE or (state.phase == Phase.OVER and not self._bout):
+            return
+        if not self._bout:
+            self._bout_used = len(self._data.trials)
+        self._bout.append(state)
+        if state.phase == Phase.OVER:
+            self._end_bout()
+
+    def _end_bout(self) -> None:
+        states, self._bout = self._bout, []
+        if not states:
+            return
+        last = states[-1]
+        self._data.bouts.append(
+            BoutPath(
+                number=len(self._data.bouts) + 1,
+                series=self._series,
+                opponent=last.opponent_code,
+                outcome=BoutOutcome(last.outcome),
+                duration=last.elapsed,
+                used=self._bout_used,
+                times=np.array([state.elapsed for state in states]),
+                junior=np.array([(*state.junior, state.junior_heading) for state in states]),
+                other=np.array([(*state.opponent, state.opponent_heading) for state in states]),
+            )
+        )
+
+    def finish(self) -> RunData:
+        """What has been taken."""
+        self._end_bout()
+        data = self._data
+        data.link = self._watcher.quality
+        data.start, data.end = self._span or (0.0, 0.0)
+        if self._sensors:
+            messages = [message for _, message in self._sensors]
+            data.sensors = SensorTrack(
+                times=np.array([time for time, _ in self._sensors]),
+                eye=np.array([message.eye for message in messages], dtype=np.float64),
+                floor=np.array([message.floor for message in messages], dtype=np.float64),
+                battery=np.array([message.battery for message in messages]),
+                flags=np.array([message.flags for message in messages], dtype=np.int64),
+                wheel_times=np.array([time for time, _ in self._wheels]),
+                wheels=np.array([(*message.speed, message.duration) for _, message in self._wheels]).reshape(-1, 3),
+            )
+        return data
+
+
+def _object(text: str) -> dict[str, Any] | None:
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return None
+    return found if isinstance(found, dict) else None

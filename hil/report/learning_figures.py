@@ -1,0 +1,276 @@
+"""Pictures of learning: fitness curves, wins over the run, the maneuvers that were learnt."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from matplotlib.patches import Rectangle
+
+from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.vocabulary import Action, Speed, Stimulus
+from hil.report.style import BLUE, EYE_STYLES, GREEN, GREY, INK, PALE, VERMILLION, bare, figure, whole_numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from hil.mcaplog.records import StepRecord
+    from hil.report.gather import BoutPath, RunData
+
+PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
+WINDOW: Final = 20
+"""Bouts that the running share of wins is taken over."""
+SPEEDS: Final = {
+    Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.35,
+}  # fmt: skip
+_SPEED_PARAMETERS: Final = {
+    Speed.FAST: "SPD_FAST", Speed.MODERATE: "SPD_MODERATE", Speed.SLOW: "SPD_SLOW", Speed.TURN: "SPD_TURN",
+}  # fmt: skip
+
+Category = tuple[str, str]
+"""Previous stimulus or `any`, current stimulus."""
+
+
+def eyes_of(category: Category) -> int:
+    """What the eyes see in a category, 0..3."""
+    return int(Stimulus.from_label(category[1])) & 3
+
+
+def category_name(category: Category) -> str:
+    """A category in a legend: `left`, or `right, before: left`."""
+    previous, current = category
+    current = current.replace("+", ", ").replace("-", " ")
+    return current if previous == "any" else f"{current}, before: {previous}"
+
+
+def sort_key(category: Category) -> tuple[int, int, int]:
+    """Order of categories: by eyes (both first), then arms, then what was before."""
+    previous, current = category
+    code = int(Stimulus.from_label(current))
+    return -(code & 3), code >> 2, -1 if previous == "any" else int(Stimulus.from_label(previous))
+
+
+def curves(generations: Sequence[StepRecord]) -> dict[int, dict[Category, list[StepRecord]]]:
+    """Steps by phase and category, in order.
+
+    Args:
+        generations: Steps as recorded.
+    """
+    found: dict[int, dict[Category, list[StepRecord]]] = {}
+    for step in generations:
+        found.setdefault(step.phase, {}).setdefault((step.previous, step.current), []).append(step)
+    return {phase: {key: found[phase][key] for key in sorted(found[phase], key=sort_key)} for phase in sorted(found)}
+
+
+def fitness_by_generation(data: RunData) -> Figure | None:
+    """Best fitness by generation, a panel for each phase: curves have different lengths, as in Fig. 10.7.
+
+    Args:
+        data: The run.
+
+    Returns:
+        The picture; None where nothing was learnt.
+    """
+    phases = curves(data.generations)
+    if not phases:
+        return None
+    drawn = figure(9.0, 3.7)
+    panels = drawn.subplots(1, len(phases), sharey=True, squeeze=False)[0]
+    styles = _styles([category for of_phase in phases.values() for category in of_phase])
+    for axes, (phase, of_phase) in zip(panels, phases.items(), strict=True):
+        for category, steps in of_phase.items():
+            generations, best = [step.generation for step in steps], [step.best for step in steps]
+            axes.plot(generations, best, markevery=_every(len(steps)), **styles[category])
+        axes.set_title(PHASES.get(phase, f"Phase {phase}"))
+        axes.set_xlabel("Generation of the category")
+        whole_numbers(axes.xaxis)
+    panels[0].set_ylabel("Best fitness in the generation")
+    _legend(drawn, panels)
+    return drawn
+
+
+def fitness_by_maneuvers(data: RunData) -> Figure | None:
+    """Best and mean fitness against maneuvers performed, with the phase boundary and the exam marked.
+
+    Args:
+        data: The run.
+
+    Returns:
+        The picture; None where nothing was learnt.
+    """
+    by_category: dict[Category, list[StepRecord]] = defaultdict(list)
+    for step in data.generations:
+        by_category[step.previous, step.current].append(step)
+    if not by_category:
+        return None
+    drawn = figure(9.0, 3.9)
+    axes = drawn.subplots()
+    styles = _styles(list(by_category))
+    for category in sorted(by_category, key=sort_key):
+        for phase in (1, 2):
+            steps = [step for step in by_category[category] if step.phase == phase]
+            first = phase == by_category[category][0].phase
+            style = {**styles[category], "label": styles[category]["label"] if first else None}
+            axes.plot([step.used for step in steps], [step.best for step in steps], markevery=_every(len(steps)), **style)
+    _mark_phases(axes, data)
+    axes.set_xlabel("Maneuvers performed, all categories together")
+    axes.set_ylabel("Best fitness in the generation")
+    axes.set_xlim(0, None)
+    _legend(drawn, [axes])
+    return drawn
+
+
+def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:
+    """Share of bouts won so far in a window, and every bout's outcome.
+
+    Args:
+        data: The run.
+        bouts: Bouts of the coaching.
+
+    Returns:
+        The picture; None for fewer than five bouts.
+    """
+    over = [bout for bout in bouts if bout.outcome is not BoutOutcome.UNDECIDED]
+    if len(over) < 5:
+        return None
+    used = np.array([bout.used for bout in over]) if data.trials else np.arange(1, len(over) + 1)
+    won = np.array([bout.outcome is BoutOutcome.WIN for bout in over], dtype=float)
+    width = min(WINDOW, len(over))
+    share = np.convolve(won, np.ones(width) / width, mode="valid")
+    drawn = figure(9.0, 2.9)
+    axes = drawn.subplots()
+    axes.plot(used[width - 1 :], share, color=BLUE, linewidth=2)
+    axes.fill_between(used[width - 1 :], share, color=BLUE, alpha=0.12, linewidth=0)
+    rows = {
+        BoutOutcome.WIN: (1.08, GREEN, "won"),
+        BoutOutcome.DRAW: (1.15, GREY, "drawn"),
+        BoutOutcome.LOSS: (1.22, VERMILLION, "lost"),
+    }
+    for outcome, (height, color, name) in rows.items():
+        where = [x for x, bout in zip(used, over, strict=True) if bout.outcome is outcome]
+        axes.plot(where, [height] * len(where), "|", color=color, markersize=6, clip_on=False)
+        axes.annotate(
+            f"{name}: {len(where)}", (1.01, height), xycoords=("axes fraction", "data"), va="center", color=color, fontsize=8
+        ).set_in_layout(False)
+    layout = drawn.get_layout_engine()
+    if layout is not None:
+        layout.set(rect=(0, 0, 0.92, 1))  # type: ignore[call-arg]
+    axes.set_ylim(0, 1.27)
+    axes.set_yticks([0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
+    axes.set_xlim(0, max(used.max(), 1) * 1.01)
+    _mark_phases(axes, data, labels=False)
+    axes.set_xlabel("Maneuvers performed" if data.trials else "Bout")
+    axes.set_ylabel(f"Won, of the last {width} bouts")
+    return drawn
+
+
+def maneuver_strips(data: RunData) -> Figure | None:
+    """The learnt maneuvers: for each the speeds of both wheels over time.
+
+    Args:
+        data: The run.
+
+    Returns:
+        The picture; None without advice.
+    """
+    entries = sorted((data.advice or {}).get("entries", ()), key=lambda entry: sort_key((entry["previous"], entry["current"])))
+    if not entries:
+        return None
+    drawn = figure(9.0, 0.55 + 1.1 * len(entries))
+    panels = drawn.subplots(len(entries), 1, squeeze=False, sharex=True)[:, 0]
+    period = float(data.advice["settings"]["period"]) if data.advice else 1.0
+    longest = max(len(entry["actions"]) for entry in entries)
+    for axes, entry in zip(panels, entries, strict=True):
+        _strip(axes, entry, _speeds(data.parameters), period, longest)
+    last = panels[-1]
+    last.set_xticks([i * period for i in range(longest + 1)], [f"{i * period:.2g} s" for i in range(longest + 1)])
+    last.tick_params(axis="x", length=0, labelbottom=True)
+    handles = [Rectangle((0, 0), 1, 1, color=BLUE), Rectangle((0, 0), 1, 1, color=VERMILLION)]
+    drawn.legend(handles, ["wheel forward (bar up)", "wheel backward (bar down)"], loc="outside upper left", ncols=2)
+    return drawn
+
+
+def _strip(axes: Axes, entry: dict[str, Any], speeds: dict[Speed, float], period: float, longest: int) -> None:
+    bare(axes)
+    lanes = {"L": 1.1, "R": -1.1}
+    for lane, middle in lanes.items():
+        axes.axhline(middle, xmax=1.0, color="#C8C8C8", linewidth=0.8, zorder=1)
+        axes.text(-0.02 * longest * period, middle, lane, ha="right", va="center", fontsize=8, color="#555555")
+    for index, name in enumerate(entry["actions"]):
+        spec = Action[name].spec
+        start = index * period
+        for lane, direction in (("L", spec.left), ("R", spec.right)):
+            height = direction * speeds[spec.speed]
+            color = BLUE if direction > 0 else VERMILLION
+            axes.add_patch(
+                Rectangle((start + 0.03 * period, lanes[lane]), 0.94 * period, height, color=color, linewidth=0, zorder=2)
+            )
+        axes.text(start + period / 2, 2.35, name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
+        axes.axvline(start + period, color=PALE, linewidth=0.8, zorder=0)
+    axes.set_xlim(-0.001, longest * period)
+    axes.set_ylim(-2.3, 3.5)
+    axes.tick_params(axis="x", length=0)
+    name = category_name((entry["previous"], entry["current"])).replace(", ", ",\n")
+    axes.set_ylabel(name, rotation=0, ha="right", va="center", labelpad=24, fontsize=10, fontweight="bold")
+    words = f"fitness {entry['fitness']:.1f}\ntried {entry['evaluations']} times, phase {entry['phase']}"
+    if entry["names"]:
+        words += "\n" + "\n".join(entry["names"])
+    axes.annotate(words, (1.02, 0.5), xycoords="axes fraction", va="center", fontsize=8, color="#444444", annotation_clip=False)
+
+
+def _speeds(parameters: dict[str, float]) -> dict[Speed, float]:
+    return {speed: parameters.get(_SPEED_PARAMETERS.get(speed, ""), usual) for speed, usual in SPEEDS.items()}
+
+
+def _styles(categories: Sequence[Category]) -> dict[Category, dict[str, Any]]:
+    """Line styles by category; where several share what the eyes see, the later ones are paler."""
+    seen: dict[int, int] = defaultdict(int)
+    found = {}
+    for category in sorted(set(categories), key=sort_key):
+        eyes = eyes_of(category)
+        opacity = max(0.25, 1.0 - 0.22 * seen[eyes])
+        seen[eyes] += 1
+        found[category] = {**EYE_STYLES[eyes], "alpha": opacity, "label": category_name(category)}
+    return found
+
+
+def _mark_phases(axes: Axes, data: RunData, *, labels: bool = True) -> None:
+    """Draw where phase 2 and the exam begin."""
+    second = next((index for index, trial in enumerate(data.trials) if trial.phase == 2), None)
+    exam = next((index for index, trial in enumerate(data.trials) if trial.exam), None)
+    marks = [] if second in {None, 0} else [(second, "phase 2")]
+    if exam is not None:
+        axes.axvspan(exam, len(data.trials), color=PALE, zorder=0, linewidth=0)
+        marks.append((exam, "exam"))
+    for where, text in marks:
+        axes.axvline(where, color=INK, linewidth=0.9, linestyle=(0, (2, 3)), zorder=1)
+        if labels:
+            axes.annotate(text, (where, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -3), textcoords="offset points",
+                          va="top", fontsize=8, color="#444444")  # fmt: skip
+
+
+def _every(points: int) -> int:
+    """How many points apart markers are, so that they stay apart."""
+    return max(1, points // 12)
+
+
+def _legend(drawn: Figure, panels: Sequence[Axes]) -> None:
+    found: dict[str, Any] = {}
+    for axes in panels:
+        for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(text, handle)
+    rows = -(-len(found) // 8)
+    drawn.legend(
+        list(found.values()),
+        list(found),
+        loc="outside upper left",
+        ncols=-(-len(found) // rows),
+        title="The eyes that see it:",
+        title_fontsize=8.5,
+        alignment="left",
+        handlelength=3.2,
+    )

@@ -1,0 +1,128 @@
+"""How good the link was, from what a log holds of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.messages import CommandLong, JuniorAck, JuniorStatus, Timesync
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message
+
+
+@dataclass
+class LinkQuality:
+    """Counts and times of one link.
+
+    Attributes:
+        received: Good frames received, by (system, component) of the sender.
+        lost: Frames missing by their sequence numbers, damaged ones included.
+        duplicates: Frames that came twice.
+        rejected: Pieces of wire input that were no good message, by reason.
+        sent: Messages sent, by name.
+        retries: Messages sent again because no answer had come.
+        bytes_received: Bytes that came over the link.
+        bytes_sent: Bytes that went out.
+        round_trips: Time from a question asked once to its answer, in s.
+        arrivals: Log times of good frames, in s.
+        gaps: Log times of lost frames (once per frame), in s.
+        refusals: Log times of rejected input, in s.
+        robot: The robot's own counters, as last told; None where it never told.
+    """
+
+    received: Counter[tuple[int, int]] = field(default_factory=Counter)
+    lost: int = 0
+    duplicates: int = 0
+    rejected: Counter[str] = field(default_factory=Counter)
+    sent: Counter[str] = field(default_factory=Counter)
+    retries: int = 0
+    bytes_received: int = 0
+    bytes_sent: int = 0
+    round_trips: list[float] = field(default_factory=list)
+    arrivals: list[float] = field(default_factory=list)
+    gaps: list[float] = field(default_factory=list)
+    refusals: list[float] = field(default_factory=list)
+    robot: JuniorStatus | None = None
+
+    @property
+    def good(self) -> int:
+        """Good frames received, all senders together."""
+        return sum(self.received.values())
+
+    @property
+    def loss(self) -> float:
+        """Share of the frames sent to us that did not arrive whole, 0 to 1."""
+        return self.lost / (self.good + self.lost) if self.good else 0.0
+
+
+class LinkWatcher:
+    """Collects the quality of a link from a log's messages, in their order."""
+
+    def __init__(self) -> None:
+        self.quality = LinkQuality()
+        self._last: dict[tuple[int, int], int] = {}
+        self._asked: dict[tuple[int, int], tuple[float, bool]] = {}
+        self._compared: dict[int, float] = {}
+
+    def received(self, message: Message, sender: tuple[int, int], frame: int, time: float) -> None:
+        """A good frame came.
+
+        Args:
+            message: What it held.
+            sender: System and component.
+            frame: Its sequence number.
+            time: Log time in s.
+        """
+        quality = self.quality
+        quality.received[sender] += 1
+        quality.arrivals.append(time)
+        last = self._last.get(sender)
+        self._last[sender] = frame
+        step = 1 if last is None else (frame - last) & 0xFF
+        if step == 0:
+            quality.duplicates += 1
+        elif 1 < step < 128:
+            quality.lost += step - 1
+            quality.gaps.extend([time] * (step - 1))
+        if isinstance(message, JuniorAck):
+            self._answered(self._asked.pop((message.session, message.sequence), None), time)
+        elif isinstance(message, Timesync) and message.ts1 in self._compared:
+            quality.round_trips.append(time - self._compared.pop(message.ts1))
+        elif isinstance(message, JuniorStatus):
+            quality.robot = message
+
+    def sent(self, message: Message, time: float) -> None:
+        """A message was sent.
+
+        Args:
+            message: The message.
+            time: Log time in s.
+        """
+        quality = self.quality
+        quality.sent[message.NAME] += 1
+        if message.NUMBERED:
+            numbered: Any = message
+            key = (numbered.session, numbered.sequence)
+            again = key in self._asked
+            quality.retries += again
+            self._asked[key] = (self._asked[key][0] if again else time, again)
+        elif isinstance(message, CommandLong):
+            quality.retries += message.confirmation > 0
+        elif isinstance(message, Timesync) and message.tc1 == 0:
+            self._compared[message.ts1] = time
+
+    def rejected(self, reason: str, time: float) -> None:
+        """Wire input was no good message.
+
+        Args:
+            reason: Why.
+            time: Log time in s.
+        """
+        self.quality.rejected[reason] += 1
+        self.quality.refusals.append(time)
+
+    def _answered(self, asked: tuple[float, bool] | None, time: float) -> None:
+        if asked is not None and not asked[1]:
+            self.quality.round_trips.append(time - asked[0])

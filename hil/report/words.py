@@ -1,0 +1,298 @@
+"""What happened, in words and tables: plain values taken from the log, nothing computed twice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.vocabulary import Stimulus
+from hil.report.bout_figures import OUTCOME_WORDS
+from hil.report.learning_figures import category_name, sort_key
+from hil.statistics import Rate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from hil.report.gather import BoutPath, RunData
+
+OBJECTIVES: Final = {
+    "contact": "seeing, holding and coming into contact (Liu & Wu 2001, Eq. 10.1)",
+    "effective": "seeing, coming into contact, and holding while gaining ground",
+    "outcome": "gaining ground, bringing the opponent nearer to the border, and winning",
+}
+COACHING: Final = "coaching"
+"""Title of the series of bouts in which something is learnt."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        title: What it shows.
+        head: Column names.
+        rows: Cells, as text; one row each.
+        numbers: Columns that hold numbers.
+    """
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numbers: frozenset[int] = frozenset()
+
+
+def title_of(data: RunData) -> str:
+    """The report's headline."""
+    opponents = " and ".join(_opponents(data))
+    versus = f" against {opponents}" if opponents else ""
+    if data.learnt:
+        return f"Pal coached Junior{versus}"
+    if data.bouts:
+        return f"Junior’s bouts{versus}"
+    return "What Junior sensed and did"
+
+
+def coaching_bouts(data: RunData) -> list[BoutPath]:
+    """Bouts in which something was learnt."""
+    if not data.learnt:
+        return []
+    return [bout for bout in data.bouts if bout.series in {COACHING, ""}]
+
+
+def played_bouts(data: RunData) -> list[BoutPath]:
+    """Bouts in which nothing was learnt."""
+    learnt = {bout.number for bout in coaching_bouts(data)}
+    return [bout for bout in data.bouts if bout.number not in learnt]
+
+
+def summary(data: RunData) -> list[str]:
+    """What happened, a paragraph an item.
+
+    Args:
+        data: The run.
+    """
+    said = []
+    if data.learnt:
+        said += [_effort(data), _progress(data)]
+    for (series, opponent), bouts in _series(played_bouts(data)).items():
+        said.append(_played(series, opponent, bouts))
+    if not data.learnt and not data.bouts:
+        said.append(_watched(data))
+    said.append(_link_words(data))
+    if not data.whole:
+        said.append(f"The log is {data.health}. Everything here is of the part that could be read.")
+    return [text for text in said if text]
+
+
+def _effort(data: RunData) -> str:
+    settings = (data.advice or {}).get("settings", {})
+    budget = settings.get("budget")
+    objective = str((data.advice or {}).get("objective") or data.metadata.get("config", {}).get("objective", ""))
+    bouts = coaching_bouts(data)
+    performed = sum(trial.duration for trial in data.trials)
+    of = f" of a budget of {budget:,}" if isinstance(budget, int) and budget != len(data.trials) else ""
+    text = f"Junior performed {len(data.trials):,} maneuvers{of}"
+    text += f" in {len(bouts):,} bouts" if bouts else ""
+    text += f", {performed / 60:.1f} minutes of robot time." if performed >= 60 else f", {performed:.0f} s of robot time."
+    if objective:
+        text += f" The objective was “{objective}”: {OBJECTIVES.get(objective, 'not known to this program')}."
+    return text
+
+
+def _progress(data: RunData) -> str:
+    over = [bout for bout in coaching_bouts(data) if bout.outcome is not BoutOutcome.UNDECIDED]
+    if len(over) < 10:
+        return ""
+    part = max(5, len(over) // 5)
+    first, last = (
+        Rate(sum(bout.outcome is BoutOutcome.WIN for bout in some), len(some)) for some in (over[:part], over[-part:])
+    )
+    return (
+        f"While it was learning it won {first.value:.0%} of its first {part} bouts and {last.value:.0%} of its last {part}. "
+        "Those were played with maneuvers on trial, the last ones with the best being tested."
+    )
+
+
+def _played(series: str, opponent: str, bouts: Sequence[BoutPath]) -> str:
+    over = [bout for bout in bouts if bout.outcome is not BoutOutcome.UNDECIDED]
+    wins = [bout.duration for bout in over if bout.outcome is BoutOutcome.WIN]
+    low, high = Rate(len(wins), len(over)).ci95
+    name = series[:1].upper() + series[1:] if series else "Bouts"
+    text = f"{name}, against {opponent}: {len(wins)} of {len(over)} won"
+    if over:
+        text += f", {len(wins) / len(over):.1%} (95 % interval {low:.1%} to {high:.1%})"
+    return text + (f", half of the wins within {median(wins):.1f} s." if wins else ".")
+
+
+def _watched(data: RunData) -> str:
+    text = f"The log covers {_time(data.duration)}."
+    if data.sensors is not None:
+        text += f" Junior sent {len(data.sensors.times):,} readings of its sensors"
+        text += f", its battery was at {data.sensors.battery[-1]:.2f} V in the end." if data.sensors.battery[-1] > 0 else "."
+    return text
+
+
+def _link_words(data: RunData) -> str:
+    link = data.link
+    if not link.good:
+        return "Nothing was received from a robot."
+    text = f"The link carried {link.good:,} good frames from the robot; "
+    if not link.lost and not link.rejected and not link.retries:
+        return text + "none was lost or damaged, and nothing had to be repeated."
+    rejected = sum(link.rejected.values())
+    text += f"{link.lost:,} were lost or damaged ({link.loss:.2%}), {rejected:,} pieces of input were rejected, "
+    return text + f"and {link.retries:,} commands were sent again."
+
+
+def learnt_table(data: RunData) -> Table | None:
+    """The advice, a row for each situation."""
+    entries = (data.advice or {}).get("entries") or []
+    if not entries:
+        return None
+    rows = tuple(
+        (
+            _situation(entry),
+            " ".join(entry["actions"]),
+            ", ".join(entry["names"]) or "—",
+            f"{entry['fitness']:.2f}",
+            str(entry["evaluations"]),
+            str(entry["phase"]),
+        )
+        for entry in sorted(entries, key=lambda entry: sort_key((entry["previous"], entry["current"])))
+    )
+    head = ("When Junior’s eyes see it", "It does", "Known as", "Fitness", "Tried", "Phase")
+    return Table("What Junior learnt", head, rows, frozenset({3, 4, 5}))
+
+
+def _situation(entry: dict[str, Any]) -> str:
+    words = {0: "with neither", 1: "with the left", 2: "with the right", 3: "with both"}
+    code = int(Stimulus.from_label(entry["current"]))
+    arms = {0: "", 1: ", left arm touching", 2: ", right arm touching", 3: ", both arms touching"}[code >> 2]
+    before = "" if entry["previous"] == "any" else f" (before: {entry['previous']})"
+    return words[code & 3] + arms + before
+
+
+def effort_table(data: RunData) -> Table | None:
+    """How much each category was practised."""
+    if not data.trials:
+        return None
+    categories = sorted({(trial.previous, trial.current) for trial in data.trials}, key=sort_key)
+    rows = []
+    for category in categories:
+        trials = [trial for trial in data.trials if (trial.previous, trial.current) == category]
+        steps = [step for step in data.generations if (step.previous, step.current) == category]
+        first = [step for step in steps if step.phase == steps[0].phase]
+        rows.append(
+            (
+                category_name(category),
+                f"{len(trials):,}",
+                f"{sum(trial.exam for trial in trials):,}",
+                str(len(steps)),
+                f"{first[0].best:.1f}" if first else "—",
+                f"{steps[-1].best:.1f}" if steps else "—",
+            )
+        )
+    head = ("Category", "Maneuvers", "of these in the exam", "Generations", "Best in the first", "Best in the last")
+    return Table("How much was practised", head, tuple(rows), frozenset(range(1, 6)))
+
+
+def bout_table(data: RunData) -> Table | None:
+    """Outcomes by series and opponent."""
+    if not data.bouts:
+        return None
+    rows = []
+    for (series, opponent), bouts in _series(data.bouts).items():
+        count = {outcome: sum(bout.outcome is outcome for bout in bouts) for outcome in BoutOutcome}
+        over = len(bouts) - count[BoutOutcome.UNDECIDED]
+        low, high = Rate(count[BoutOutcome.WIN], over).ci95
+        wins = [bout.duration for bout in bouts if bout.outcome is BoutOutcome.WIN]
+        rows.append(
+            (
+                series or "—",
+                opponent,
+                *(str(number) for number in (over, count[BoutOutcome.WIN], count[BoutOutcome.LOSS], count[BoutOutcome.DRAW])),
+                f"{count[BoutOutcome.WIN] / over:.3f}" if over else "—",
+                f"{low:.3f} to {high:.3f}" if over else "—",
+                f"{median(wins):.2f} s" if wins else "—",
+            )
+        )
+    head = ("Series", "Opponent", "Bouts", "Won", "Lost", "Drawn", "Share won", "95 % interval", "Median time to win")
+    return Table("Bouts", head, tuple(rows), frozenset(range(2, 9)))
+
+
+def link_table(data: RunData) -> Table:
+    """Counters of the link, from both ends."""
+    link = data.link
+    rows = [
+        ("Good frames received", f"{link.good:,}"),
+        ("Lost or damaged on the way here", f"{link.lost:,} ({link.loss:.2%})"),
+        ("Received twice", f"{link.duplicates:,}"),
+        *((f"Rejected: {reason}", f"{count:,}") for reason, count in sorted(link.rejected.items())),
+        ("Messages sent", f"{sum(link.sent.values()):,}"),
+        ("Commands sent again for want of an answer", f"{link.retries:,}"),
+        ("Bytes received, sent", f"{link.bytes_received:,}, {link.bytes_sent:,}"),
+    ]
+    if link.round_trips:
+        ordered = sorted(link.round_trips)
+        last = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
+        rows.append(
+            (f"Time to an answer, of {len(ordered):,}", f"median {median(ordered) * 1e3:.1f} ms, 99 % {last * 1e3:.1f} ms")
+        )
+    if link.robot is not None:
+        told = link.robot
+        rows += [
+            ("The robot’s count of our frames: good", f"{told.good:,}"),
+            ("… lost", f"{told.lost:,}"),
+            ("… with a bad checksum, unknown", f"{told.bad_checksum:,}, {told.unknown:,}"),
+            ("Starts of the robot so far", f"{told.boot_count:,}"),
+        ]
+    return Table("Link", ("What", "How much"), tuple(rows), frozenset({1}))
+
+
+def event_table(data: RunData, most: int = 40) -> Table | None:
+    """Events other than bouts, the last ones where there are many."""
+    told = [(time, event) for time, event in data.events if event.kind != "bout"]
+    if not told:
+        return None
+    rows = tuple((f"{time:.2f} s", event.kind, event.text) for time, event in told[-most:])
+    title = "Events" if len(told) <= most else f"Events, the last {most} of {len(told)}"
+    return Table(title, ("Log time", "Kind", "What happened"), rows, frozenset({0}))
+
+
+def metadata_tables(data: RunData) -> list[Table]:
+    """The log's metadata, a table each."""
+    names = {"config": "Configuration", "robot": "Robot", "run": "This run"}
+    tables = [
+        Table(title, ("Name", "Value"), tuple(sorted(data.metadata[name].items())))
+        for name, title in names.items()
+        if data.metadata.get(name)
+    ]
+    if data.parameters:
+        rows = tuple((name, f"{value:g}") for name, value in sorted(data.parameters.items()))
+        tables.append(Table("The robot’s parameters", ("Name", "Value"), rows, frozenset({1})))
+    return tables
+
+
+def chosen_caption(bouts: Sequence[BoutPath]) -> str:
+    """What became of the bouts in the picture."""
+    counts = [f"{sum(bout.outcome is outcome for bout in bouts)} {word}" for outcome, word in OUTCOME_WORDS.items()]
+    return ", ".join(text for text in counts if not text.startswith("0 "))
+
+
+def _series(bouts: Sequence[BoutPath]) -> dict[tuple[str, str], list[BoutPath]]:
+    found: dict[tuple[str, str], list[BoutPath]] = {}
+    for bout in bouts:
+        found.setdefault((bout.series, bout.opponent_name), []).append(bout)
+    return found
+
+
+def _opponents(data: RunData) -> list[str]:
+    seen = list(dict.fromkeys(bout.opponent_name for bout in data.bouts))
+    told = str((data.advice or {}).get("opponent") or "")
+    return seen or ([told] if told else [])
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds / 60:.1f} minutes" if seconds >= 120 else f"{seconds:.1f} s"

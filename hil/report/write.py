@@ -1,0 +1,234 @@
+"""Makes the report of a log: one page and its pictures."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from typing import TYPE_CHECKING
+
+from firmware_protocol.messages import BoutOutcome
+from hil.mcaplog.errors import LogError
+from hil.report.bout_figures import choose, times_to_win, trajectories
+from hil.report.gather import RunData, gather
+from hil.report.learning_figures import fitness_by_generation, fitness_by_maneuvers, maneuver_strips, wins_over_run
+from hil.report.link_figures import link_quality, sensors_over_time
+from hil.report.page import Picture, Section, render
+from hil.report.style import png, styled
+from hil.report.words import (
+    bout_table,
+    chosen_caption,
+    coaching_bouts,
+    effort_table,
+    event_table,
+    learnt_table,
+    link_table,
+    metadata_tables,
+    played_bouts,
+    summary,
+    title_of,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
+PAGE = "report.html"
+LAYOUT = "junior.layout.json"
+
+
+@dataclass(frozen=True)
+class ReportFiles:
+    """What a report consists of.
+
+    Attributes:
+        page: The HTML page; it holds the pictures and needs no other file.
+        pictures: The pictures again, as PNG files.
+        layout: Layout for viewing the log in Foxglove.
+        title: The report's headline.
+        summary: What happened, in words.
+    """
+
+    page: Path
+    pictures: tuple[Path, ...]
+    layout: Path
+    title: str
+    summary: tuple[str, ...]
+
+
+def write_report(log: Path, folder: Path) -> ReportFiles:
+    """Report on a log.
+
+    Args:
+        log: The log, whole or cut off.
+        folder: Where the report goes; made where it does not exist.
+
+    Returns:
+        The files written.
+
+    Raises:
+        LogError: The log cannot be read, or the report cannot be written.
+    """
+    data = gather(log)
+    with styled():
+        sections = _sections(data)
+    said = summary(data)
+    title = title_of(data)
+    footer = f"Made by {_program(data)} from {log.name}."
+    page = render(title, _subtitle(data), said, numbers=_numbers(data), sections=sections, footer=footer)
+    pictures = [picture for section in sections for picture in section.pictures]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / PAGE).write_text(page, "utf-8")
+        for picture in pictures:
+            (folder / f"{picture.name}.png").write_bytes(picture.data)
+        with as_file(files("hil.mcaplog").joinpath(LAYOUT)) as layout:
+            shutil.copyfile(layout, folder / LAYOUT)
+    except OSError as error:
+        raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
+    paths = tuple(folder / f"{picture.name}.png" for picture in pictures)
+    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said))
+
+
+def _sections(data: RunData) -> list[Section]:
+    found = [_learnt(data), _learning(data), _bouts(data), _link(data)]
+    if not data.learnt and not data.bouts:
+        found.insert(0, _sensed(data))
+    about = Section("About this run")
+    events = event_table(data)
+    about.tables = [events] if events else []
+    about.folded = metadata_tables(data)
+    return [*found, about]
+
+
+def _learnt(data: RunData) -> Section:
+    section = Section("What Junior learnt")
+    table = learnt_table(data)
+    if table:
+        _add(
+            section,
+            "maneuvers",
+            maneuver_strips(data),
+            "The best maneuver for each thing the eyes see: how fast the left (L) and the right wheel (R) turn in each action.",
+        )
+        section.tables.append(table)
+    return section
+
+
+def _learning(data: RunData) -> Section:
+    section = Section("How it learnt")
+    _add(
+        section,
+        "fitness",
+        fitness_by_generation(data),
+        "Best fitness by generation. A category makes a step when all of its maneuvers are rated, so situations that come up "
+        "often make many steps, and the curves have different lengths.",
+    )
+    _add(
+        section,
+        "learning",
+        fitness_by_maneuvers(data),
+        "The same against the maneuvers performed. In the exam (grey) the best of each category are tested again.",
+    )
+    if data.learnt:
+        _add(
+            section,
+            "wins",
+            wins_over_run(data, coaching_bouts(data)),
+            "Share of bouts won during coaching, with maneuvers on trial; each tick above is a bout.",
+        )
+    effort = effort_table(data)
+    section.tables = [effort] if effort else []
+    return section
+
+
+def _bouts(data: RunData) -> Section:
+    section = Section("Bouts")
+    table = bout_table(data)
+    if table is None:
+        return section
+    if data.learnt:
+        early = choose(coaching_bouts(data), learnt=True)
+        _add(
+            section,
+            "trajectories",
+            trajectories(early),
+            f"Bouts of the coaching, first, middle and last ({chosen_caption(early)}), seen from above. "
+            "Dashed: where they started; filled: where they ended.",
+        )
+    played = played_bouts(data)
+    shown = choose(played, learnt=False)
+    _add(
+        section,
+        "bouts",
+        trajectories(shown),
+        f"A few bouts ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
+    )
+    _add(section, "times", times_to_win(played), "How long it took to win.")
+    section.tables.append(table)
+    return section
+
+
+def _link(data: RunData) -> Section:
+    section = Section("The link")
+    _add(
+        section,
+        "link",
+        link_quality(data),
+        "Left: frames from the robot over the run. Right: how long an acknowledgement or a time comparison took, where the "
+        "question had to be asked only once.",
+    )
+    section.tables.append(link_table(data))
+    return section
+
+
+def _sensed(data: RunData) -> Section:
+    section = Section("Sensors and wheels")
+    marked = any(event.kind in {"link", "safety"} for _, event in data.events)
+    lines = " Amber lines mark events of the link and of safety." if marked else ""
+    _add(section, "sensors", sensors_over_time(data), f"What Junior sensed, and what its wheels were told.{lines}")
+    return section
+
+
+def _add(section: Section, name: str, drawn: Figure | None, caption: str) -> None:
+    if drawn is not None:
+        section.pictures.append(Picture(name, png(drawn), caption))
+
+
+def _subtitle(data: RunData) -> str:
+    config, run = data.metadata.get("config", {}), data.metadata.get("run", {})
+    parts = [
+        data.path.name,
+        f"seed {config['seed']}" if config.get("seed") else "",
+        run.get("wall_clock", ""),
+        run.get("command_line", ""),
+    ]
+    return " · ".join(part for part in parts if part)
+
+
+def _numbers(data: RunData) -> list[tuple[str, str]]:
+    found: list[tuple[str, str]] = []
+    if data.learnt:
+        found.append((f"{len(data.trials):,}", "maneuvers performed"))
+    over = [bout for bout in data.bouts if bout.outcome is not BoutOutcome.UNDECIDED]
+    if over:
+        found.append((f"{len(over):,}", "bouts"))
+    scored = played_bouts(data) or over
+    if scored:
+        series = scored[0].series if data.learnt else ""
+        counted = [bout for bout in scored if bout.series == series or not data.learnt]
+        decided = [bout for bout in counted if bout.outcome is not BoutOutcome.UNDECIDED]
+        if decided:
+            wins = sum(bout.outcome is BoutOutcome.WIN for bout in decided)
+            found.append((f"{wins / len(decided):.1%}", f"won, {series}" if series else "of the bouts won"))
+    if data.duration:
+        long = data.duration >= 120
+        found.append((f"{data.duration / 60:.1f} min" if long else f"{data.duration:.1f} s", "of log time"))
+    if data.link.good:
+        found.append((f"{data.link.loss:.2%}", "of the robot’s frames lost"))
+    return found
+
+
+def _program(data: RunData) -> str:
+    return data.metadata.get("config", {}).get("program", "junior-hil")
