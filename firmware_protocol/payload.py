@@ -5,7 +5,7 @@ The payload is MAVLink's: little-endian, fields sorted widest first, extensions 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import isfinite, isnan
 from operator import attrgetter
 from struct import Struct, error
@@ -17,6 +17,9 @@ from firmware_protocol.messages import MESSAGES
 from firmware_protocol.wire import Message, Wire, wire_order
 
 Convert = Callable[[Any], Any]
+
+
+_INFINITE: Final = frozenset((float("inf"), float("-inf")))
 
 
 class BadValueError(ValueError):
@@ -63,6 +66,11 @@ def _float_check(wire: Wire) -> Convert:
     return check
 
 
+def _is_free_float(wire: Wire) -> bool:
+    """A float that may be anything but infinite."""
+    return wire.type == "f32" and wire.nan and not wire.count and wire.minimum is None and wire.maximum is None
+
+
 def _to_raw(wire: Wire) -> Convert | None:
     """How a Python value becomes a wire value: a function that raises ValueError or TypeError, or None for as it is."""
     if wire.type == "char":
@@ -77,7 +85,7 @@ def _to_raw(wire: Wire) -> Convert | None:
 
     divisor = _divisor(wire)
 
-    def scale(value: Any) -> int:  # noqa: ANN401 - a number, or None
+    def one(value: Any) -> int:  # noqa: ANN401 - a number, or None
         if value is None and invalid is not None:
             return invalid
         raw = value if divisor == 1 else round(value * divisor)
@@ -85,17 +93,18 @@ def _to_raw(wire: Wire) -> Convert | None:
             raise ValueError
         return raw  # type: ignore[no-any-return]
 
+    def many(values: Sequence[Any]) -> Sequence[int]:
+        raw = values if divisor == 1 else list(map(round, [value * divisor for value in values]))
+        if min(raw) < low or max(raw) > high:
+            raise ValueError
+        return raw
+
+    def many_or_none(values: Sequence[Any]) -> Sequence[int]:
+        return [one(value) for value in values] if None in values else many(values)
+
     if not wire.count:
-        return scale
-    if divisor == 1 and invalid is None:
-
-        def check_many(values: tuple[int, ...]) -> tuple[int, ...]:
-            if min(values) < low or max(values) > high:
-                raise ValueError
-            return values
-
-        return check_many
-    return lambda values: [scale(value) for value in values]
+        return one
+    return many if invalid is None else many_or_none
 
 
 def _from_raw(wire: Wire) -> Convert | None:
@@ -118,17 +127,17 @@ def _from_raw(wire: Wire) -> Convert | None:
             raise BadValueError
         return raw if divisor == 1 else raw / divisor
 
-    def many(raw: tuple[int, ...]) -> tuple[int | float | None, ...]:
-        return tuple([one(value) for value in raw])
-
-    def many_valid(raw: tuple[int, ...]) -> tuple[int | float, ...]:
+    def many(raw: Sequence[int]) -> tuple[int | float | None, ...]:
         if min(raw) < low or max(raw) > high:
             raise BadValueError
-        return raw if divisor == 1 else tuple([value / divisor for value in raw])
+        return tuple(raw) if divisor == 1 else tuple([value / divisor for value in raw])
+
+    def many_or_none(raw: Sequence[int]) -> tuple[int | float | None, ...]:
+        return tuple([one(value) for value in raw]) if invalid in raw else many(raw)
 
     if not wire.count:
         return one
-    return many_valid if invalid is None else many
+    return many if invalid is None else many_or_none
 
 
 class Payload:
@@ -148,17 +157,21 @@ class Payload:
         self._pack = layout.pack
         self._unpack = layout.unpack
         self._get = attrgetter(*(name for name, _ in order))
-        self._out = tuple((0 if wire.type == "char" else wire.count, _to_raw(wire)) for _, wire in order)
-        self._plain_out = all(not count and convert is None for count, convert in self._out)
-        plan: list[tuple[str, int, int, Convert | None]] = []
+        self._names = tuple(name for name, _ in order)
+        self._floats = attrgetter(*free) if (free := [name for name, wire in order if _is_free_float(wire)]) else None
+        out: list[tuple[int, int, Convert | None]] = []
+        into: list[tuple[int, int, str, Convert | None]] = []
         at = 0
-        for name, wire in order:
-            width = 0 if wire.type == "char" else wire.count
-            plan.append((name, at, at + width if width else 0, _from_raw(wire)))
-            at += width or 1
-        self._plain_in = all(not stop and convert is None for _, _, stop, convert in plan)
-        self._names = tuple(name for name, *_ in plan)
-        self._in = tuple(plan)
+        for index, (name, wire) in enumerate(order):
+            count = 0 if wire.type == "char" else wire.count
+            to_raw, from_raw = _to_raw(wire), _from_raw(wire)
+            if count or (to_raw is not None and not _is_free_float(wire)):
+                out.append((index, count, to_raw))
+            if count or from_raw is not None:
+                into.append((at, count, name, from_raw))
+            at += count or 1
+        self._out = tuple(reversed(out))  # from the end: an array that is spread out moves what is behind it
+        self._in = tuple(reversed(into))
 
     def pack(self, message: Message) -> bytes:
         """The untrimmed payload.
@@ -170,17 +183,18 @@ class Payload:
             EncodeError: A field is out of range, of the wrong type or of the wrong length.
         """
         try:
-            if self._plain_out:
-                return self._pack(*self._get(message))
-            arguments: list[Any] = []
-            for value, (count, convert) in zip(self._get(message), self._out, strict=True):
-                if count:
-                    if len(value) != count:
-                        raise ValueError  # noqa: TRY301 - _explain says which field and why
-                    arguments += value if convert is None else convert(value)
+            values = list(self._get(message))
+            for index, count, convert in self._out:
+                value = values[index]
+                if not count:
+                    values[index] = value if convert is None else convert(value)
+                elif len(value) == count:
+                    values[index : index + 1] = value if convert is None else convert(value)
                 else:
-                    arguments.append(value if convert is None else convert(value))
-            return self._pack(*arguments)
+                    raise ValueError  # noqa: TRY301 - _explain says which field and why
+            if self._floats is not None and not _INFINITE.isdisjoint(self._floats(message)):
+                raise ValueError  # noqa: TRY301
+            return self._pack(*values)
         except (error, ValueError, TypeError, OverflowError, AttributeError) as cause:
             raise self._explain(message) from cause
 
@@ -196,21 +210,21 @@ class Payload:
         Raises:
             BadValueError: A value is out of range.
         """
-        raw = self._unpack(payload if len(payload) == self.length else payload.ljust(self.length, b"\0"))
-        values: dict[str, Any]
-        if self._plain_in:
-            values = dict(zip(self._names, raw, strict=True))
-        else:
-            values = {}
-            name = ""
-            try:
-                for name, at, stop, convert in self._in:
-                    value = raw[at:stop] if stop else raw[at]
-                    values[name] = value if convert is None else convert(value)
-            except BadValueError:
-                raise BadValueError(f"{self.message.NAME}.{name} can't be {value!r} on the wire") from None
+        values = list(self._unpack(payload if len(payload) == self.length else payload.ljust(self.length, b"\0")))
+        at, count, name = 0, 0, ""
+        try:
+            for at, count, name, convert in self._in:  # noqa: B007 - for the message below
+                if not count:
+                    values[at] = values[at] if convert is None else convert(values[at])
+                else:
+                    value = tuple(values[at : at + count])
+                    values[at : at + count] = (value if convert is None else convert(value),)
+        except BadValueError:
+            shown = values[at : at + count] if count else values[at]
+            raise BadValueError(f"{self.message.NAME}.{name} can't be {shown!r} on the wire") from None
         message = self.message.__new__(self.message)
-        message.__dict__.update(values)  # past the frozen __setattr__: an assignment per field costs more than all the rest
+        # Past the frozen __setattr__: one assignment per field would cost more than all the rest.
+        message.__dict__.update(zip(self._names, values, strict=True))
         return message
 
     def _explain(self, message: Message) -> EncodeError:
