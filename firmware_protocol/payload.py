@@ -95,12 +95,15 @@ def _to_raw(wire: Wire) -> Convert | None:
 
     def many(values: Sequence[Any]) -> Sequence[int]:
         raw = values if divisor == 1 else list(map(round, [value * divisor for value in values]))
-        if min(raw) < low or max(raw) > high:
+        if not full and (min(raw) < low or max(raw) > high):  # where the type is full, struct checks the range
             raise ValueError
         return raw
 
-    def many_or_none(values: Sequence[Any]) -> Sequence[int]:
-        return [one(value) for value in values] if None in values else many(values)
+    def many_or_none(values: Sequence[Any]) -> Sequence[Any]:
+        missing = values.count(None)
+        if missing == wire.count:
+            return [invalid] * wire.count
+        return [one(value) for value in values] if missing else many(values)
 
     if not wire.count:
         return one
@@ -128,7 +131,7 @@ def _from_raw(wire: Wire) -> Convert | None:
         return raw if divisor == 1 else raw / divisor
 
     def many(raw: Sequence[int]) -> tuple[int | float | None, ...]:
-        if min(raw) < low or max(raw) > high:
+        if not full and (min(raw) < low or max(raw) > high):
             raise BadValueError
         return tuple(raw) if divisor == 1 else tuple([value / divisor for value in raw])
 
