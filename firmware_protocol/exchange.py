@@ -289,6 +289,7 @@ class Exchanges:
                         self._counters.answered(received.time - exchange.sent_first)
                     self._sweep()
                     return True
+                self.next_due = min(self.next_due, exchange.due)  # it may have learnt something all the same
         return False
 
     def fail_all(self, error: HilError) -> None:

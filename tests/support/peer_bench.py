@@ -1,0 +1,139 @@
+"""A peer on the bench: messages in by hand, messages out into a list, and a clock that is moved."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from firmware_protocol.clock import ManualClock
+from firmware_protocol.events import Received
+from firmware_protocol.messages import (
+    AutopilotVersion,
+    Command,
+    CommandAck,
+    CommandLong,
+    Heartbeat,
+    JuniorAck,
+    JuniorSession,
+    JuniorStatus,
+)
+from firmware_protocol.peer import Peer, PeerState
+
+if TYPE_CHECKING:
+    from firmware_protocol.events import Event
+    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.wire import Message
+
+M = TypeVar("M", bound="Message")
+
+
+class Bench:
+    """A peer, and a robot played by the test.
+
+    Attributes:
+        peer: What is tested.
+        sent: Everything it has sent.
+        events: Everything it has reported but the messages themselves.
+        shown: The messages it has passed on.
+    """
+
+    def __init__(self, *, open_session: bool = True) -> None:
+        self.clock = ManualClock(10.0)
+        sessions = count(701)
+        self.peer = Peer(1, session=lambda: next(sessions), now=10.0, open_session=open_session)
+        self.sent: list[Message] = []
+        self.events: list[Event] = []
+        self.shown: list[Message] = []
+        self._sequences: dict[int, int] = {}
+
+    def state(self) -> PeerState:
+        """Where the connection stands now."""
+        return self.peer.state
+
+    def heard(self, message: Message, component: int = 1, step: int = 1, raw: bytes | None = None) -> None:
+        """The robot says something; `step` is how far its frame sequence goes on."""
+        sequence = self._sequences[component] = (self._sequences.get(component, -1) + step) & 255
+        raw = raw if raw is not None else repr((sequence, message)).encode()
+        self._report(self.peer.handle(Received(message, 1, component, sequence, self.clock.now(), raw)))
+        self._send()
+
+    def wait(self, time: float) -> None:
+        """Let time pass, in ticks of 5 ms."""
+        end = self.clock.now() + time
+        while self.clock.now() < end - 1e-9:
+            self.clock.advance(0.005)
+            self._send()
+
+    def _send(self) -> None:
+        while self.peer.next_due() <= self.clock.now():
+            self.sent += self.peer.due(self.clock.now())
+            self._report(self.peer.events())
+
+    def _report(self, events: object) -> None:
+        for event in events:  # type: ignore[attr-defined]
+            if isinstance(event, Received):
+                self.shown.append(event.message)
+            else:
+                self.events.append(event)
+
+    def take(self, kind: type[M]) -> list[M]:
+        """Messages of one kind sent so far; forgets all that was sent."""
+        self._send()
+        found = [message for message in self.sent if isinstance(message, kind)]
+        self.sent.clear()
+        return found
+
+    # --- What a robot says -------------------------------------------------------------------------------------------
+
+    def heartbeat(self, *, armed: bool = False) -> None:
+        self.heard(Heartbeat(10, 0, 128 * armed, 1, 3))
+
+    def version(self, major: int = 1, minor: int = 0) -> None:
+        self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16))
+
+    def ack(
+        self,
+        message: type[Message] = JuniorSession,
+        sequence: int = 0,
+        result: int = 0,
+        reason: int = 0,
+        component: int = 1,
+    ) -> None:
+        session = self.peer.session
+        if message is JuniorSession:
+            session = self.last(JuniorSession).session
+        assert session is not None
+        self.heard(JuniorAck(message.ID, session, sequence, result, reason), component)
+
+    def status(self, *, boots: int = 1, time: float | None = None, state: int = 1, sequence: int = 0) -> None:
+        own = self.clock.now() if time is None else time
+        self.heard(JuniorStatus(own, 0, 0, 0, 0, 0, boots, self.peer.session or 0, sequence, state))
+
+    def command_ack(self, command: int, result: int = 0, component: int = 1) -> None:
+        self.heard(CommandAck(command, result), component)
+
+    def last(self, kind: type[M]) -> M:
+        """The last message of a kind that was sent."""
+        return [message for message in self.sent if isinstance(message, kind)][-1]
+
+    def requests(self) -> list[int]:
+        """Ids of the messages asked for so far; forgets all that was sent."""
+        asked = [message for message in self.take(CommandLong) if message.command == Command.REQUEST_MESSAGE]
+        return [int(message.param1) for message in asked]
+
+    def connect(self) -> None:
+        """The whole handshake."""
+        self.heartbeat()
+        self.version()
+        self.ack()
+        self.status()
+        self.command_ack(Command.REQUEST_MESSAGE)
+        assert self.peer.ready
+        self.sent.clear()
+
+
+def failed(ticket: Ticket[Any]) -> str:
+    """Why a ticket has failed, in words."""
+    assert ticket.done
+    assert ticket.error is not None
+    return str(ticket.error)

@@ -1,0 +1,477 @@
+"""Questions and answers: retries, order, refusals, and that nothing is performed or delivered twice."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from peer_bench import Bench, failed
+from scripted_robot import result, sensors
+
+from firmware_protocol.errors import EncodeError, PeerError, RefusedError
+from firmware_protocol.messages import (
+    Command,
+    CommandLong,
+    CommandResult,
+    ContestCommand,
+    JuniorContest,
+    JuniorManeuver,
+    JuniorManeuverResult,
+    JuniorMemoryEntry,
+    JuniorMemoryRead,
+    JuniorMemoryWrite,
+    JuniorResultAck,
+    JuniorSensors,
+    JuniorWheels,
+    OpponentCode,
+    ParamRequestList,
+    ParamRequestRead,
+    ParamSet,
+    ParamValue,
+    Ping,
+    Reason,
+    RefereeReset,
+    State,
+)
+from firmware_protocol.quality import ClockComparison, Counters
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
+
+if TYPE_CHECKING:
+    from firmware_protocol.exchange import Ticket
+
+QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    bench = Bench()
+    bench.connect()
+    return bench
+
+
+# --- Standard commands -----------------------------------------------------------------------------------------------
+
+
+def test_a_command_is_repeated_with_its_confirmation_counted_up(bench: Bench) -> None:
+    ticket = bench.peer.emergency_stop()
+    bench.wait(0.5)
+    sent = [m for m in bench.take(CommandLong) if m.command == Command.FLIGHT_TERMINATION]
+    assert [message.confirmation for message in sent] == [0, 1, 2, 3]
+    assert {message.param1 for message in sent} == {1.0}
+    bench.command_ack(Command.FLIGHT_TERMINATION)
+    assert ticket.value().result == CommandResult.ACCEPTED
+    bench.wait(1.0)
+    assert bench.take(CommandLong) == []
+
+
+def test_a_command_without_an_answer_is_given_up_by_name(bench: Bench) -> None:
+    ticket = bench.peer.reboot()
+    for _ in range(8):
+        bench.wait(0.5)
+        bench.heartbeat()
+    assert "robot 1 did not answer restarting (10 tries, 3.1 s)" in failed(ticket)
+    assert isinstance(ticket.error, PeerError)
+
+
+@pytest.mark.parametrize("result_code", [1, 2, 3, 4, 99])
+def test_a_refused_command_says_why(bench: Bench, result_code: int) -> None:
+    ticket = bench.peer.message_interval(JuniorSensors, 0.02)
+    bench.wait(0.005)
+    assert bench.last(CommandLong).param2 == 20000.0
+    bench.command_ack(Command.SET_MESSAGE_INTERVAL, result_code)
+    with pytest.raises(RefusedError, match="streaming JUNIOR_SENSORS"):
+        ticket.value()
+
+
+def test_commands_of_a_kind_go_one_after_the_other(bench: Bench) -> None:
+    first, second = bench.peer.arm(), bench.peer.disarm()
+    bench.wait(0.01)
+    assert [message.param1 for message in bench.take(CommandLong)] == [1.0]
+    bench.command_ack(Command.ARM_DISARM)
+    assert (first.done, second.done) == (True, False)
+    bench.wait(0.01)
+    assert [message.param1 for message in bench.take(CommandLong)] == [0.0]
+    bench.command_ack(Command.ARM_DISARM)
+    assert second.done
+
+
+def test_a_late_answer_to_a_repeated_command_is_not_taken_for_that_to_the_next(bench: Bench) -> None:
+    bench.peer.arm()
+    bench.wait(0.1)  # asked twice
+    bench.command_ack(Command.ARM_DISARM)
+    second = bench.peer.disarm()
+    bench.wait(0.01)
+    bench.command_ack(Command.ARM_DISARM)  # the second answer to arming
+    assert not second.done
+    bench.wait(0.2)
+    assert bench.last(CommandLong).param1 == 0.0
+    bench.command_ack(Command.ARM_DISARM)
+    assert second.done
+
+
+def test_the_emergency_stop_waits_for_nothing(bench: Bench) -> None:
+    bench.peer.perform(QUICK)
+    bench.peer.arm()
+    bench.wait(0.3)
+    bench.sent.clear()
+    bench.peer.emergency_stop()
+    assert bench.peer.next_due() <= bench.clock.now()
+    assert [m.command for m in bench.take(CommandLong)] == [Command.FLIGHT_TERMINATION]
+
+
+# --- Requests --------------------------------------------------------------------------------------------------------
+
+
+def test_a_requested_message_is_the_one_after_the_acknowledgement(bench: Bench) -> None:
+    ticket = bench.peer.request(JuniorSensors)
+    bench.wait(0.005)
+    bench.heard(sensors(20.0))  # of the stream, older than the question
+    assert not ticket.done
+    bench.wait(0.005)
+    bench.command_ack(Command.REQUEST_MESSAGE)
+    assert not ticket.done
+    bench.heard(sensors(20.01))
+    assert ticket.value().time == 20.01
+
+
+def test_a_requested_message_may_come_with_the_acknowledgement(bench: Bench) -> None:
+    ticket = bench.peer.request(JuniorSensors)
+    bench.wait(0.005)
+    bench.heard(sensors(20.0))
+    bench.command_ack(Command.REQUEST_MESSAGE)
+    assert ticket.value().time == 20.0
+
+
+def test_a_refused_request_says_so(bench: Bench) -> None:
+    ticket = bench.peer.request(JuniorContest)
+    bench.wait(0.005)
+    bench.command_ack(Command.REQUEST_MESSAGE, CommandResult.DENIED)
+    assert "the request for JUNIOR_CONTEST" in failed(ticket)
+
+
+def test_a_ping_is_answered_by_its_own_number(bench: Bench) -> None:
+    ticket = bench.peer.ping()
+    bench.wait(0.005)
+    number = bench.last(Ping).seq
+    bench.heard(Ping(1, number + 1, 255, 190))
+    bench.heard(Ping(1, number, 254, 190))
+    assert not ticket.done
+    bench.heard(Ping(1, number, 255, 190))
+    assert ticket.done
+
+
+# --- Numbered messages -----------------------------------------------------------------------------------------------
+
+
+def test_a_numbered_message_is_the_same_at_every_try(bench: Bench) -> None:
+    ticket = bench.peer.contest(ContestCommand.START, 2.0)
+    bench.wait(0.6)
+    sent = bench.take(JuniorContest)
+    assert len(sent) == 4
+    assert set(sent) == {JuniorContest(701, 1, 2.0, 1, 1, ContestCommand.START)}
+    bench.ack(JuniorContest, 1)
+    assert ticket.done
+
+
+def test_numbered_messages_go_one_after_the_other_in_order(bench: Bench) -> None:
+    writing = [bench.peer.write_memory(ANY_STIMULUS, k, QUICK) for k in range(3)]
+    for k in range(3):
+        bench.wait(0.1)
+        assert {message.sequence for message in bench.take(JuniorMemoryWrite)} == {k + 1}
+        bench.ack(JuniorMemoryWrite, k + 1)
+        assert [ticket.done for ticket in writing] == [True] * (k + 1) + [False] * (2 - k)
+
+
+def test_an_acknowledgement_of_something_else_is_not_taken(bench: Bench) -> None:
+    ticket = bench.peer.erase_memory()
+    bench.wait(0.005)
+    bench.ack(JuniorMemoryWrite, 2)
+    bench.ack(JuniorContest, 1)
+    assert not ticket.done
+    bench.ack(JuniorMemoryWrite, 1)
+    assert ticket.value().sequence == 1
+    assert bench.last(JuniorMemoryWrite).count == 0
+
+
+@pytest.mark.parametrize("reason", [*Reason, 77])
+def test_a_refusal_is_told_in_words(bench: Bench, reason: int) -> None:
+    ticket = bench.peer.drive(1.0, 1.0, 0.1)
+    bench.wait(0.005)
+    bench.ack(JuniorWheels, 1, 1, reason)
+    assert isinstance(ticket.error, RefusedError)
+    assert "the robot refused driving" in failed(ticket)
+    assert ticket.reason == (reason if reason in set(Reason) else Reason.NONE)
+
+
+def test_a_newer_drive_command_replaces_an_unanswered_one(bench: Bench) -> None:
+    first = bench.peer.drive(1.0, 1.0, 0.1)
+    bench.wait(0.005)
+    second = bench.peer.drive(0.0, 0.0, 0.1)
+    bench.wait(0.005)
+    assert "newer" in failed(first)
+    assert [message.sequence for message in bench.take(JuniorWheels)] == [1, 2]
+    bench.ack(JuniorWheels, 2)
+    assert second.done
+
+
+def test_the_referee_is_asked_by_its_own_component(bench: Bench) -> None:
+    robot, referee = bench.peer.erase_memory(), bench.peer.reset_bout(77, OpponentCode.FLAT_HEAVY)
+    bench.wait(0.005)
+    assert bench.last(RefereeReset) == RefereeReset(77, 701, 2, 1, 25, OpponentCode.FLAT_HEAVY)
+    bench.ack(RefereeReset, 2)  # from the robot: it is not the one asked
+    assert not referee.done
+    bench.ack(RefereeReset, 2, component=25)
+    assert referee.value().message == RefereeReset.ID
+    assert not robot.done
+
+
+def test_the_memory_is_read_by_an_entry_or_a_refusal(bench: Bench) -> None:
+    read = bench.peer.read_memory(0)
+    bench.wait(0.005)
+    bench.ack(JuniorMemoryRead, 1)
+    assert not read.done
+    entry = JuniorMemoryEntry(701, 1, 0xBEEF, 0.25, 5, 1, 0, 255, 0, 1, (1,) + (0,) * 7)
+    bench.heard(entry)
+    assert read.value() == entry
+    missing = bench.peer.read_memory(previous=1, current=2)
+    bench.wait(0.005)
+    bench.ack(JuniorMemoryRead, 2, 1, Reason.NOT_FOUND)
+    assert missing.reason is Reason.NOT_FOUND
+
+
+def test_what_the_wire_cannot_carry_is_refused_where_it_is_asked(bench: Bench) -> None:
+    with pytest.raises(EncodeError):
+        bench.peer.drive(2.0, 0.0, 0.1)
+    with pytest.raises(EncodeError):
+        bench.peer.set_parameter("A_NAME_MUCH_TOO_LONG", 1.0)
+    bench.wait(0.1)
+    assert bench.take(JuniorWheels) == []
+
+
+def test_sequences_wrap_around(bench: Bench) -> None:
+    bench.peer._numbering.sequence = 65535
+    bench.peer.erase_memory()
+    bench.wait(0.005)
+    assert bench.last(JuniorMemoryWrite).sequence == 0
+
+
+# --- Maneuvers -------------------------------------------------------------------------------------------------------
+
+
+def begin(bench: Bench) -> Ticket[JuniorManeuverResult]:
+    ticket = bench.peer.perform(QUICK)
+    bench.wait(0.005)
+    return ticket
+
+
+def test_a_maneuver_is_over_when_its_result_comes(bench: Bench) -> None:
+    ticket = begin(bench)
+    assert bench.last(JuniorManeuver).count == 2
+    bench.ack(JuniorManeuver, 1)
+    assert not ticket.done
+    bench.wait(0.2)
+    bench.heard(result(701, 1))
+    assert ticket.value().done == 1
+    assert bench.take(JuniorResultAck) == [JuniorResultAck(701, 1, 1, 1)]
+
+
+def test_a_result_counts_as_acknowledgement(bench: Bench) -> None:
+    ticket = begin(bench)
+    bench.heard(result(701, 1))
+    assert ticket.done
+    bench.sent.clear()
+    bench.wait(1.0)
+    assert bench.take(JuniorManeuver) == []
+
+
+def test_a_result_is_delivered_once_and_acknowledged_every_time(bench: Bench) -> None:
+    begin(bench)
+    bench.ack(JuniorManeuver, 1)
+    bench.take(JuniorManeuver)
+    for _ in range(3):
+        bench.heard(result(701, 1))
+        bench.wait(0.1)
+    assert len(bench.take(JuniorResultAck)) == 3
+    assert [type(message) for message in bench.shown].count(JuniorManeuverResult) == 1
+
+
+def test_the_result_of_an_earlier_host_is_acknowledged_and_not_shown(bench: Bench) -> None:
+    bench.heard(result(333, 9))
+    assert bench.take(JuniorResultAck) == [JuniorResultAck(333, 9, 1, 1)]
+    assert not [m for m in bench.shown if isinstance(m, JuniorManeuverResult)]
+
+
+def test_a_missing_result_is_asked_for_by_the_same_message(bench: Bench) -> None:
+    ticket = begin(bench)
+    first = bench.take(JuniorManeuver)
+    bench.ack(JuniorManeuver, 1)
+    bench.wait(0.49)
+    assert bench.take(JuniorManeuver) == []
+    bench.wait(0.05)
+    assert bench.take(JuniorManeuver) == first
+    bench.ack(JuniorManeuver, 1)
+    bench.heard(result(701, 1))
+    assert ticket.done
+
+
+def test_a_status_that_says_it_is_over_has_the_result_asked_for_at_once(bench: Bench) -> None:
+    begin(bench)
+    bench.ack(JuniorManeuver, 1)
+    bench.take(JuniorManeuver)
+    bench.wait(0.25)
+    bench.status(state=State.PERFORMING, sequence=1)
+    assert bench.take(JuniorManeuver) == []
+    bench.status(state=State.READY, sequence=1)
+    assert len(bench.take(JuniorManeuver)) == 1
+
+
+def test_a_result_that_never_comes_is_given_up(bench: Bench) -> None:
+    ticket = begin(bench)
+    bench.ack(JuniorManeuver, 1)
+    for _ in range(10):
+        bench.wait(0.5)
+        bench.heartbeat()
+    assert "never sent the result of the maneuver" in failed(ticket)
+
+
+def test_a_maneuver_that_is_performed_does_not_hold_up_the_next_message(bench: Bench) -> None:
+    begin(bench)
+    bench.ack(JuniorManeuver, 1)
+    stop = bench.peer.drive(0.0, 0.0, 0.0)
+    bench.wait(0.005)
+    bench.ack(JuniorWheels, 2)
+    assert stop.done
+
+
+def test_a_refused_maneuver_says_why_however_it_is_told(bench: Bench) -> None:
+    first = begin(bench)
+    bench.ack(JuniorManeuver, 1, 1, Reason.DISARMED)
+    assert "it is not armed" in failed(first)
+    second = begin(bench)
+    told = result(701, 2)
+    bench.heard(JuniorManeuverResult(**{**vars(told), "outcome": Outcome.REFUSED, "reason": Reason.EMERGENCY_STOP}))
+    assert "emergency stop" in failed(second)
+
+
+def test_the_floor_reflex_may_prolong_a_maneuver(bench: Bench) -> None:
+    bench.peer.perform(Maneuver((Action.F,), period=0.1))
+    bench.wait(0.005)
+    bench.ack(JuniorManeuver, 1)
+    bench.take(JuniorManeuver)
+    bench.heartbeat()
+    bench.wait(2.9)
+    bench.heartbeat()
+    bench.wait(1.4)
+    assert bench.take(JuniorManeuver) == []
+
+
+# --- Parameters ------------------------------------------------------------------------------------------------------
+
+
+def value(name: str, number: float, index: int = 0, count: int = 24) -> ParamValue:
+    return ParamValue(name, number, 9, count, index)
+
+
+def test_a_parameter_is_read_by_name(bench: Bench) -> None:
+    ticket = bench.peer.read_parameter("SPD_SLOW")
+    bench.wait(0.1)
+    assert len(bench.take(ParamRequestRead)) == 2
+    bench.heard(value("SPD_FAST", 1.0))
+    assert not ticket.done
+    bench.heard(value("SPD_SLOW", 0.0))
+    assert ticket.value() == 0.0
+
+
+def test_an_unknown_parameter_is_told(bench: Bench) -> None:
+    tickets = [bench.peer.read_parameter("NO_SUCH"), bench.peer.set_parameter("NO_SUCH", 1)]
+    for ticket in tickets:
+        bench.wait(0.005)
+        bench.heard(value("NO_SUCH", 0.0, 0xFFFF))
+        assert ticket.reason is Reason.NOT_FOUND
+
+
+def test_a_parameter_is_set_when_the_robot_says_so(bench: Bench) -> None:
+    ticket = bench.peer.set_parameter("SPD_SLOW", 0.3)
+    bench.wait(0.005)
+    assert bench.last(ParamSet).param_value == 0.3
+    bench.heard(value("SPD_SLOW", 0.30000001192092896))
+    assert ticket.value() == pytest.approx(0.3)
+
+
+def test_one_other_value_may_be_an_old_answer_two_are_a_refusal(bench: Bench) -> None:
+    ticket = bench.peer.set_parameter("SPD_SLOW", 7.0)
+    bench.wait(0.005)
+    bench.heard(value("SPD_SLOW", 0.4))
+    assert not ticket.done
+    assert len(bench.take(ParamSet)) == 2
+    bench.heard(value("SPD_SLOW", 0.4))
+    assert "setting parameter SPD_SLOW to 7: it keeps 0.4" in failed(ticket)
+
+
+def test_missing_parameters_are_asked_for_one_by_one(bench: Bench) -> None:
+    ticket = bench.peer.list_parameters()
+    bench.wait(0.1)
+    assert len(bench.take(ParamRequestList)) == 2
+    for index in (0, 1, 4):
+        bench.heard(value(f"P{index}", index, index, 5))
+        bench.wait(0.005)
+    bench.wait(0.25)
+    assert [m.param_index for m in bench.take(ParamRequestRead)][:2] == [2, 3]
+    bench.heard(value("P2", 2, 2, 5))
+    bench.heard(value("P2", 2, 2, 5))
+    bench.heard(value("P3", 3, 3, 5))
+    assert list(ticket.value().items()) == [(f"P{k}", float(k)) for k in range(5)]
+
+
+# --- Latency and clocks ----------------------------------------------------------------------------------------------
+
+
+def test_latency_is_measured_on_questions_asked_once(bench: Bench) -> None:
+    counters = bench.peer.counters
+    before = counters.answers
+    bench.peer.ping()
+    bench.peer.due(bench.clock.now())
+    bench.clock.advance(0.03)
+    bench.heard(Ping(0, 1, 255, 190))
+    assert counters.answers == before + 1
+    assert counters.latency == pytest.approx(0.03)
+    bench.peer.ping()
+    bench.wait(0.1)
+    bench.heard(Ping(0, 2, 255, 190))
+    assert counters.answers == before + 1
+    assert counters.latency_min <= counters.latency_mean
+
+
+def test_counters_start_empty() -> None:
+    counters = Counters()
+    assert counters.loss == 0.0
+    assert counters.latency_mean != counters.latency_mean  # NaN
+
+
+def test_the_clock_offset_is_the_median_of_the_quicker_half() -> None:
+    clock = ClockComparison()
+    assert clock.offset is None
+    for k in range(40):
+        question = clock.question(float(k), 1, 1)
+        slow = 0.2 if k % 3 == 0 else 0.0  # one answer in three is late on its way back
+        robot = question.ts1 + 3_000_000_000 + 5_000_000
+        clock.answer(type(question)(robot, question.ts1), k + 0.01 + slow)
+    assert clock.offset == pytest.approx(-3.0, abs=1e-6)
+    clock.answer(type(question)(robot + 10**12, question.ts1), 50.0)  # twice: ignored
+    assert clock.offset == pytest.approx(-3.0, abs=1e-6)
+    clock.reset()
+    assert clock.offset is None
+
+
+def test_a_ticket_shows_what_it_is(bench: Bench) -> None:
+    ticket = bench.peer.ping()
+    assert "open" in repr(ticket)
+    with pytest.raises(PeerError, match="no answer to a ping yet"):
+        ticket.value()
+    bench.wait(0.005)
+    bench.heard(Ping(0, 1, 255, 190))
+    assert "answered" in repr(ticket)
+    refused = bench.peer.erase_memory()
+    bench.wait(0.005)
+    bench.ack(JuniorMemoryWrite, 1, 1, Reason.BUSY)
+    assert "failed" in repr(refused)
