@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -27,7 +27,7 @@ class Robot:
     """The firmware, and what it says it has counted."""
 
     def __init__(self) -> None:
-        self.robot: Any = ffi.new("host_robot *")
+        self.robot = cast("Any", ffi.new("host_robot *"))
         self.io = self.robot.io
         self.io.nvm = b"\xff" * 1024
         lib.host_power_on(self.robot, 0)
