@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import pymunk
 
 from simdevice.junior import GRAVITY, JUNIOR_OUTLINE
+from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from simdevice.junior import JuniorProfile
@@ -20,16 +21,16 @@ if TYPE_CHECKING:
     from simdevice.opponents import OpponentSpec
     from simdevice.outline import Outline
 
-PERIOD: Final = 0.005
-"""Control period, firmware tick and step of the physics, in s."""
-PERIOD_US: Final = 5000
-"""The same in microseconds."""
-
 _ITERATIONS: Final = 10
 _SLOP: Final = 2e-4
 """Overlap that the solver tolerates between bodies, in m."""
 _FAR: Final = 10.0
 """Half length of the groove that stands for the wheels' axle line, in m: never reached."""
+_HOLD: Final = 0.001
+"""The point of the ground that holds the axle sideways follows it within this, in m."""
+_WEAK: Final = 1e-6
+"""A push below this is none, in N."""
+_RATE: Final = 1 / PERIOD
 _MOVING: Final = 0.002
 """A dummy that moves faster than this slides, in m/s: kinetic friction holds."""
 
@@ -196,11 +197,19 @@ class Rover(Piece):
         self._half = profile.track / 2
         self._sideways = 2 * profile.tyre_limit
         self._axle: pymunk.GrooveJoint | None = None
+        self._last = (0.0, 0.0, 0.0)
+        self._held = (0.0, 0.0)
+
+    def place(self, x: float, y: float, angle: float) -> None:
+        """Put it down, at rest; position in m, heading in rad."""
+        super().place(x, y, angle)
+        self._last = (self.x, self.y, self.angle)
 
     def join(self, space: pymunk.Space) -> None:
         """Enter the physics, on its wheels."""
         super().join(space)
         self._axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
+        self._held = (self.x, self.y)
         self._axle.max_bias = 0.0
         self._axle.max_force = self._sideways
         space.add(self._axle)
@@ -213,22 +222,28 @@ class Rover(Piece):
 
     def drive(self) -> None:
         """Let the motors push for one period."""
-        body = self.body
         cos = self.cos
         sin = self.sin
-        vx, vy = body.velocity
-        ahead = vx * cos + vy * sin
-        lead = body.angular_velocity * self._half
+        x = self.x
+        y = self.y
+        # Where it has come since the last step tells its speed, for less than asking the physics.
+        last_x, last_y, last_angle = self._last
+        ahead = (x - last_x) * cos + (y - last_y) * sin
+        lead = (self.angle - last_angle) * self._half
+        self._last = (x, y, self.angle)
+        self.ground += ahead
         motors = self.motors
-        motors.turn(ahead - lead, ahead + lead, PERIOD)
-        self.ground += ahead * PERIOD
+        motors.turn((ahead - lead) * _RATE, (ahead + lead) * _RATE)
         left = motors.force_left
         right = motors.force_right
         push = left + right
-        body.force = (push * cos, push * sin)
-        body.torque = (right - left) * self._half
-        if self._axle is not None:
-            self._axle.anchor_b = (self.x, self.y)
+        if -_WEAK < push < _WEAK:
+            self.body.torque = (right - left) * self._half
+        else:  # one force off the middle line is both push and torque
+            self.body.apply_force_at_local_point((push, 0.0), (0.0, (left - right) * self._half / push))
+        held_x, held_y = self._held
+        if not (-_HOLD < x - held_x < _HOLD and -_HOLD < y - held_y < _HOLD) and self._axle is not None:
+            self._held = self._axle.anchor_b = (x, y)
 
 
 class Arena:
@@ -244,21 +259,30 @@ class Arena:
 
     def __init__(self, ring: Ring | None = None) -> None:
         self.ring = ring if ring is not None else Ring()
-        self.space = pymunk.Space()
-        self.space.iterations = _ITERATIONS
-        self.space.collision_slop = _SLOP
         self.pieces: list[Piece] = []
-        self._rim()
+        self.space = self._empty()
 
-    def _rim(self) -> None:
-        """Walls around the table."""
+    def _empty(self) -> pymunk.Space:
+        """A table with nothing on it but the walls around."""
+        space = pymunk.Space()
+        space.iterations = _ITERATIONS
+        space.collision_slop = _SLOP
         x = self.ring.width / 2 + self.ring.rim
         y = self.ring.height / 2 + self.ring.rim
         corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
         for i in range(4):
-            wall = pymunk.Segment(self.space.static_body, corners[i - 1], corners[i], 0.01)
+            wall = pymunk.Segment(space.static_body, corners[i - 1], corners[i], 0.01)
             wall.friction = 1.0
-            self.space.add(wall)
+            space.add(wall)
+        return space
+
+    def clear_memory(self) -> None:
+        """Begin with a physics that remembers nothing: solvers start from the impulses and contacts of the step before."""
+        for piece in self.pieces:
+            piece.leave(self.space)
+        self.space = self._empty()
+        for piece in self.pieces:
+            piece.join(self.space)
 
     def add(self, piece: Piece) -> None:
         """Put a piece on the table."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simdevice.arena import PERIOD_US
 from simdevice.board import Board
+from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
@@ -66,11 +66,12 @@ class VirtualDevice:
         self._micros = 0
         self._fresh = True
 
-    def step(self, inbound: bytes) -> bytes:
+    def step(self, inbound: bytes, *, lifted: bool = False) -> bytes:
         """One control period: sensors, firmware, wheels. The physics is stepped by the world afterwards.
 
         Args:
             inbound: Bytes from the host that have arrived by now.
+            lifted: Somebody holds it up: it senses nothing.
 
         Returns:
             Bytes for the host.
@@ -78,7 +79,7 @@ class VirtualDevice:
         robot = self.robot
         board = self._board
         sensors = robot.sensors
-        sensors.sample(self.other)
+        sensors.sample(None if lifted else self.other)
         motors = robot.motors
         sent = board.tick(self._micros, inbound, sensors, motors, robot.body.ground)
         self._micros += PERIOD_US

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from simdevice.period import PERIOD
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -38,13 +40,20 @@ class Motors:
         self._stall = profile.stall_force
         self._limit = profile.tyre_limit
         self._slip = profile.free_speed / profile.stall_force
+        self._idle = profile.idle_current
+        self._per_force = profile.stall_current / profile.stall_force
+        self._full = profile.full_voltage
+        self._empty = profile.empty_voltage
+        self._fall = (profile.full_voltage - profile.empty_voltage) / profile.capacity
+        self._resistance = profile.resistance
+        self._per_volt = 1 / profile.nominal_voltage
         self.force_left = 0.0
         self.force_right = 0.0
         self.travel_left = 0.0
         self.travel_right = 0.0
         self.charge = 0.0
         self.voltage = profile.full_voltage
-        self._share = self.voltage / profile.nominal_voltage
+        self._share = self.voltage * self._per_volt
 
     def command(self, left: int, right: int) -> None:
         """Set the effort; a change draws a new error for that wheel.
@@ -64,13 +73,12 @@ class Motors:
         """A factor about 1."""
         return 1.0 + self._profile.command_noise * float(self._noise.standard_normal())
 
-    def turn(self, left: float, right: float, dt: float) -> None:
+    def turn(self, left: float, right: float) -> None:
         """Work out the forces of one period.
 
         Args:
             left: Speed of the ground under the left wheel, in m/s, forward positive.
             right: Likewise.
-            dt: Length of the period in s.
         """
         free = self._free
         stall = self._stall
@@ -92,15 +100,27 @@ class Motors:
             wanted_right = -limit
         self.force_left = wanted_left
         self.force_right = wanted_right
-        self.travel_left += left * dt
-        self.travel_right += right * dt
-        profile = self._profile
-        current = profile.idle_current + profile.stall_current / stall * (abs(wanted_left) + abs(wanted_right))
-        self.charge += current * dt
-        rest = 1.0 - self.charge / profile.capacity
-        open_voltage = profile.empty_voltage + (profile.full_voltage - profile.empty_voltage) * max(0.0, rest)
-        self.voltage = open_voltage - current * profile.resistance
-        self._share = self.voltage / profile.nominal_voltage
+        self.travel_left += left * PERIOD
+        self.travel_right += right * PERIOD
+        current = self._idle + self._per_force * (abs(wanted_left) + abs(wanted_right))
+        self.charge += current * PERIOD
+        self.voltage = max(self._empty, self._full - self.charge * self._fall) - current * self._resistance
+        self._share = self.voltage * self._per_volt
+
+    def begin(self, noise: np.random.Generator) -> None:
+        """Begin a bout: a full battery, and errors that follow from the bout's own seed.
+
+        Args:
+            noise: Source of the command noise from now on.
+        """
+        self._noise = noise
+        self.charge = 0.0
+        self.voltage = self._full
+        self._share = self.voltage * self._per_volt
+        command = self._command
+        self._command = (0, 0)
+        self._effort_left = self._effort_right = 0.0
+        self.command(*command)
 
     def power_on(self) -> None:
         """Encoders count from zero again and the drivers are off; the battery stays as it is."""

@@ -61,7 +61,7 @@ class Outline:
         self.radius = max(math.hypot(x, y) for x, y in self.vertices)
         """Radius of the circle about the origin that holds everything, in m."""
 
-    def nearest_seen(self, x: float, y: float, cone: tuple[float, float, float, float], steepest: float) -> float:
+    def nearest_seen(self, x: float, y: float, cone: tuple[float, float, float, float], tangent: float) -> float:
         """Distance of the nearest point that an eye sees.
 
         A point is seen when it lies in the eye's cone, on a side turned to the eye, and the ray meets the surface at no
@@ -71,7 +71,7 @@ class Outline:
             x: Position of the eye, in m.
             y: Likewise.
             cone: Unit vectors along the left and the right border of the cone (lx, ly, rx, ry), less than 180 degrees apart.
-            steepest: Greatest angle between ray and normal, in rad, less than 90 degrees.
+            tangent: Of the greatest angle between ray and normal.
 
         Returns:
             Distance in m; infinite when nothing is seen.
@@ -80,7 +80,6 @@ class Outline:
         radius = self.radius
         if ly * x - lx * y > radius or rx * y - ry * x > radius:  # the whole body is beyond one border of the cone
             return NOTHING
-        tangent = math.tan(steepest)
         best = NOTHING
         for x0, y0, tx, ty, length in self._edges:
             px = x - x0
@@ -88,27 +87,31 @@ class Outline:
             height = px * ty - py * tx
             if height <= 0.0:
                 continue
-            foot = px * tx + py * ty
-            low = -height * tangent
-            high = -low
-            low = max(low, -foot)
-            high = min(high, length - foot)
             ahead_left = ly * tx - lx * ty
             ahead_right = ry * tx - rx * ty
-            if ahead_left > 0.0:
-                low = max(low, height * (lx * tx + ly * ty) / ahead_left)
-            elif ahead_right <= 0.0:
+            if ahead_left <= 0.0 and ahead_right <= 0.0:
                 continue
+            # Along the side, from the foot of the perpendicular: what reflects, what exists, what the cone holds.
+            high = height * tangent
+            low = -high
+            foot = px * tx + py * ty
+            low = max(low, -foot)
+            high = min(high, length - foot)
+            if ahead_left > 0.0:
+                border = height * (lx * tx + ly * ty) / ahead_left
+                low = max(low, border)
             if ahead_right > 0.0:
-                high = min(high, height * (rx * tx + ry * ty) / ahead_right)
+                border = height * (rx * tx + ry * ty) / ahead_right
+                high = min(high, border)
             if low > high:
                 continue
-            along = low if low > 0.0 else min(high, 0.0)
-            best = min(best, height * height + along * along)
+            along = low if low > 0.0 else min(0.0, high)
+            square = height * height + along * along
+            best = min(best, square)
         best = math.sqrt(best) if best < NOTHING else NOTHING
-        return best if self.disc is None else min(best, self._arc_seen(self.disc, x, y, cone, steepest))
+        return best if self.disc is None else min(best, self._arc_seen(self.disc, x, y, cone, tangent))
 
-    def _arc_seen(self, disc: Disc, x: float, y: float, cone: tuple[float, float, float, float], steepest: float) -> float:
+    def _arc_seen(self, disc: Disc, x: float, y: float, cone: tuple[float, float, float, float], tangent: float) -> float:
         """Distance of the nearest point of the arc that an eye sees; arguments as `nearest_seen`."""
         toward_x = disc.x - x
         toward_y = -y
@@ -122,7 +125,7 @@ class Outline:
         low = math.atan2(toward_x * ry - toward_y * rx, toward_x * rx + toward_y * ry)
         if low > high:  # the centre is behind the eye, where the angles wrap
             return NOTHING
-        widest = math.asin(radius * math.sin(steepest) / distance)
+        widest = math.asin(radius * tangent / math.sqrt(1.0 + tangent * tangent) / distance)
         high = min(high, widest)
         low = max(low, -widest)
         if disc.half_angle < math.pi:
@@ -135,30 +138,32 @@ class Outline:
         offset = distance * math.sin(angle)
         return distance * math.cos(angle) - math.sqrt(max(0.0, radius * radius - offset * offset))
 
-    def gap(self, x: float, y: float, fx: float, fy: float, strip: tuple[float, float]) -> float:
-        """How far ahead of a strip the nearest point of the outline is.
+    def gaps(self, x: float, y: float, fx: float, fy: float, span: tuple[float, float]) -> tuple[float, float]:
+        """How far ahead of two strips, either side of a middle line, the nearest point of the outline is.
 
         Args:
-            x: Origin of the strip's frame, in m.
+            x: Origin of the strips' frame, in m.
             y: Likewise.
-            fx: Unit vector of the strip's forward direction.
+            fx: Unit vector of their forward direction.
             fy: Likewise.
-            strip: Least and greatest lateral position (left positive) of the strip, in m.
+            span: Least and greatest distance of a strip from the middle line, in m.
 
         Returns:
-            Forward distance in m from the frame's origin to the nearest point within the strip; infinite when nothing
-            of the outline lies in the strip.
+            For the left and the right strip: forward distance in m from the frame's origin to the nearest point within
+            the strip; infinite when nothing of the outline lies in it.
         """
-        nearest, side = self._foremost(x, y, fx, fy)
-        right, left = strip
-        if right <= side <= left:
-            return nearest
-        # The outline is convex: what is nearest within the strip lies on the border next to the foremost point.
-        border = right if side < right else left
-        return self.along(x - fy * border, y + fx * border, fx, fy)
+        foremost, side = self._foremost(x, y, fx, fy)
+        near, far = span
+        # The outline is convex: what is nearest within a strip is the foremost point, or lies on the border next to it.
+        left = side if near <= side <= far else near if side < near else far
+        right = side if -far <= side <= -near else -far if side < -far else -near
+        return (
+            foremost if left == side else self.along(x - fy * left, y + fx * left, fx, fy),
+            foremost if right == side else self.along(x - fy * right, y + fx * right, fx, fy),
+        )
 
     def _foremost(self, x: float, y: float, fx: float, fy: float) -> tuple[float, float]:
-        """Forward and lateral position of the point that comes first; arguments as `gap`."""
+        """Forward and lateral position of the point that comes first; arguments as `gaps`."""
         disc = self.disc
         if disc is not None:
             bearing = math.atan2(-fy, -fx)

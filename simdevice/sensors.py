@@ -22,21 +22,28 @@ ADC_MAX: Final = 1023
 """Greatest reading of a 10-bit converter."""
 _DEEP: Final = -0.03
 """What seems further behind the front face than this, in m, is behind the robot and not at its arms."""
-_BLOCK: Final = 4096
-"""Random numbers drawn at a time."""
+_BLOCK: Final = 1024
+"""Readings drawn at a time."""
+_STILL: Final = 2e-5
+"""The eyes and arms are not measured anew before the other has moved by this, in m ..."""
+_STEADY: Final = 2e-4
+"""... or has turned by about this, in rad, as seen from the robot."""
 
 
-def normals(generator: np.random.Generator) -> Iterator[float]:
-    """Standard normal numbers without end, drawn in blocks.
+def _noise(profile: JuniorProfile, generator: np.random.Generator) -> Iterator[tuple[float, float, int, int]]:
+    """Readings of an empty field and of the bare ring without end, drawn in blocks.
 
     Args:
-        generator: Where they come from.
+        profile: Means and standard deviations.
+        generator: Where the noise comes from.
 
     Yields:
-        One number.
+        ADC counts: left eye, right eye (not yet rounded), left floor, right floor.
     """
     while True:
-        yield from generator.standard_normal(_BLOCK).tolist()
+        eyes = profile.eye_ambient + profile.eye_noise * generator.standard_normal((2, _BLOCK))
+        floor = profile.floor_on + profile.floor_noise * generator.standard_normal((2, _BLOCK))
+        yield from zip(*eyes.clip(0, ADC_MAX).tolist(), *floor.clip(0, ADC_MAX).astype(int).tolist(), strict=True)
 
 
 class Sensors:
@@ -62,21 +69,46 @@ class Sensors:
     def __init__(self, profile: JuniorProfile, body: Piece, ring: Ring, noise: np.random.Generator) -> None:
         self._profile = profile
         self._body = body
-        self._noise = normals(noise)
-        eye_x, eye_y = profile.eye_position
-        self._eye_x, self._eye_y = eye_x, eye_y
+        self._ring = ring
+        self._noise = _noise(profile, noise)
+        eye_x, self._eye_y = profile.eye_position
+        self._eye_x = eye_x
         # The outer border of the left eye's cone, and its inner one; the right eye mirrors them.
         outer = profile.eye_angle + profile.eye_half_cone
         inner = profile.eye_angle - profile.eye_half_cone
         self._cone = (math.cos(outer), math.sin(outer), math.cos(inner), math.sin(inner))
+        self._steepest = math.tan(profile.eye_steepest)
+        self._reach = profile.eye_reach
+        self._offset = profile.eye_offset
         self._scale = (profile.eye_threshold - profile.eye_ambient) * (profile.eye_range + profile.eye_offset)
-        self._floor_inside = (
-            ring.width / 2 - math.hypot(*profile.floor_position) - profile.floor_spot,
-            ring.height / 2 - math.hypot(*profile.floor_position) - profile.floor_spot,
-        )
-        self._ring = ring
+        self._arm_span = profile.arm_span
+        self._press = profile.front + profile.arm_press
+        self._release = profile.front + profile.arm_release
+        self._behind = profile.front + _DEEP
+        self._floor_place = profile.floor_position
+        self._floor_spot = profile.floor_spot
+        self._floor_step = profile.floor_off - profile.floor_on
+        edge = math.hypot(*profile.floor_position) + profile.floor_spot
+        self._floor_x = ring.width / 2 - edge
+        self._floor_y = ring.height / 2 - edge
+        self._seen_from = (NOTHING, NOTHING, 0.0, 0.0)
         self.eye_left = self.eye_right = profile.eye_ambient
         self.floor_left = self.floor_right = profile.floor_on
+        self.arm_left = self.arm_right = 0
+        self.distance_left = self.distance_right = NOTHING
+
+    def begin(self, noise: np.random.Generator) -> None:
+        """Begin a bout: arms open, and noise that follows from the bout's own seed.
+
+        Args:
+            noise: Source of the converter's noise from now on.
+        """
+        self._noise = _noise(self._profile, noise)
+        self._forget()
+
+    def _forget(self) -> None:
+        """Nothing is seen and nothing touched."""
+        self._seen_from = (NOTHING, NOTHING, 0.0, 0.0)
         self.arm_left = self.arm_right = 0
         self.distance_left = self.distance_right = NOTHING
 
@@ -86,80 +118,82 @@ class Sensors:
         Args:
             other: What stands on the table besides this robot.
         """
-        profile = self._profile
         body = self._body
-        noise = self._noise
         if other is None:
-            self.distance_left = self.distance_right = NOTHING
-            self.arm_left = self.arm_right = 0
+            self._forget()
         else:
             self._look(other)
-        ambient = profile.eye_ambient + profile.eye_noise * next(noise)
+        left, right, floor_left, floor_right = next(self._noise)
         distance = self.distance_left
-        count = ambient if distance == NOTHING else ambient + self._scale / (distance + profile.eye_offset)
-        self.eye_left = 0 if count < 0.0 else ADC_MAX if count > ADC_MAX else int(count + 0.5)
-        ambient = profile.eye_ambient + profile.eye_noise * next(noise)
+        if distance < NOTHING:
+            left += self._scale / (distance + self._offset)
+        self.eye_left = int(left) if left < ADC_MAX else ADC_MAX
         distance = self.distance_right
-        count = ambient if distance == NOTHING else ambient + self._scale / (distance + profile.eye_offset)
-        self.eye_right = 0 if count < 0.0 else ADC_MAX if count > ADC_MAX else int(count + 0.5)
-        limit_x, limit_y = self._floor_inside
-        if -limit_x < body.x < limit_x and -limit_y < body.y < limit_y:
-            self.floor_left = int(profile.floor_on + profile.floor_noise * next(noise))
-            self.floor_right = int(profile.floor_on + profile.floor_noise * next(noise))
-        else:
-            forward, side = profile.floor_position
-            self.floor_left = self._floor(forward, side)
-            self.floor_right = self._floor(forward, -side)
+        if distance < NOTHING:
+            right += self._scale / (distance + self._offset)
+        self.eye_right = int(right) if right < ADC_MAX else ADC_MAX
+        if abs(body.x) > self._floor_x or abs(body.y) > self._floor_y:
+            forward, side = self._floor_place
+            floor_left = self._floor(floor_left, forward, side)
+            floor_right = self._floor(floor_right, forward, -side)
+        self.floor_left = floor_left
+        self.floor_right = floor_right
 
-    def _floor(self, forward: float, side: float) -> int:
-        """Reading of the floor sensor at a place of the robot's frame, in m."""
+    def _floor(self, count: int, forward: float, side: float) -> int:
+        """Reading of the floor sensor at a place of the robot's frame, in m, from its reading on the ring."""
         body = self._body
-        profile = self._profile
         x = body.x + forward * body.cos - side * body.sin
         y = body.y + forward * body.sin + side * body.cos
-        share = max(0.0, min(1.0, 0.5 - self._ring.clearance(x, y) / profile.floor_spot))
-        count = profile.floor_on + share * (profile.floor_off - profile.floor_on) + profile.floor_noise * next(self._noise)
-        return max(0, min(ADC_MAX, int(count)))
+        share = max(0.0, min(1.0, 0.5 - self._ring.clearance(x, y) / self._floor_spot))
+        return min(ADC_MAX, int(count + share * self._floor_step))
 
     def _look(self, other: Piece) -> None:
         """Measure the other body: distances of the eyes, contacts of the arms."""
-        profile = self._profile
         body = self._body
-        outline = other.outline
         dx = body.x - other.x
         dy = body.y - other.y
+        turn_cos = other.cos
+        turn_sin = other.sin
         # This robot's place and heading in the other's frame.
-        x = dx * other.cos + dy * other.sin
-        y = dy * other.cos - dx * other.sin
-        cos = body.cos * other.cos + body.sin * other.sin
-        sin = body.sin * other.cos - body.cos * other.sin
-        ahead = -(x * cos + y * sin)
+        x = dx * turn_cos + dy * turn_sin
+        y = dy * turn_cos - dx * turn_sin
+        cos = body.cos * turn_cos + body.sin * turn_sin
+        sin = body.sin * turn_cos - body.cos * turn_sin
+        last_x, last_y, last_cos, last_sin = self._seen_from
+        if (
+            -_STILL < x - last_x < _STILL
+            and -_STILL < y - last_y < _STILL
+            and -_STEADY < cos - last_cos < _STEADY
+            and -_STEADY < sin - last_sin < _STEADY
+        ):
+            return  # as it was: at rest, or pushing
+        self._seen_from = (x, y, cos, sin)
+        outline = other.outline
         reach = outline.radius
+        ahead = -(x * cos + y * sin)
         self.distance_left = self.distance_right = NOTHING
         if ahead < -reach:  # the other is wholly behind the axle: out of sight and of reach
             self.arm_left = self.arm_right = 0
             return
-        outer_cos, outer_sin, inner_cos, inner_sin = self._cone
         eye_x = x + cos * self._eye_x
         eye_y = y + sin * self._eye_x
-        farthest = profile.eye_reach + reach
+        farthest = self._reach + reach
         if eye_x * eye_x + eye_y * eye_y < farthest * farthest:
+            outer_cos, outer_sin, inner_cos, inner_sin = self._cone
             side_x = -sin * self._eye_y
             side_y = cos * self._eye_y
-            steepest = profile.eye_steepest
-            outline_seen = outline.nearest_seen
+            seen = outline.nearest_seen
             a, b, c, d = cos * outer_cos, sin * outer_sin, sin * outer_cos, cos * outer_sin
             e, f, g, h = cos * inner_cos, sin * inner_sin, sin * inner_cos, cos * inner_sin
-            distance = outline_seen(eye_x + side_x, eye_y + side_y, (a - b, c + d, e - f, g + h), steepest)
-            self.distance_left = distance if distance <= profile.eye_reach else NOTHING
-            distance = outline_seen(eye_x - side_x, eye_y - side_y, (e + f, g - h, a + b, c - d), steepest)
-            self.distance_right = distance if distance <= profile.eye_reach else NOTHING
-        front = profile.front
-        if ahead - reach > front + profile.arm_release:
+            distance = seen(eye_x + side_x, eye_y + side_y, (a - b, c + d, e - f, g + h), self._steepest)
+            if distance <= self._reach:
+                self.distance_left = distance
+            distance = seen(eye_x - side_x, eye_y - side_y, (e + f, g - h, a + b, c - d), self._steepest)
+            if distance <= self._reach:
+                self.distance_right = distance
+        if ahead - reach > self._release:
             self.arm_left = self.arm_right = 0
             return
-        near, far = profile.arm_span
-        gap = outline.gap(x, y, cos, sin, (near, far)) - front
-        self.arm_left = 1 if _DEEP < gap <= (profile.arm_release if self.arm_left else profile.arm_press) else 0
-        gap = outline.gap(x, y, cos, sin, (-far, -near)) - front
-        self.arm_right = 1 if _DEEP < gap <= (profile.arm_release if self.arm_right else profile.arm_press) else 0
+        left, right = outline.gaps(x, y, cos, sin, self._arm_span)
+        self.arm_left = 1 if self._behind < left <= (self._release if self.arm_left else self._press) else 0
+        self.arm_right = 1 if self._behind < right <= (self._release if self.arm_right else self._press) else 0

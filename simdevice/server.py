@@ -8,7 +8,7 @@ from __future__ import annotations
 import select
 from typing import TYPE_CHECKING, Final, Protocol
 
-from simdevice.arena import PERIOD
+from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from simdevice.arena import PERIOD, Arena, Dummy, Piece, Ring, Rover
+from simdevice.arena import Arena, Dummy, Piece, Ring, Rover
 from simdevice.junior import JuniorProfile
 from simdevice.motors import Motors
 from simdevice.opponents import JUNIOR_OPPONENT, OPPONENTS
+from simdevice.period import PERIOD
 from simdevice.sensors import Sensors
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ _OPPONENT_MARGIN: Final = 0.08
 """The opponent's centre likewise."""
 _APART: Final = 0.02
 """Least distance between the circles about both bodies, in m."""
+_LIFTED: Final = 4
+"""Control periods that a reset takes: meanwhile a robot is held up and senses nothing, so that thresholds with hysteresis
+and debounced switches forget the bout before."""
 
 
 class Stream(IntEnum):
@@ -90,6 +94,11 @@ class Robot:
         self.body = Rover(profile, self.motors)
         self.sensors = Sensors(profile, self.body, ring, sensor_noise)
 
+    def begin(self, motor_noise: np.random.Generator, sensor_noise: np.random.Generator) -> None:
+        """Begin a bout; see `Motors.begin` and `Sensors.begin`."""
+        self.motors.begin(motor_noise)
+        self.sensors.begin(sensor_noise)
+
 
 class Table:
     """Ring, Junior and opponent, and the rules of a bout.
@@ -108,6 +117,7 @@ class Table:
         second: The second Junior's hardware, once one has been asked for; None before.
         outcome: Of the present bout.
         elapsed: Time since the bout began, in s.
+        lifted: Control periods until the robots stand on the table; meanwhile nothing moves.
     """
 
     def __init__(
@@ -128,6 +138,7 @@ class Table:
         self.opponent = self._make(opponent)
         self.arena.add(self.opponent)
         self._steps = 0
+        self.lifted = 0
         self.outcome = BoutOutcome.UNDECIDED
         self.reset(seed)
 
@@ -151,7 +162,9 @@ class Table:
         return self.arena.ring.clearance(self.opponent.x, self.opponent.y)
 
     def reset(self, seed: int, opponent: str | None = None) -> None:
-        """Begin a bout: both at rest at a fresh start pose.
+        """Begin a bout: both at rest at a fresh start pose, batteries full.
+
+        What follows depends on the seed and on what the robots do, and on nothing that was before.
 
         Args:
             seed: Seed of the start pose.
@@ -166,7 +179,12 @@ class Table:
             self.name = opponent
             self.opponent = self._make(opponent)
             self.arena.add(self.opponent)
+        self.arena.clear_memory()
         self._place(stream(seed, Stream.START))
+        self.robot.begin(stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
+        if self.second is not None:
+            self.second.begin(stream(seed, Stream.OPPONENT_MOTORS), stream(seed, Stream.OPPONENT_SENSORS))
+        self.lifted = _LIFTED
         self._steps = 0
         self.outcome = BoutOutcome.UNDECIDED
 
@@ -186,6 +204,9 @@ class Table:
 
     def step(self) -> None:
         """Advance the physics by one period and judge."""
+        if self.lifted:
+            self.lifted -= 1
+            return
         self.arena.step()
         self._steps += 1
         if self.outcome is BoutOutcome.UNDECIDED:
@@ -215,7 +236,7 @@ class Table:
         self.reset(seed)
         robot = self.robot
         while self.outcome is BoutOutcome.UNDECIDED:
-            robot.sensors.sample(self.opponent)
+            robot.sensors.sample(None if self.lifted else self.opponent)
             left, right = controller(robot.sensors, self.elapsed)
             robot.motors.command(round(1000 * left), round(1000 * right))
             self.step()

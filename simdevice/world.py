@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simdevice.arena import PERIOD
 from simdevice.device import VirtualDevice
 from simdevice.junior import JuniorProfile
+from simdevice.period import PERIOD
 from simdevice.referee import Referee
 from simdevice.second import Keeper
 from simdevice.sumo import Stream, Table, stream
@@ -90,9 +90,10 @@ class World:
         referee = self.referee
         device = self.device
         answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
-        sent = device.step(inbound)
+        lifted = self.table.lifted > 0
+        sent = device.step(inbound, lifted=lifted)
         if self._second is not None and self._second.other is not None and self._keeper.playing:
-            self._second.step(self._keeper.due())
+            self._second.step(self._keeper.due(), lifted=lifted)
         self.table.step()
         self._ticks += 1
         if referee is None:

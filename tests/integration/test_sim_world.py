@@ -196,7 +196,7 @@ def test_the_state_of_the_bout_can_be_asked_for() -> None:
 @pytest.mark.parametrize(("x", "outcome"), [(0.40, BoutOutcome.WIN), (0.0, BoutOutcome.UNDECIDED)])
 def test_a_decision_is_told_at_once(x: float, outcome: BoutOutcome) -> None:
     host = Host(junior_world())
-    host.run(0.013, host.reset(1))
+    host.run(0.025, host.reset(1))
     host.world.table.opponent.place(x, 0.2, 0.0)
     host.world.table.robot.body.place(0.0, -0.1, 0.0)
     states = only(RefereeState, host.run(0.005))

@@ -13,6 +13,7 @@ from simdevice.opponents import OPPONENTS, mean_distance
 from simdevice.outline import NOTHING, Outline
 
 STEEPEST = math.radians(45.0)
+TANGENT = math.tan(STEEPEST)
 HALF_CONE = math.radians(20.0)
 OUTLINES = {name: spec.outline for name, spec in OPPONENTS.items()} | {"junior": JUNIOR_OUTLINE}
 
@@ -61,7 +62,7 @@ def test_an_eye_measures_the_nearest_point_that_reflects(name: str) -> None:
         x, y = distance * math.cos(bearing), distance * math.sin(bearing)
         axis = bearing + math.pi + random.normal(0.0, 0.5)
         expected = brute_force(points, x, y, axis)
-        found = outline.nearest_seen(x, y, cone(axis), STEEPEST)
+        found = outline.nearest_seen(x, y, cone(axis), TANGENT)
         if NOTHING in (expected, found):
             seen += expected == found  # a sliver narrower than the sampling may be seen by one and not by the other
             continue
@@ -92,28 +93,28 @@ def test_a_line_enters_where_the_physics_engine_says(name: str) -> None:
 
 def test_a_flat_face_is_seen_at_its_distance_and_not_when_steeper_than_45_degrees() -> None:
     block = OPPONENTS["flat-light"].outline
-    assert block.nearest_seen(0.02 + 0.3, 0.0, cone(math.pi), STEEPEST) == pytest.approx(0.3)
+    assert block.nearest_seen(0.02 + 0.3, 0.0, cone(math.pi), TANGENT) == pytest.approx(0.3)
     face = Outline(((0.0, -0.001), (0.0, 0.001), (-0.0002, 0.0)))
     for tilt, visible in ((44.0, True), (46.0, False)):
         bearing = math.radians(tilt)
         x, y = 0.3 * math.cos(bearing), 0.3 * math.sin(bearing)
-        assert (face.nearest_seen(x, y, cone(bearing + math.pi), STEEPEST) < NOTHING) is visible
+        assert (face.nearest_seen(x, y, cone(bearing + math.pi), TANGENT) < NOTHING) is visible
 
 
 def test_an_eye_has_a_cone() -> None:
     post = OPPONENTS["point-light"].outline
     for off, visible in ((0.0, True), (19.0, True), (25.0, False), (180.0, False)):
         axis = math.pi + math.radians(off)
-        assert (post.nearest_seen(0.3, 0.0, cone(axis), STEEPEST) < NOTHING) is visible
+        assert (post.nearest_seen(0.3, 0.0, cone(axis), TANGENT) < NOTHING) is visible
 
 
 def test_a_strip_meets_the_nearest_point_within_it() -> None:
     post = OPPONENTS["point-light"].outline
     # Coming from +x, looking along -x, the post 30 mm to the left of the middle line.
-    assert post.gap(0.2, 0.03, -1.0, 0.0, (0.004, 0.045)) == pytest.approx(0.18)
-    assert post.gap(0.2, 0.03, -1.0, 0.0, (-0.045, -0.004)) == NOTHING
-    # The post beyond the strip: what counts is the edge of the strip, where the post is round.
-    assert post.gap(0.2, 0.055, -1.0, 0.0, (0.004, 0.045)) == pytest.approx(0.2 - math.sqrt(0.02**2 - 0.01**2))
+    assert post.gaps(0.2, 0.03, -1.0, 0.0, (0.004, 0.045)) == pytest.approx((0.18, NOTHING))
+    # The post beyond the strip: what counts is the border of the strip, where the post is round.
+    rounding = math.sqrt(0.02**2 - 0.01**2)
+    assert post.gaps(0.2, 0.055, -1.0, 0.0, (0.004, 0.045)) == pytest.approx((0.2 - rounding, NOTHING))
 
 
 def test_ground_friction_acts_at_the_mean_distance_of_the_footprint() -> None:
