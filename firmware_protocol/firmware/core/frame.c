@@ -166,7 +166,7 @@ static void advance(struct junior *robot)
         if (frame->used < frame->need) {
             return;
         }
-        if (bytes[AT_LENGTH] > WIRE_LARGEST_INBOUND || (bytes[AT_FLAGS] & ~FLAG_SIGNED) != 0) {
+        if (bytes[AT_LENGTH] == 0 || bytes[AT_LENGTH] > WIRE_LARGEST_INBOUND || (bytes[AT_FLAGS] & ~FLAG_SIGNED) != 0) {
             robot->counters.unknown++;
             resync(frame);
             continue;
