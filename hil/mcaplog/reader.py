@@ -34,7 +34,9 @@ if TYPE_CHECKING:
 _RECORD_HEAD: Final = struct.Struct("<BQ")
 _MESSAGE_HEAD: Final = struct.Struct("<HIQQ")
 _LARGEST_CHUNK: Final = 1 << 28
-_DAMAGE: Final = (McapError, struct.error, ValueError, TypeError, KeyError, zstandard.ZstdError, DecodeError)
+_DAMAGE: Final = (
+    McapError, struct.error, ValueError, TypeError, KeyError, OverflowError, MemoryError, zstandard.ZstdError, DecodeError,
+)  # fmt: skip
 _KNOWN: Final[dict[str, Schema]] = {
     schema.name: schema
     for schema in (*(message_schema(message) for message in MESSAGES.values()), *(record_schema(record) for record in RECORDS))

@@ -44,6 +44,8 @@ def choose(bouts: Sequence[BoutPath], *, learnt: bool) -> list[BoutPath]:
         At most six, in order.
     """
     seen = [bout for bout in bouts if len(bout.times) > 1]
+    if learnt and len(seen) > PANELS:
+        seen = [bout for bout in seen if bout.outcome is not BoutOutcome.UNDECIDED] or seen
     if len(seen) <= PANELS:
         return seen
     if learnt:

@@ -119,7 +119,7 @@ def fitness_by_maneuvers(data: RunData) -> Figure | None:
     _mark_phases(axes, data)
     axes.set_xlabel("Maneuvers performed, all categories together")
     axes.set_ylabel("Best fitness in the generation")
-    axes.set_xlim(0, None)
+    axes.set_xlim(0, max(len(data.trials), data.generations[-1].used))
     _legend(drawn, [axes])
     return drawn
 
@@ -145,23 +145,15 @@ def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:
     axes = drawn.subplots()
     axes.plot(used[width - 1 :], share, color=BLUE, linewidth=2)
     axes.fill_between(used[width - 1 :], share, color=BLUE, alpha=0.12, linewidth=0)
-    rows = {
-        BoutOutcome.WIN: (1.08, GREEN, "won"),
-        BoutOutcome.DRAW: (1.15, GREY, "drawn"),
-        BoutOutcome.LOSS: (1.22, VERMILLION, "lost"),
-    }
-    for outcome, (height, color, name) in rows.items():
+    rows = ((BoutOutcome.WIN, GREEN, "won"), (BoutOutcome.DRAW, GREY, "drawn"), (BoutOutcome.LOSS, VERMILLION, "lost"))
+    for row, (outcome, color, name) in enumerate(rows):
         where = [x for x, bout in zip(used, over, strict=True) if bout.outcome is outcome]
-        axes.plot(where, [height] * len(where), "|", color=color, markersize=6, clip_on=False)
-        axes.annotate(
-            f"{name}: {len(where)}", (1.01, height), xycoords=("axes fraction", "data"), va="center", color=color, fontsize=8
-        ).set_in_layout(False)
-    layout = drawn.get_layout_engine()
-    if layout is not None:
-        layout.set(rect=(0, 0, 0.92, 1))  # type: ignore[call-arg]
+        axes.plot(where, [1.08 + 0.07 * row] * len(where), "|", color=color, markersize=6, label=f"{name}: {len(where)}")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.99), ncols=4, borderaxespad=0.2, handlelength=0.8, columnspacing=1.4)
     axes.set_ylim(0, 1.27)
-    axes.set_yticks([0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
-    axes.set_xlim(0, max(used.max(), 1) * 1.01)
+    axes.set_yticks([0, 0.25, 0.5, 0.75, 1.0], ["0", "25%", "50%", "75%", "100%"])
+    axes.set_xlim(-0.005 * max(used.max(), 1), max(used.max(), 1) * 1.005)
+    axes.set_title("Bouts won while learning")
     _mark_phases(axes, data, labels=False)
     axes.set_xlabel("Maneuvers performed" if data.trials else "Bout")
     axes.set_ylabel(f"Won, of the last {width} bouts")

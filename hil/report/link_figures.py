@@ -59,7 +59,7 @@ def link_quality(data: RunData) -> Figure | None:
                   label=f"{name}: {len(times):,}")  # fmt: skip
     left.set_ylim(0, None)
     left.set_xlim(edges[0] / scale, edges[-2] / scale)
-    left.set_title("Frames from the robot")
+    left.set_title("Frames from\nthe robot")
     left.set_xlabel(f"Log time ({unit})")
     left.set_ylabel("Frames per second")
     _legend_beside_title(left, 3)

@@ -98,7 +98,7 @@ def _style() -> str:
 def _section(section: Section) -> str:
     text = "".join(f"<p>{escape(paragraph)}</p>" for paragraph in section.text)
     pictures = "".join(_picture(picture) for picture in section.pictures)
-    tables = "".join(_table(table) for table in section.tables)
+    tables = "".join(_table(table, titled=table.title != section.title) for table in section.tables)
     folded = "".join(
         f"<details><summary>{escape(table.title)}</summary>{_table(table, titled=False)}</details>" for table in section.folded
     )

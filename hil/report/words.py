@@ -142,8 +142,13 @@ def _link_words(data: RunData) -> str:
     if not link.lost and not link.rejected and not link.retries:
         return text + "none was lost or damaged, and nothing had to be repeated."
     rejected = sum(link.rejected.values())
-    text += f"{link.lost:,} were lost or damaged ({link.loss:.2%}), {rejected:,} pieces of input were rejected, "
-    return text + f"and {link.retries:,} commands were sent again."
+    troubles = [
+        f"{link.lost:,} were lost or damaged ({link.loss:.2%})" if link.lost else "none was lost",
+        f"{rejected:,} pieces of input were rejected" if rejected else "",
+        f"{link.retries:,} commands were sent again" if link.retries else "no command had to be repeated",
+    ]
+    *first, last = (trouble for trouble in troubles if trouble)
+    return f"{text}{', '.join(first)}, and {last}."
 
 
 def learnt_table(data: RunData) -> Table | None:
@@ -258,7 +263,7 @@ def event_table(data: RunData, most: int = 40) -> Table | None:
         return None
     rows = tuple((f"{time:.2f} s", event.kind, event.text) for time, event in told[-most:])
     title = "Events" if len(told) <= most else f"Events, the last {most} of {len(told)}"
-    return Table(title, ("Log time", "Kind", "What happened"), rows, frozenset({0}))
+    return Table(title, ("Log time", "Kind", "What happened"), rows)
 
 
 def metadata_tables(data: RunData) -> list[Table]:

@@ -201,8 +201,8 @@ def _subtitle(data: RunData) -> str:
     parts = [
         data.path.name,
         f"seed {config['seed']}" if config.get("seed") else "",
-        run.get("wall_clock", ""),
-        run.get("command_line", ""),
+        run.get("started", "").replace("T", " ")[:16],
+        run.get("command", ""),
     ]
     return " · ".join(part for part in parts if part)
 
@@ -231,4 +231,4 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
 
 
 def _program(data: RunData) -> str:
-    return data.metadata.get("config", {}).get("program", "junior-hil")
+    return f"junior-hil {data.metadata.get('config', {}).get('version', '')}".strip()

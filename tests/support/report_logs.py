@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire import Message
 
-RUN = {"command_line": "hil coach --seed 3", "wall_clock": "2025-01-02T03:04:05Z"}
-CONFIG = {"program": "junior-hil 0.1.0", "protocol": "1.0", "seed": "3", "opponent": "flat-light", "objective": "outcome"}
+RUN = {"command": "hil coach --seed 3", "started": "2025-01-02T03:04:05+00:00"}
+CONFIG = {"version": "0.1.0", "protocol": "1.0", "seed": "3", "opponent": "flat-light", "objective": "outcome"}
 FRAME = bytes(range(40))
 
 
@@ -47,15 +47,19 @@ class Wire:
     recorder: Recorder
     now: float = 0.0
     frame: int = 0
+    referee_frame: int = 0
     sequence: int = 0
 
     def up(self, message: Message, component: int = 1) -> None:
         """A frame comes."""
         self.recorder.step(self.now, [(self.now, FRAME)])
         self.recorder.wire_rx(self.now, FRAME)
-        self.recorder.received(Received(message, 1, component, self.frame, self.now, FRAME))
+        frame = self.frame if component == 1 else self.referee_frame
+        self.recorder.received(Received(message, 1, component, frame, self.now, FRAME))
         if component == 1:
-            self.frame = (self.frame + 1) & 0xFF
+            self.frame = frame + 1 & 0xFF
+        else:
+            self.referee_frame = frame + 1 & 0xFF
 
     def down(self, message: Message) -> None:
         """A message goes."""
@@ -218,3 +222,17 @@ def driving_log(path: Path, seconds: float = 20.0) -> None:
                     wire.down(wheels)
                 wire.now += 0.004 + 0.002 * rng.random()
                 wire.up(JuniorAck(JuniorWheels.ID, 7, wire.sequence, AckResult.ACCEPTED, Reason.NONE))
+
+
+class FullDisk:
+    """A file on a disk that has just filled up."""
+
+    def write(self, _data: bytes) -> int:
+        """Fail."""
+        raise OSError(28, "No space left on device")
+
+    def flush(self) -> None:
+        """Nothing is left to flush."""
+
+    def close(self) -> None:
+        """Nothing to give back."""

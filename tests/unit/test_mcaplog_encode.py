@@ -1,0 +1,137 @@
+"""The hand-made encoders against google.protobuf, for every message at the limits of every field."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from google.protobuf import descriptor_pb2
+from mcap.records import Schema as SchemaRecord
+from mcap_protobuf.decoder import DecoderFactory
+
+from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, JuniorStatus
+from firmware_protocol.wire import Message, Wire, wire_fields
+from hil.mcaplog.encode import compile_encoder, rebuild, sender_suffix, step_encoder, varint, wire_encoder
+from hil.mcaplog.records import RECORDS, BridgeStep, EventRecord, TrialRecord, WireBytes
+from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
+
+LIMITS = {
+    "u8": (0, 255), "i8": (-128, 127), "u16": (0, 65535), "i16": (-32768, 32767), "u32": (0, 2**32 - 1),
+    "i32": (-(2**31), 2**31 - 1), "u64": (0, 2**64 - 1), "i64": (-(2**63), 2**63 - 1), "f32": (-1e6, 1e6),
+}  # fmt: skip
+
+
+def parse(schema: Schema, data: bytes) -> Any:  # noqa: ANN401 - a class made at run time
+    """What stock MCAP tools make of an entry, by the descriptor that the log embeds."""
+    decode = DecoderFactory().decoder_for(
+        "protobuf", SchemaRecord(id=1, data=schema.data, encoding="protobuf", name=schema.name)
+    )
+    assert decode is not None
+    return decode(data)
+
+
+def sample(kind: type[Message], side: int) -> Message:
+    """A message with every field at its least (0) or greatest (1) value."""
+    return kind(**{name: _value(wire, side) for name, wire in wire_fields(kind)})
+
+
+def _value(wire: Wire, side: int) -> object:
+    if wire.type == "char":
+        return ("", "x" * wire.count)[side]
+    limit = (wire.minimum, wire.maximum)[side]
+    one: Any = limit if limit is not None else LIMITS[wire.type][side] * wire.scale
+    if wire.invalid is not None and side == 0:
+        one = None
+    return (one,) * wire.count if wire.count else one
+
+
+@pytest.mark.parametrize("kind", MESSAGES.values(), ids=lambda kind: kind.__name__)
+@pytest.mark.parametrize("side", [0, 1])
+def test_every_message_survives(kind: type[Message], side: int) -> None:
+    schema = message_schema(kind)
+    message = sample(kind, side)
+    parsed = parse(schema, compile_encoder(schema)(message) + sender_suffix(1, 25, 7))
+    assert rebuild(schema, parsed) == message
+    assert (parsed.sender_system, parsed.sender_component, parsed.frame) == (1, 25, 7)
+
+
+def test_what_is_not_available_is_nan_in_the_log_and_none_in_python() -> None:
+    schema = message_schema(JuniorManeuverResult)
+    message = sample(JuniorManeuverResult, 0)
+    parsed = parse(schema, compile_encoder(schema)(message))
+    assert all(math.isnan(value) for value in parsed.travel)
+    rebuilt = rebuild(schema, parsed)
+    assert isinstance(rebuilt, JuniorManeuverResult)
+    assert rebuilt.travel == (None,) * 8
+
+
+def test_enumerations_have_their_names_in_the_log() -> None:
+    schema = message_schema(JuniorStatus)
+    parsed = parse(schema, compile_encoder(schema)(sample(JuniorStatus, 1)))
+    assert parsed.DESCRIPTOR.fields_by_name["state"].enum_type.values_by_number[parsed.state].name == "STOPPED"
+
+
+def test_units_are_in_the_descriptor() -> None:
+    files = descriptor_pb2.FileDescriptorSet.FromString(message_schema(JuniorStatus).data)
+    comments = [location.leading_comments.strip() for location in files.file[0].source_code_info.location]
+    assert "s; Time since boot" in comments
+
+
+def test_topics_follow_from_the_names() -> None:
+    topics = {topic_of(kind) for kind in MESSAGES.values()}
+    assert len(topics) == len(MESSAGES)
+    assert {"/junior/sensors", "/junior/maneuver_result", "/referee/state", "/mavlink/heartbeat"} <= topics
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.__name__)
+def test_every_record_has_a_schema_that_stock_tools_take(record: type) -> None:
+    assert parse(record_schema(record), b"") is not None
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        BridgeStep(1.5, (1.0, 1.25), (3, 70000), ("key w", "")),
+        BridgeStep(0.0, (), (), ()),
+        WireBytes("rx", "serial:///dev/ttyÜ", bytes(300)),
+        EventRecord("link", "", "{}"),
+        TrialRecord(1, "any", "left", 2, exam=True, actions="F B", period=0.25, fitness=-3.5, performed=2, won=False, lost=True,
+                    progress=None, duration=0.5, ended="completed"),
+    ],
+)  # fmt: skip
+def test_records_survive(record: object) -> None:
+    schema = record_schema(type(record))
+    assert rebuild(schema, parse(schema, compile_encoder(schema)(record))) == record
+
+
+def test_a_field_that_a_log_cannot_hold_is_a_programming_error() -> None:
+    @dataclass
+    class Odd:
+        what: complex
+
+    with pytest.raises(TypeError, match="cannot hold"):
+        record_schema(Odd)
+
+
+@pytest.mark.parametrize("size", [0, 1, 127, 128, 1023, 1024, 20000])
+def test_the_fast_encoder_of_wire_bytes_agrees_with_the_general_one(size: int) -> None:
+    data = bytes(size)
+    general = compile_encoder(record_schema(WireBytes))
+    assert wire_encoder("tx", "memory:")(data) == general(WireBytes("tx", "memory:", data))
+
+
+@pytest.mark.parametrize("chunks", [[], [(1.25, b"abc")], [(1.25, b"abc"), (1.5, b"")]])
+@pytest.mark.parametrize("inputs", [(), ("key w",)])
+def test_the_fast_encoder_of_steps_agrees_with_the_general_one(
+    chunks: list[tuple[float, bytes]], inputs: tuple[str, ...]
+) -> None:
+    general = compile_encoder(record_schema(BridgeStep))
+    step = BridgeStep(2.0, tuple(stamp for stamp, _ in chunks), tuple(len(data) for _, data in chunks), inputs)
+    assert step_encoder()(2.0, chunks, inputs) == general(step)
+
+
+@pytest.mark.parametrize(("value", "data"), [(0, b"\0"), (127, b"\x7f"), (128, b"\x80\x01"), (300, b"\xac\x02")])
+def test_varints(value: int, data: bytes) -> None:
+    assert varint(value) == data

@@ -1,0 +1,163 @@
+"""The recorder: everything that passes the bridge, and what the learner does, on its own topic."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from report_logs import FRAME, FullDisk, Wire, coaching_log, open_recorder
+
+from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
+from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
+from hil.mcaplog import LogError, LogReader, differences
+from hil.mcaplog.records import BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SENSORS = JuniorSensors(0.5, (0.0, 0.1), (1, 2), (3, 4), 7.4, 3)
+
+
+def state(time: float, opponent: OpponentCode = OpponentCode.FLAT_LIGHT, bout: int = 1) -> RefereeState:
+    """Junior at (0.1, 0.2), turned by a quarter."""
+    return RefereeState(time, bout, time, (0.1, 0.2), 1.5708, (0.2, 0.0), -1.0, 0.1, Phase.RUNNING, 0, opponent)
+
+
+def values(path: Path, *topics: str) -> list[Any]:
+    """The entries of a few topics."""
+    return [entry.value for entry in LogReader(path).entries(topics)]
+
+
+def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.operator("key w")
+        recorder.step(1.0, [(0.99, b"ab"), (1.0, b"c")])
+        recorder.wire_rx(0.99, b"ab")
+        recorder.received(Received(SENSORS, 3, 1, 200, 0.99, FRAME))
+        recorder.received(Rejected(RejectReason.NOISE, b"\x07", 1.0, "one byte"))
+        recorder.step(1.5, [])
+        recorder.wire_tx(1.5, b"xyz")
+        wheels = JuniorWheels(1, 2, (0.5, -0.5), 0.25, 3, 1)
+        recorder.sent(1.5, wheels)
+    assert values(path, "/bridge/step") == [BridgeStep(1.0, (0.99, 1.0), (2, 1), ("key w",)), BridgeStep(1.5, (), (), ())]
+    assert values(path, "/wire/rx", "/wire/tx") == [WireBytes("rx", "memory:", b"ab"), WireBytes("tx", "memory:", b"xyz")]
+    assert values(path, "/wire/rejected") == [RejectedInput("bytes outside any frame", "one byte", b"\x07")]
+    received, sent = LogReader(path).entries(["/junior/sensors", "/junior/wheels"])
+    assert (received.value, received.sender, received.frame, received.time) == (SENSORS, (3, 1), 200, 0.99)
+    assert (sent.value, sent.sender, sent.frame, sent.time) == (wheels, (255, 190), None, 1.5)
+
+
+def test_what_happens_to_the_link_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.step(2.0, [])
+        recorder.event(PeerFound(1, 2.0))
+        recorder.event(PeerLost(1, 2.0, "unplugged"))
+        recorder.event(PeerBack(1, 2.0, rebooted=True))
+        recorder.event(Received(SENSORS, 1, 1, 0, 2.0, FRAME))
+        recorder.note("safety", "emergency stop", by="operator", distance=0.5)
+        recorder.received(Received(Statustext(4, "battery low"), 1, 1, 1, 2.0, FRAME))
+    events = values(path, "/events")
+    assert [event.text for event in events] == [
+        "robot 1 answers", "robot 1 is lost: unplugged", "robot 1 is back, restarted", "emergency stop",
+    ]  # fmt: skip
+    assert [event.kind for event in events] == ["link", "link", "link", "safety"]
+    assert json.loads(events[3].fields) == {"by": "operator", "distance": 0.5}
+    lines = values(path, "/log")
+    assert [line.message for line in lines] == [*(event.text for event in events), "battery low"]
+    assert lines[4].name == "robot 1"
+    assert lines[4].level == 3  # foxglove.Log.WARNING
+
+
+def test_poses_and_outlines_follow_the_referee(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        for index in range(101):
+            recorder.received(Received(state(index * 0.05), 1, 25, index, index * 0.05, FRAME))
+        recorder.received(Received(state(5.05, OpponentCode.POINT_LIGHT), 1, 25, 101, 5.05, FRAME))
+    topics = Counter(entry.topic for entry in LogReader(path).entries())
+    assert topics["/tf"] == 52  # ten a second, and when the opponent changes
+    assert topics["/arena/scene"] == topics["/arena/outline/opponent"] == 2
+    junior, opponent = values(path, "/tf")[0].transforms
+    assert (junior.parent_frame_id, junior.child_frame_id, opponent.child_frame_id) == ("world", "junior", "opponent")
+    assert (junior.translation.x, junior.translation.y) == (0.1, 0.2)
+    assert (junior.rotation.z, junior.rotation.w) == pytest.approx((sqrt(0.5), sqrt(0.5)), abs=1e-5)
+    first, second = values(path, "/arena/scene")
+    assert [entity.id for entity in first.entities] == ["ring", "junior", "opponent"]
+    assert [entity.frame_id for entity in first.entities] == ["world", "junior", "opponent"]
+    width = [max(p.y for p in scene.entities[2].lines[0].points) * 2 for scene in (first, second)]
+    assert width == pytest.approx([0.14, 0.04], abs=0.002)
+    cloud = values(path, "/arena/outline/ring")[0]
+    assert len(cloud.data) == cloud.point_stride * 428  # the ring's border, a point every 5 mm
+
+
+def test_an_opponent_that_nobody_knows_is_not_drawn(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.received(Received(state(0.0, OpponentCode.KEEP), 1, 25, 0, 0.0, FRAME))
+    assert [entity.id for entity in values(path, "/arena/scene")[0].entities] == ["ring", "junior"]
+
+
+def test_the_learner_is_recorded(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    coaching_log(path, budget=60)
+    trials, steps = values(path, "/pal/trial"), values(path, "/pal/generation")
+    assert [trial.id for trial in trials] == list(range(1, 61))
+    assert all(
+        isinstance(trial, TrialRecord) and trial.ended == "completed" and len(trial.actions.split()) == 4 for trial in trials
+    )
+    assert all(isinstance(step, StepRecord) and step.previous == "any" for step in steps)
+    rated = {trial.actions: trial.fitness for trial in trials if trial.phase == 1 and not trial.exam}
+    assert all(step.best >= step.mean for step in steps)
+    assert {step.actions for step in steps if step.phase == 1} <= set(rated)
+    advice = json.loads(values(path, "/pal/advice")[0].json)
+    assert advice["opponent"] == "flat-light"
+    bouts = [event for event in values(path, "/events") if event.kind == "bout"]
+    assert json.loads(bouts[0].fields)["number"] == 1
+    assert LogReader(path).metadata == {}
+
+
+def test_equal_runs_leave_equal_logs(tmp_path: Path) -> None:
+    paths = [tmp_path / "one.mcap", tmp_path / "two.mcap", tmp_path / "three.mcap"]
+    for path, seed in zip(paths, (3, 3, 4), strict=True):
+        coaching_log(path, budget=40, seed=seed)
+    assert differences(paths[0], paths[1]) == []
+    assert differences(paths[0], paths[2])
+
+
+def test_a_recorder_that_was_not_closed_leaves_a_log(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    recorder = coaching_log(path, budget=60, close=False)
+    assert len(values(path, "/pal/trial")) > 30
+    recorder.close()
+    recorder.close()
+    assert len(values(path, "/pal/trial")) == 60
+
+
+def test_after_a_full_disk_the_robot_can_still_be_spoken_to(tmp_path: Path) -> None:
+    recorder = open_recorder(tmp_path / "log.mcap")
+    wire = Wire(recorder)
+    wire.up(SENSORS)
+    recorder._writer._file.close()
+    recorder._writer._file = FullDisk()  # type: ignore[assignment]
+    wire.now = 10.0
+    with pytest.raises(LogError, match="No space left"):
+        wire.up(SENSORS)
+    for _ in range(10):
+        wire.now += 1.0
+        wire.command()
+    recorder.note("safety", "stopped")
+    recorder.close()
+
+
+def test_events_survive_fields_that_json_has_no_word_for(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.note("link", "odd", where=tmp_path)
+    (event,) = values(path, "/events")
+    assert isinstance(event, EventRecord)
+    assert json.loads(event.fields) == {"where": str(tmp_path)}
