@@ -47,6 +47,7 @@ RESULT_MARGIN: Final = 0.3
 NO_PARAMETER: Final = 0xFFFF
 """Index in PARAM_VALUE that says there is none of this name."""
 _MISSING_AT_ONCE: Final = 8
+_READ_TOO: Final = 4
 
 REASONS: Final[dict[int, str]] = {
     Reason.NONE: "it gave no reason",
@@ -335,7 +336,8 @@ class ParameterSetExchange(Exchange[float]):
     """PARAM_SET, answered by the value now in force.
 
     Another value than the one asked for may be the late answer to an earlier question, so that it takes two of them
-    before it counts as a refusal.
+    before it counts as a refusal. A robot that knows no such parameter does not answer (as MAVLink has it): after a few
+    tries it is also asked to read it, which it does answer.
 
     Args:
         system: Robot asked.
@@ -348,6 +350,12 @@ class ParameterSetExchange(Exchange[float]):
         self._set = ParamSet(system, component, parameter, value)
         super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component, self._set)
         self._others = 0
+
+    def messages(self) -> Sequence[Message]:
+        """The request, and later a second question."""
+        if self.tries < _READ_TOO:
+            return [self._set]
+        return [self._set, ParamRequestRead(self._set.target_system, self.component, self._set.param_id)]
 
     def answer(self, received: Received) -> bool:
         """Compare the value in force with the one asked for."""

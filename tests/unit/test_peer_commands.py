@@ -398,6 +398,16 @@ def test_a_parameter_is_set_when_the_robot_says_so(bench: Bench) -> None:
     assert ticket.value() == pytest.approx(0.3)
 
 
+def test_a_robot_that_does_not_answer_the_setting_of_a_parameter_is_asked_whether_it_has_it(bench: Bench) -> None:
+    ticket = bench.peer.set_parameter("NO_SUCH", 7.0)
+    bench.wait(0.37)
+    assert bench.take(ParamRequestRead) == []
+    bench.wait(0.02)
+    assert bench.take(ParamRequestRead) == [ParamRequestRead(1, 1, "NO_SUCH")]
+    bench.heard(value("NO_SUCH", 0.0, 0xFFFF))
+    assert "there is no such entry" in failed(ticket)
+
+
 def test_one_other_value_may_be_an_old_answer_two_are_a_refusal(bench: Bench) -> None:
     ticket = bench.peer.set_parameter("SPD_SLOW", 7.0)
     bench.wait(0.005)
