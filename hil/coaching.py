@@ -149,7 +149,7 @@ class Coaching:
 
     def _tell(self, trial: Trial, engagement: Engagement) -> None:
         report = engagement.report
-        if report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED or not report.tallies:
+        if (report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED) or not report.tallies:
             self.pal.discard(trial)
             check_engagement(engagement)
             return

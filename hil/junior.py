@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from firmware_protocol.errors import HilError, LinkClosedError, NoRobotError, PeerLostError, RefusedError
-from firmware_protocol.events import PeerLost, Received
+from firmware_protocol.errors import HilError, NoRobotError
+from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import REFEREE_COMPONENT, JuniorSensors, JuniorStatus, RefereeState, SensorFlag, State
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
@@ -14,6 +13,7 @@ from hil.referee import Referee
 from hil.safety import Limits
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
     from types import TracebackType
 
     from firmware_protocol.events import Event
@@ -118,7 +118,9 @@ class Junior:
     def description(self) -> str:
         """Who this is, in words."""
         version = self.peer.version
-        firmware = "" if version is None else f", firmware {version.flight_sw_version >> 24}.{version.flight_sw_version >> 16 & 255}"
+        firmware = (
+            "" if version is None else f", firmware {version.flight_sw_version >> 24}.{version.flight_sw_version >> 16 & 255}"
+        )
         return f"Junior {self.peer.system} on {self.bridge.link.url}{firmware}"
 
     # --- what it senses ----------------------------------------------------------------------------------------------

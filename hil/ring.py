@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Protocol
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
-from firmware_protocol.vocabulary import Stimulus
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.vocabulary import Maneuver
+    from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.junior import Junior
     from hil.referee import Referee
 

@@ -6,8 +6,10 @@ The robot has its own watchdog and e-stop; these limits are for what a program o
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import Maneuver
+if TYPE_CHECKING:
+    from firmware_protocol.vocabulary import Maneuver
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,9 @@ class Limits:
         """
         largest = max(abs(left), abs(right))
         if not largest < float("inf") or not 0 <= duration < float("inf"):
-            raise ValueError(f"wheel speeds and duration must be finite, the duration not negative: {left}, {right}, {duration}")
+            raise ValueError(
+                f"wheel speeds and duration must be finite, the duration not negative: {left}, {right}, {duration}"
+            )
         factor = self.speed / largest if largest > self.speed else 1.0
         return left * factor, right * factor, min(duration, self.duration)
 

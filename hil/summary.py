@@ -52,9 +52,10 @@ def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
 
 def coaching_summary(
     coaching: Coaching,
-    opponent: str,
     tally: Tally | None,
     random: Tally | None,
+    *,
+    opponent: str,
     files: dict[str, object],
     wall_seconds: float,
 ) -> list[str]:
@@ -62,9 +63,9 @@ def coaching_summary(
 
     Args:
         coaching: The run.
-        opponent: Name of the opponent.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        opponent: Name of the opponent.
         files: Paths by name: advice, log, report, checkpoint.
         wall_seconds: Time it took, in s.
 
@@ -72,20 +73,22 @@ def coaching_summary(
         Lines.
     """
     progress, advice = coaching.progress, coaching.pal.advice()
+    headline = (
+        f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
+        f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s."
+    )
     lines = [
         "",
-        f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
-        f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s.",
+        headline,
         "",
         "What Junior learnt:",
     ]
     for entry in advice.entries:
         before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
         actions = " ".join(action.name for action in entry.actions)
-        names = f", {' and '.join(entry.names)}" if entry.names else ""
-        lines.append(
-            f"  When {in_words(entry.current)}{before}: {actions}{names}. Worth {entry.fitness:.1f}, tried {entry.evaluations} times."
-        )
+        called = f", {' and '.join(entry.names)}" if entry.names else ""
+        worth = f"Worth {entry.fitness:.1f}, tried {entry.evaluations} times."
+        lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
     lines.append("")
     if tally is None:
         lines.append("How it plays was not tried: there were no held-out bouts.")
@@ -96,8 +99,8 @@ def coaching_summary(
         versus = f"; random maneuvers won {random.wins} of {random.trials}" if random else ""
         lines.append(f"{won}{time}{versus}.")
     lines.append("")
-    names = ("advice", "report", "log", "checkpoint")
-    lines += [f"{name.capitalize() + ':':12}{files[name]}" for name in names if files.get(name)]
+    kinds = ("advice", "report", "log", "checkpoint")
+    lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
     if tally is not None:
         lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
     return lines

@@ -23,7 +23,7 @@ from hil.cli.report import report
 
 app = typer.Typer(
     name="hil",
-    help="Hardware-in-the-loop bridge for small robots: connect to a robot, real or emulated, let Pal coach it, look at the log.",
+    help="Hardware-in-the-loop bridge for small robots: connect to a robot, real or emulated, let Pal coach it, read the log.",
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode=None,

@@ -43,7 +43,8 @@ def bout(
         ControllerName | None, typer.Option("--controller", help="Who chooses: the advice (default), or a yardstick.")
     ] = None,
     opponent: Annotated[
-        str | None, typer.Option("--opponent", help="Opponent to place; the advice's own, or the one that is there, if left out.")
+        str | None,
+        typer.Option("--opponent", help="Opponent to place; the advice's own, or the one that is there, if left out."),
     ] = None,
     trials: Annotated[int, typer.Option("--trials", min=1, max=100_000, help="Bouts to play.")] = 100,
     require: Annotated[
@@ -71,8 +72,12 @@ def bout(
     path = common.log_path("bout", log, no_log=no_log)
     with open_session(link, opponent=opponent, seed=seed, log=path, config=described) as session:
         ring = open_ring(session.junior, opponent)
+        title = TITLES[controller or ControllerName.ADVICE]
         seeds = [bout_seed(seed, Branch.BOUTS, number) for number in range(1, trials + 1)]
-        tally = Tally.of(ring.opponent, _play(session, console, player, ring, seeds, TITLES[controller or ControllerName.ADVICE], quiet=quiet))
+        tally = Tally.of(
+            ring.opponent,
+            _play(session, console, player, ring, seeds, title=title, quiet=quiet),
+        )
         session.finish({"controller": name, **tally.to_dict()})
     document = {"controller": name, "seed": seed, "log": str(path) if path else None, **tally.to_dict()}
     if as_json:
@@ -105,8 +110,8 @@ def _play(
     player: Controller,
     ring: Ring,
     seeds: list[int],
-    title: str,
     *,
+    title: str,
     quiet: bool,
 ) -> list[Bout]:
     if not ring.refereed:

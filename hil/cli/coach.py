@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,16 +22,25 @@ from hil.ring import Ring, open_ring
 from hil.seeds import Branch, bout_seed, generator
 from hil.summary import coaching_summary, per_stimulus
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import Phases, SettingsError
+from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console
+
 
 HELD_OUT_LOCKSTEP = 50
 HELD_OUT_REAL_TIME = 5
 RANDOM_BOUTS = 20
 
-PhasesName = StrEnum("PhasesName", {name.upper(): name for name in get_args(Phases)})
+DEFAULTS = PalSettings()
+
+
+class PhasesName(StrEnum):
+    """Which phases of learning."""
+
+    MULTI = "multi"
+    BASIC = "basic"
+    FINE = "fine"
 
 
 @dataclass(frozen=True)
@@ -56,28 +65,37 @@ def coach(
     *,
     opponent: Annotated[
         str | None,
-        typer.Option("--opponent", help="flat-light (default of an emulated robot), flat-heavy, curved-light, corner-light, "
-                     "point-light or junior."),
+        typer.Option(
+            "--opponent",
+            help="flat-light (default of an emulated robot), flat-heavy, curved-light, corner-light, point-light or junior.",
+        ),
     ] = None,
-    budget: Annotated[int, typer.Option("--budget", min=1, max=10_000_000, help="Maneuvers to be performed.")] = PalSettings().budget,
+    budget: Annotated[
+        int, typer.Option("--budget", min=1, max=10_000_000, help="Maneuvers to be performed.")
+    ] = DEFAULTS.budget,
     objective: Annotated[
         Objective | None,
         typer.Option("--objective", help="What a good maneuver is; outcome where there is a referee, else contact."),
     ] = None,
     phases: Annotated[
         PhasesName, typer.Option("--phases", help="Both phases, or the basic or the fine actions alone.")
-    ] = PhasesName(PalSettings().phases),  # type: ignore[call-arg]
+    ] = PhasesName.MULTI,
     pairs: Annotated[
         bool, typer.Option("--pairs", help="Phase 2 tells situations apart by the previous stimulus too, as the book does.")
-    ] = PalSettings().pairs,
-    period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = PalSettings().period,
+    ] = DEFAULTS.pairs,
+    period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
     held_out: Annotated[
         int | None,
-        typer.Option("--held-out", min=0, help="Bouts played with the advice afterwards, from fresh poses "
-                     f"[default: {HELD_OUT_LOCKSTEP} in lock-step, {HELD_OUT_REAL_TIME} in real time]"),
+        typer.Option(
+            "--held-out",
+            min=0,
+            help="Bouts played with the advice afterwards, from fresh poses "
+            f"[default: {HELD_OUT_LOCKSTEP} in lock-step, {HELD_OUT_REAL_TIME} in real time]",
+        ),
     ] = None,
     require: Annotated[
-        float | None, typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer of the held-out bouts are won.")
+        float | None,
+        typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer of the held-out bouts are won."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
     checkpoint: Annotated[
@@ -116,7 +134,13 @@ def coach(
     if saved is not None:
         seed, opponent = saved.seed, opponent or (saved.opponent if link is None else None)
     try:
-        settings = PalSettings(objective=objective or Objective.OUTCOME, budget=budget, phases=phases.value, pairs=pairs, period=period)
+        settings = PalSettings(
+            objective=objective or Objective.OUTCOME,
+            budget=budget,
+            phases=phases.value,
+            pairs=pairs,
+            period=period,
+        )
     except SettingsError as error:
         raise common.UsageError(str(error)) from error
     described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
@@ -139,7 +163,9 @@ def coach(
     if as_json:
         common.print_json(document)
     else:
-        for line in coaching_summary(run.coaching, run.ring.opponent, tally, random, document, time.monotonic() - started):
+        for line in coaching_summary(
+            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=time.monotonic() - started
+        ):
             console.print(line, markup=False)
     if require is not None and (tally is None or tally.win_rate.value < require):
         console.print(f"Fewer than the required {require:g} of the held-out bouts were won.")
@@ -216,7 +242,9 @@ class _Run:
     def _tally(self, controller: Controller, trials: int) -> Tally:
         seeds = [bout_seed(self._seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
         bouts = []
-        self._session.series(f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}")
+        self._session.series(
+            f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}"
+        )
         for bout in play(self.ring, controller, seeds):
             bouts.append(bout)
             self._session.bout(bout)

@@ -27,9 +27,9 @@ class What(StrEnum):
 def emulate(
     what: Annotated[What, typer.Argument(help="Which robot.")] = What.JUNIOR,
     *,
-    link: Annotated[
-        str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760 or udp://127.0.0.1:14550.")
-    ] = "pty" if hasattr(os, "openpty") else "tcp://127.0.0.1:5760",
+    link: Annotated[str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760 or udp://127.0.0.1:14550.")] = "pty"
+    if hasattr(os, "openpty")
+    else "tcp://127.0.0.1:5760",
     opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
     speed: Annotated[float, typer.Option("--speed", min=0.01, max=100, help="Seconds of emulation per second.")] = 1.0,
     referee: Annotated[

@@ -18,8 +18,6 @@ from hil.files import replace_file
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.junior import Junior
-
 
 def param(
     link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],

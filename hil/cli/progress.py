@@ -80,7 +80,9 @@ class CoachingDisplay:
         elif not self._quiet and self._used * LINES // self._budget > (self._used - 1) * LINES // self._budget:
             best = ", ".join(f"{_name(record)} {record.best:.1f}" for _, record in sorted(self._latest.items()))
             share = f", won {sum(self._recent)} of the last {len(self._recent)} bouts" if self._recent else ""
-            self._console.print(f"{self._used}/{self._budget} maneuvers{share}; fitness: {best or 'not rated yet'}", markup=False)
+            self._console.print(
+                f"{self._used}/{self._budget} maneuvers{share}; fitness: {best or 'not rated yet'}", markup=False
+            )
 
     def generation(self, record: GenerationRecord) -> None:
         """Take note of a GP step."""

@@ -113,7 +113,11 @@ def open_session(
         recorder = None
         if log is not None:
             described = {key: str(value) for key, value in config.items()}
-            described |= {"version": metadata.version("junior-hil"), "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}", "link": url}
+            described |= {
+                "version": metadata.version("junior-hil"),
+                "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
+                "link": url,
+            }
             run = {
                 "started": datetime.now(UTC).isoformat(),
                 "command": shlex.join(["hil", *sys.argv[1:]]),
@@ -135,7 +139,7 @@ def open_session(
 def terminate_as_interrupt() -> Iterator[None]:
     """Let a polite kill end the run as Ctrl-C does: robot stopped, files closed."""
 
-    def interrupt(number: int, frame: FrameType | None) -> None:
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)

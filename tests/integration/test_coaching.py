@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import hil
-from hil.coaching import Coaching, CheckpointError, load_checkpoint, new_pal
+from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
 from hil.ring import RingError, open_ring
 from pal_advisor.maneuvers import Objective, PalSettings
 
@@ -33,7 +33,7 @@ class CutAfter:
     def __init__(self, maneuvers: int) -> None:
         self.left = maneuvers
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         self.left -= 1
         if self.left == 0:
             raise Cut
@@ -99,8 +99,6 @@ def test_an_objective_that_nobody_can_judge_is_refused() -> None:
     with hil.connect(f"{URL}&referee=0") as junior:
         assert junior.referee is None
         ring = open_ring(junior, "flat-light")
-        from hil.coaching import check_objective
-
         with pytest.raises(RingError, match="referee"):
             check_objective(Objective.OUTCOME, ring)
 
