@@ -226,7 +226,8 @@ class Rover(Piece):
         sin = self.sin
         x = self.x
         y = self.y
-        # Where it has come since the last step tells its speed, for less than asking the physics.
+        # Where it has come since the last step tells its speed, for less than asking the physics. It is the speed of one
+        # period ago: the current in a motor's winding lags about as much.
         last_x, last_y, last_angle = self._last
         ahead = (x - last_x) * cos + (y - last_y) * sin
         lead = (self.angle - last_angle) * self._half

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from simdevice.outline import Outline
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 GRAVITY: Final = 9.81
 """In m/s^2."""
@@ -54,6 +57,9 @@ class JuniorProfile:
         encoders: Wheel encoders are fitted.
         ground_odometer: A ground odometer (such as an optical-flow sensor) is fitted.
         uid: Unique id of the robot; 0 takes one from the seed.
+
+    Raises:
+        ValueError: A quantity that must be positive is not.
     """
 
     mass: float = 0.5
@@ -94,10 +100,69 @@ class JuniorProfile:
     ground_odometer: bool = True
     uid: int = 0
 
+    def __post_init__(self) -> None:
+        for name in _POSITIVE:
+            if not getattr(self, name) > 0:
+                raise ValueError(f"{name} must be positive, not {getattr(self, name)}")
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, object]) -> JuniorProfile:
+        """Make a profile from a table of a TOML file; what it does not name keeps its default.
+
+        Args:
+            table: Values by name; arrays stand for pairs.
+
+        Returns:
+            The profile.
+
+        Raises:
+            ValueError: A name is unknown, or a value is of the wrong kind.
+        """
+        defaults = {field.name: field.default for field in fields(cls)}
+        values: dict[str, Any] = {}
+        for name, value in table.items():
+            if name not in defaults:
+                raise ValueError(f"unknown quantity {name!r} of a device: expected one of {', '.join(defaults)}")
+            values[name] = _like(name, value, defaults[name])
+        return cls(**values)
+
     @property
     def tyre_limit(self) -> float:
         """Greatest force of one tyre, in N; each carries half of the weight."""
         return self.tyre_friction * self.mass * GRAVITY / 2
+
+
+_POSITIVE: Final = (
+    "mass",
+    "track",
+    "free_speed",
+    "stall_force",
+    "tyre_friction",
+    "nominal_voltage",
+    "capacity",
+    "eye_half_cone",
+    "eye_steepest",
+    "eye_offset",
+    "floor_spot",
+)
+
+
+def _like(name: str, value: object, default: object) -> object:
+    """A value of a TOML file as the kind of the default.
+
+    Raises:
+        ValueError: It is not of that kind.
+    """
+    if isinstance(default, tuple) and isinstance(value, list | tuple) and len(value) == len(default):
+        return tuple(_like(name, part, default[0]) for part in value)
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if isinstance(default, bool) and isinstance(value, bool):
+        return value
+    if isinstance(default, float) and number:
+        return float(cast("float", value))
+    if isinstance(default, int) and not isinstance(default, bool) and number and isinstance(value, int):
+        return value
+    raise ValueError(f"{name} is {value!r}, but must be like {default!r}")
 
 
 JUNIOR_OUTLINE: Final = Outline(

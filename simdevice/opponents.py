@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from simdevice.junior import JUNIOR_OUTLINE
 from simdevice.outline import Disc, Outline, Point
 
 
@@ -98,3 +99,22 @@ OPPONENTS: Final[dict[str, OpponentSpec]] = {
 
 JUNIOR_OPPONENT: Final = "junior"
 """Name of the opponent that is a second Junior."""
+
+
+def outline(name: str) -> list[Point]:
+    """Corners to draw an opponent by.
+
+    Args:
+        name: Name of the opponent; `junior` is a second Junior.
+
+    Returns:
+        Corners, counter-clockwise, in its own frame: m, x forward, origin at the centre of mass.
+
+    Raises:
+        ValueError: There is no opponent of this name.
+    """
+    if name == JUNIOR_OPPONENT:
+        return list(JUNIOR_OUTLINE.vertices)
+    if name not in OPPONENTS:
+        raise ValueError(f"unknown opponent {name!r}: expected one of {', '.join((*OPPONENTS, JUNIOR_OPPONENT))}")
+    return list(OPPONENTS[name].outline.vertices)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Callable
 
 import pytest
 
 from firmware_protocol.messages import BoutOutcome
-from simdevice.opponents import OPPONENTS
+from simdevice.junior import JuniorProfile
+from simdevice.opponents import OPPONENTS, outline
 from simdevice.sensors import Sensors
 from simdevice.sumo import Table, opponent_code
 
@@ -157,3 +159,38 @@ def test_opponents_can_be_exchanged() -> None:
         assert opponent_code(name).label == name
     with pytest.raises(ValueError, match="flat-light"):
         Table("round-heavy")
+
+
+@pytest.mark.parametrize("name", [*OPPONENTS, "junior"])
+def test_an_outline_can_be_drawn(name: str) -> None:
+    corners = outline(name)
+    area = sum(ax * by - ay * bx for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True)) / 2
+    assert 0.001 < area < 0.0145
+    assert max(math.hypot(x, y) for x, y in corners) < 0.09
+
+
+def test_the_outline_of_nobody_is_an_error() -> None:
+    with pytest.raises(ValueError, match="point-light"):
+        outline("round-heavy")
+
+
+def test_a_profile_comes_from_a_toml_table() -> None:
+    table = tomllib.loads("mass = 1\nwheel_gain = [1.0, 0]\nencoders = false\nuid = 7")
+    assert JuniorProfile.from_table(table) == JuniorProfile(mass=1.0, wheel_gain=(1.0, 0.0), encoders=False, uid=7)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("weight = 1", "unknown quantity 'weight'"),
+        ("mass = 'heavy'", "mass is 'heavy'"),
+        ("mass = true", "mass is True"),
+        ("uid = 1.5", "uid is 1.5"),
+        ("encoders = 1", "encoders is 1"),
+        ("arm_span = [1.0]", "arm_span"),
+        ("track = 0.0", "track must be positive"),
+    ],
+)
+def test_a_profile_says_what_is_wrong(text: str, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        JuniorProfile.from_table(tomllib.loads(text))
