@@ -12,7 +12,7 @@ from rich.table import Table
 
 from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
-from hil.connect import connect
+from hil.connecting import connect
 from hil.files import replace_file
 
 if TYPE_CHECKING:

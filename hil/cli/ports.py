@@ -12,7 +12,7 @@ from firmware_protocol.errors import HilError
 from firmware_protocol.links.serial import list_ports
 from hil.bridge import Bridge
 from hil.cli import common
-from hil.connect import open_address
+from hil.connecting import open_address
 
 if TYPE_CHECKING:
     from firmware_protocol.links.serial import SerialPort

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
-from hil.connect import connect
+from hil.connecting import connect
 from hil.recorder import Recorder
 
 if TYPE_CHECKING:
