@@ -85,8 +85,9 @@ class FirmwareBench:
     STREAMS = ("Heartbeat", "SysStatus", "JuniorSensors", "JuniorStatus")
 
     def __init__(self, nvm: bytes = BLANK, *, ground: bool = True, encoders: bool = True, start: bool = False) -> None:
-        self.robot = ffi.new("host_robot *")
-        self.io: Any = self.robot.io
+        robot: Any = ffi.new("host_robot *")
+        self.robot = robot
+        self.io = self.robot.io
         self.io.has_ground = ground
         self.io.has_encoders = encoders
         self.io.battery_mv = 7400
@@ -111,7 +112,6 @@ class FirmwareBench:
         """Image of the EEPROM."""
         return bytes(ffi.buffer(self.io.nvm))
 
-    @property
     def state(self) -> State:
         """State of the firmware."""
         return State(lib.host_state(self.robot))
@@ -121,11 +121,11 @@ class FirmwareBench:
         """Commanded effort, left and right, in permille."""
         return self.io.wheel[0], self.io.wheel[1]
 
-    def eyes(self, left: bool, right: bool) -> None:
+    def eyes(self, *, left: bool, right: bool) -> None:
         """Let the eyes see, or not."""
         self.io.eye = [600 if left else 20, 600 if right else 20]
 
-    def floor(self, left: bool, right: bool) -> None:
+    def floor(self, *, left: bool, right: bool) -> None:
         """Put the floor sensors off the ring, or on it."""
         self.io.floor = [900 if left else 50, 900 if right else 50]
 

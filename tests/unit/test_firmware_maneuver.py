@@ -39,8 +39,8 @@ def test_trim_and_speed_parameters_apply() -> None:
 def test_each_action_lasts_its_period_and_the_whole_does_not_drift(period: float, ticks: list[int]) -> None:
     bench = FirmwareBench().armed()
     bench.perform((Action.FF, Action.SB, Action.LBRF), period)
-    seen = []
-    while bench.state is State.PERFORMING:
+    seen: list[tuple[int, int]] = []
+    while bench.state() is State.PERFORMING:
         seen.append(bench.wheels)
         bench.tick(HOST)
     assert [seen.count(pair) for pair in ((1000, 1000), (-400, -400), (-350, 350))] == ticks
@@ -165,12 +165,12 @@ def test_ends_when_the_stimulus_has_changed_for_20_ms_but_not_on_a_flicker() -> 
     bench.run(20)
     bench.eyes(left=True, right=False)
     bench.run(50)
-    assert bench.state is State.PERFORMING
+    assert bench.state() is State.PERFORMING
     bench.eyes(left=False, right=False)
     bench.run(20)
-    assert bench.state is State.PERFORMING
+    assert bench.state() is State.PERFORMING
     bench.tick(HOST)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     assert bench.wheels == (0, 0)
     result = bench.result()
     assert (result.outcome, result.done) == (Outcome.STIMULUS_CHANGED, 0)
@@ -187,7 +187,7 @@ def test_only_what_counts_as_the_stimulus_ends_it(options: int, ends: bool) -> N
     bench.perform((Action.S,), 1.0, options | ManeuverOption.END_ON_CHANGE)
     bench.io.arm[1] = 1
     bench.run(100)
-    assert (bench.state is State.READY) is ends
+    assert (bench.state() is State.READY) is ends
 
 
 def reflex(left: bool, right: bool) -> tuple[FirmwareBench, list[tuple[int, int]]]:  # noqa: FBT001
@@ -195,10 +195,10 @@ def reflex(left: bool, right: bool) -> tuple[FirmwareBench, list[tuple[int, int]
     bench.perform((Action.FF,), 1.0, ManeuverOption.FLOOR_REFLEX | ManeuverOption.EYES)
     bench.run(100)
     bench.floor(left=left, right=right)
-    seen = []
+    seen: list[tuple[int, int]] = []
     while True:
         bench.tick(HOST)
-        if bench.state is not State.PERFORMING:
+        if bench.state() is not State.PERFORMING:
             return bench, seen
         bench.floor(left=False, right=False)
         seen.append(bench.wheels)
@@ -230,7 +230,7 @@ def test_a_reflex_of_no_length_just_ends_the_maneuver() -> None:
     bench.floor(left=True, right=False)
     bench.perform((Action.FF,), 1.0, ManeuverOption.FLOOR_REFLEX)
     bench.tick(HOST)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     assert bench.wheels == (0, 0)
 
 
@@ -261,7 +261,7 @@ def test_what_cannot_be_performed_is_refused_and_does_not_move(changes: dict[str
     ack = bench.sent[-1]
     assert getattr(ack, "reason", None) == Reason.BAD_VALUE
     assert bench.wheels == (0, 0)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     bench.run(1000)
     assert bench.latest(JuniorStatus).maneuvers == 0
 

@@ -45,7 +45,7 @@ def bench_in(state: State) -> FirmwareBench:
         bench.tick()
     elif state is State.STOPPED:
         bench.stop()
-    assert bench.state is state
+    assert bench.state() is state
     return bench
 
 
@@ -120,14 +120,14 @@ def test_transition(state: State, event: Callable[[FirmwareBench], bool], after:
     wheels = bench.wheels
     assert event(bench) is (after is not NOT)
     if after is NOT:
-        assert bench.state is state
+        assert bench.state() is state
         assert bench.wheels == wheels, "what is refused does not touch the wheels"
     else:
-        assert bench.state is after
-    if bench.state not in {State.DRIVING, State.PERFORMING, State.CONTEST}:
+        assert bench.state() is after
+    if bench.state() not in {State.DRIVING, State.PERFORMING, State.CONTEST}:
         assert bench.wheels == (0, 0)
     moving = bench.wheels != (0, 0)
-    assert moving is (bench.state in {State.DRIVING, State.PERFORMING, State.CONTEST})
+    assert moving is (bench.state() in {State.DRIVING, State.PERFORMING, State.CONTEST})
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_what_cuts_a_maneuver_short_is_reported(
 
 def test_comes_up_disarmed_with_wheels_at_rest() -> None:
     bench = FirmwareBench()
-    assert bench.state is State.DISARMED
+    assert bench.state() is State.DISARMED
     for _ in range(400):
         bench.tick(HOST)
         assert bench.wheels == (0, 0)
@@ -181,7 +181,7 @@ def test_an_emergency_stop_holds_until_disarmed_and_armed() -> None:
     assert bench.command(Command.ARM_DISARM, 1.0) is CommandResult.TEMPORARILY_REJECTED
     assert bench.ask(bench.wheels_message(1.0, 1.0, 1.0)) is Reason.EMERGENCY_STOP
     assert bench.command(Command.FLIGHT_TERMINATION, 0.0) is CommandResult.DENIED
-    assert bench.state is State.STOPPED
+    assert bench.state() is State.STOPPED
     bench.disarm()
     bench.arm()
     assert bench.ask(bench.wheels_message(1.0, 1.0, 1.0)) is Reason.NONE
@@ -195,7 +195,7 @@ def test_an_emergency_stop_takes_effect_in_the_tick_it_arrives_in(state: State, 
     assert bench.wheels != (0, 0)
     bench.command(Command.FLIGHT_TERMINATION, 1.0, system=system)
     assert bench.wheels == (0, 0)
-    assert bench.state is State.STOPPED
+    assert bench.state() is State.STOPPED
 
 
 def test_an_emergency_stop_wins_over_what_arrives_with_it() -> None:

@@ -36,7 +36,7 @@ def test_silence_stops_a_maneuver_when_the_watchdog_says_so(watchdog: int) -> No
     bench.tick(ParamSet(1, 1, "WATCHDOG", float(watchdog)))
     bench.perform((Action.FF,), 5.0)
     assert silent_ticks(bench) * TICK == watchdog
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     result = bench.result()
     assert (result.outcome, result.reason) == (Outcome.STOPPED, Reason.WATCHDOG)
     bench.run(300, alive=False)
@@ -56,7 +56,7 @@ def test_any_good_frame_of_the_system_that_armed_keeps_it_going(message: object)
     bench.perform((Action.FF,), 5.0)
     for i in range(400):
         bench.tick(*([message] if i % 49 == 48 else []))
-        assert bench.state is State.PERFORMING
+        assert bench.state() is State.PERFORMING
 
 
 def test_others_and_damaged_frames_do_not_keep_it_going() -> None:
@@ -75,12 +75,12 @@ def test_the_system_that_armed_last_is_the_one_to_be_heard() -> None:
     bench.perform((Action.FF,), 5.0)
     for _ in range(50):
         bench.tick(HOST)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     bench.tick(raw=other.encode(HOST))
     bench.perform((Action.FF,), 5.0)
     for _ in range(100):
         bench.tick(raw=other.encode(HOST))
-    assert bench.state is State.PERFORMING
+    assert bench.state() is State.PERFORMING
 
 
 def test_a_contest_ignores_silence() -> None:
@@ -88,7 +88,7 @@ def test_a_contest_ignores_silence() -> None:
     bench.ask(bench.write_message((Action.FF,), current=0))
     assert bench.ask(bench.contest_message(ContestCommand.START, 1.0)) is Reason.NONE
     bench.run(5000, alive=False)
-    assert bench.state is State.CONTEST
+    assert bench.state() is State.CONTEST
     assert bench.wheels == (1000, 1000)
 
 
@@ -99,11 +99,11 @@ def test_wheels_stop_when_their_time_is_over(duration: float, ticks: int) -> Non
     seen = 0
     while bench.wheels != (0, 0):
         assert bench.wheels == (-250, 1000)
-        assert bench.state is State.DRIVING
+        assert bench.state() is State.DRIVING
         seen += 1
         bench.tick(HOST)
     assert seen == ticks
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
 
 
 def test_a_stick_let_go_stops_the_wheels() -> None:
@@ -115,7 +115,7 @@ def test_a_stick_let_go_stops_the_wheels() -> None:
         assert bench.wheels == (900, 300)
     bench.tick(HOST)
     assert bench.wheels == (0, 0)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
 
 
 @pytest.mark.parametrize(
@@ -146,6 +146,6 @@ def test_only_the_system_that_armed_drives_by_stick() -> None:
 def test_the_watchdog_says_nothing_to_a_robot_at_rest() -> None:
     bench = FirmwareBench().armed()
     bench.run(5000, alive=False)
-    assert bench.state is State.READY
+    assert bench.state() is State.READY
     assert not bench.got(Statustext)
     assert not bench.got(JuniorManeuverResult)
