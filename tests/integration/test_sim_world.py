@@ -169,6 +169,23 @@ def test_the_start_pose_follows_from_the_seed_of_the_bout_alone() -> None:
     assert poses[0] == poses[1]
 
 
+def test_a_bout_does_not_remember_the_one_before() -> None:
+    bouts = []
+    for waste in (0, 3):
+        host = Host(junior_world(opponent="corner-light"))
+        host.arm()
+        for seed in range(waste):
+            host.run(1.0, host.reset(seed, OpponentCode.FLAT_HEAVY), host.wheels(1.0, 0.9, 0.5))
+        host.run(0.05, host.reset(11, OpponentCode.CORNER_LIGHT), host.wheels(0.0, 0.0, 0.0))
+        table = host.world.table
+        trace = []
+        for _ in range(4):
+            host.run(0.5, host.wheels(1.0, 0.8, 0.4))
+            trace.append((table.robot.body.x, table.robot.body.angle, table.opponent.x, table.opponent.angle))
+        bouts.append(trace)
+    assert bouts[0] == bouts[1]
+
+
 def test_a_reset_stops_the_body_and_leaves_the_firmware_alone() -> None:
     host = Host(junior_world())
     host.arm()
