@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from math import isnan, nan
+from operator import attrgetter
 from struct import Struct
 from typing import Any, Final
 
@@ -93,9 +94,12 @@ def sender_suffix(system: int, component: int, frame: int = NO_FRAME) -> bytes:
         component: MAVLink component id, 0..255.
         frame: Frame sequence number, 0..255.
     """
-    tags = [_tag(number, _WIRE_KIND["fixed32"]) for number in SENDER_NUMBERS]
-    item = Struct("<I").pack
-    return b"".join(tag + item(value) for tag, value in zip(tags, (system, component, frame), strict=True))
+    one, two, three = _SUFFIX_TAGS
+    return _SUFFIX.pack(one, system, two, component, three, frame)
+
+
+_SUFFIX_TAGS: Final = tuple(_tag(number, _WIRE_KIND["fixed32"]) for number in SENDER_NUMBERS)
+_SUFFIX: Final = Struct("<" + "".join(f"{len(tag)}sI" for tag in _SUFFIX_TAGS))
 
 
 def _fixed_run(run: Sequence[Field]) -> Encoder:
@@ -217,29 +221,51 @@ def step_encoder() -> Callable[[float, Sequence[tuple[float, bytes]], tuple[str,
     return encode
 
 
-def rebuild(schema: Schema, parsed: object) -> object:
-    """Make the dataclass again from a parsed protobuf message.
+def compile_rebuilder(schema: Schema) -> Callable[[object], Any]:
+    """Make the way back: from a parsed protobuf message to the dataclass.
 
     Args:
         schema: The schema of the dataclass as this program knows it.
-        parsed: The protobuf message as the log's own descriptor has parsed it.
 
     Returns:
-        An instance of `schema.python`.
-
-    Raises:
-        AttributeError, TypeError, ValueError: The log was written by a program whose messages differ.
+        A function from the protobuf message, as the log's own descriptor has parsed it, to an instance of
+        `schema.python`; it raises AttributeError, TypeError or ValueError where the log was written by a program whose
+        messages differ.
     """
-    values: dict[str, Any] = {}
-    for field in schema.fields:
-        if field.name in SENDER_FIELDS:
-            continue
-        value = getattr(parsed, field.name)
-        if field.count:
-            value = tuple(value)
-            if field.nullable:
-                value = tuple(None if isnan(v) else v for v in value)
-        elif field.nullable and isnan(value):
-            value = None
-        values[field.name] = value
-    return schema.python(**values)
+    own = [field for field in schema.fields if field.name not in SENDER_FIELDS]
+    get = attrgetter(*(field.name for field in own), own[0].name)  # twice the first, for a tuple even of one
+    tuples = [index for index, field in enumerate(own) if field.count]
+    nullable = [index for index, field in enumerate(own) if field.nullable]
+    make = schema.python
+
+    def rebuild(parsed: object) -> Any:  # noqa: ANN401 - whatever the schema says
+        values: list[Any] = list(get(parsed))
+        values.pop()
+        for index in tuples:
+            values[index] = tuple(values[index])
+        for index in nullable:
+            value = values[index]
+            if index in tuples:
+                values[index] = tuple(None if isnan(one) else one for one in value)
+            elif isnan(value):
+                values[index] = None
+        return make(*values)
+
+    return rebuild
+
+
+def read_sender(data: bytes) -> tuple[tuple[int, int], int | None] | None:
+    """Who sent a robot message in which frame, without decoding the rest.
+
+    Args:
+        data: The entry, as `compile_encoder` and `sender_suffix` made it.
+
+    Returns:
+        (system, component) and the frame's sequence number, None where it is not known; None for anything else.
+    """
+    if len(data) < _SUFFIX.size:
+        return None
+    one, system, two, component, three, frame = _SUFFIX.unpack_from(data, len(data) - _SUFFIX.size)
+    if (one, two, three) != _SUFFIX_TAGS:
+        return None
+    return (system, component), None if frame == NO_FRAME else frame

@@ -22,7 +22,7 @@ from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.messages import MESSAGES
-from hil.mcaplog.encode import NO_FRAME, rebuild
+from hil.mcaplog.encode import NO_FRAME, compile_rebuilder, read_sender
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.records import RECORDS
 from hil.mcaplog.schemas import SENDER_FIELDS, Schema, message_schema, record_schema
@@ -51,7 +51,7 @@ class LogEntry:
         topic: Its topic.
         time: Log time in s.
         value: A message of `firmware_protocol.messages`, a record of `records`, or, for anything else,
-            the protobuf message as the log's own descriptor parses it.
+            the protobuf message as the log's own descriptor parses it. None where it was not asked for.
         sender: MAVLink system and component of the sender of a robot message.
         frame: Sequence number of the frame that a received robot message came in, 0..255.
     """
@@ -111,12 +111,15 @@ class LogReader:
         if not MAGIC.startswith(start):
             raise LogError(f"{path} is not a log: it does not begin as an MCAP file does")
 
-    def entries(self, topics: Collection[str] | None = None, leave_out: Collection[str] = ()) -> Iterator[LogEntry]:
+    def entries(
+        self, topics: Collection[str] | None = None, *, leave_out: Collection[str] = (), unread: Collection[str] = ()
+    ) -> Iterator[LogEntry]:
         """Everything readable, in the order of the file.
 
         Args:
             topics: Only these topics; None is all. An empty collection reads the metadata only, fast.
             leave_out: Not these topics.
+            unread: Of these topics of robot messages only who sent them: their value is None. It is much faster.
 
         Yields:
             The entries.
@@ -140,7 +143,8 @@ class LogReader:
                     found = Channel.read(_stream(record.content))
                     asked = found.topic not in leave_out and (topics is None or found.topic in topics)
                     if asked and found.schema_id in schemas and found.id not in channels:
-                        channels[found.id] = (found.topic, _decoder(schemas[found.schema_id]))
+                        decoder = _unread if found.topic in unread else _decoder(schemas[found.schema_id])
+                        channels[found.id] = (found.topic, decoder)
             except _DAMAGE as error:
                 self._note(f"a record could not be decoded ({error})")
 
@@ -244,6 +248,10 @@ def _unpack_chunk(chunk: Chunk) -> bytes:
     return data
 
 
+def _unread(data: bytes) -> tuple[Any, ...]:
+    return None, *(read_sender(data) or ())
+
+
 def _decoder(record: SchemaRecord) -> _Decode:
     parse = DecoderFactory().decoder_for("protobuf", record)
     if parse is None:
@@ -252,11 +260,12 @@ def _decoder(record: SchemaRecord) -> _Decode:
     if known is None:
         return lambda data: (parse(data),)
     from_peer = any(field.name in SENDER_FIELDS for field in known.fields)
+    rebuild = compile_rebuilder(known)
 
     def decode(data: bytes) -> tuple[Any, ...]:
         parsed = parse(data)
         try:
-            value = rebuild(known, parsed)
+            value = rebuild(parsed)
         except (AttributeError, TypeError, ValueError):
             return (parsed,)  # another version's message: as its own descriptor has it
         if not from_peer:

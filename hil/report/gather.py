@@ -24,6 +24,7 @@ from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRe
 from hil.report.link import LinkQuality, LinkWatcher
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -32,6 +33,9 @@ SERIES: Final = "series"
 """Kind of the event that begins a series of bouts."""
 SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene"})
 """Topics that tell a report nothing it does not know otherwise."""
+SENSORS: Final = "/junior/sensors"
+UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})
+"""Topics of which only the frames are counted at first; the sensors are read where there is nothing else to report on."""
 
 
 @dataclass(frozen=True)
@@ -152,9 +156,11 @@ def gather(path: Path) -> RunData:
     """
     reader = LogReader(path)
     gatherer = _Gatherer(path)
-    for entry in reader.entries(leave_out=SKIPPED):
+    for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD):
         gatherer.take(entry)
     data = gatherer.finish()
+    if not data.learnt and not data.bouts:
+        data.sensors = _sensors(LogReader(path), gatherer.wheels)
     data.metadata, data.health = reader.metadata, reader.health()
     data.whole = not reader.truncated and not reader.damage
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
@@ -182,15 +188,14 @@ class _Gatherer:
         self._series = ""
         self._bout: list[RefereeState] = []
         self._bout_used = 0
-        self._sensors: list[tuple[float, JuniorSensors]] = []
-        self._wheels: list[tuple[float, JuniorWheels]] = []
+        self.wheels: list[tuple[float, JuniorWheels]] = []
 
     def take(self, entry: LogEntry) -> None:
         """Take the next entry."""
         first, last = self._span or (entry.time, entry.time)
         self._span = min(first, entry.time), max(last, entry.time)
         value = entry.value
-        if isinstance(value, Message):
+        if value is None or isinstance(value, Message):
             self._message(value, entry)
         elif isinstance(value, WireBytes):
             quality = self._watcher.quality
@@ -219,17 +224,17 @@ class _Gatherer:
             else:
                 data.events.append((time, value))
 
-    def _message(self, message: Message, entry: LogEntry) -> None:
-        if entry.sender is None or entry.frame is None:
-            self._watcher.sent(message, entry.time)
+    def _message(self, message: Message | None, entry: LogEntry) -> None:
+        if entry.sender is None:
+            return
+        if entry.frame is None:
+            self._watcher.sent(message, entry.topic, entry.time)
             if isinstance(message, JuniorWheels):
-                self._wheels.append((entry.time, message))
+                self.wheels.append((entry.time, message))
             return
         self._watcher.received(message, entry.sender, entry.frame, entry.time)
         if isinstance(message, RefereeState):
             self._referee(message)
-        elif isinstance(message, JuniorSensors):
-            self._sensors.append((entry.time, message))
         elif isinstance(message, ParamValue) and message.param_id:
             self._data.parameters[message.param_id] = message.param_value
 
@@ -269,18 +274,24 @@ class _Gatherer:
         data = self._data
         data.link = self._watcher.quality
         data.start, data.end = self._span or (0.0, 0.0)
-        if self._sensors:
-            messages = [message for _, message in self._sensors]
-            data.sensors = SensorTrack(
-                times=np.array([time for time, _ in self._sensors]),
-                eye=np.array([message.eye for message in messages], dtype=np.float64),
-                floor=np.array([message.floor for message in messages], dtype=np.float64),
-                battery=np.array([message.battery for message in messages]),
-                flags=np.array([message.flags for message in messages], dtype=np.int64),
-                wheel_times=np.array([time for time, _ in self._wheels]),
-                wheels=np.array([(*message.speed, message.duration) for _, message in self._wheels]).reshape(-1, 3),
-            )
         return data
+
+
+def _sensors(reader: LogReader, wheels: Sequence[tuple[float, JuniorWheels]]) -> SensorTrack | None:
+    entries = [(entry.time, entry.value) for entry in reader.entries([SENSORS])]
+    readings = [(time, value) for time, value in entries if isinstance(value, JuniorSensors)]
+    if not readings:
+        return None
+    messages = [message for _, message in readings]
+    return SensorTrack(
+        times=np.array([time for time, _ in readings]),
+        eye=np.array([message.eye for message in messages], dtype=np.float64),
+        floor=np.array([message.floor for message in messages], dtype=np.float64),
+        battery=np.array([message.battery for message in messages]),
+        flags=np.array([message.flags for message in messages], dtype=np.int64),
+        wheel_times=np.array([time for time, _ in wheels]),
+        wheels=np.array([(*message.speed, message.duration) for _, message in wheels]).reshape(-1, 3),
+    )
 
 
 def _object(text: str) -> dict[str, Any] | None:

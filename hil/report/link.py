@@ -21,7 +21,7 @@ class LinkQuality:
         lost: Frames missing by their sequence numbers, damaged ones included.
         duplicates: Frames that came twice.
         rejected: Pieces of wire input that were no good message, by reason.
-        sent: Messages sent, by name.
+        sent: Messages sent, by topic.
         retries: Messages sent again because no answer had come.
         bytes_received: Bytes that came over the link.
         bytes_sent: Bytes that went out.
@@ -66,11 +66,11 @@ class LinkWatcher:
         self._asked: dict[tuple[int, int], tuple[float, bool]] = {}
         self._compared: dict[int, float] = {}
 
-    def received(self, message: Message, sender: tuple[int, int], frame: int, time: float) -> None:
+    def received(self, message: Message | None, sender: tuple[int, int], frame: int, time: float) -> None:
         """A good frame came.
 
         Args:
-            message: What it held.
+            message: What it held; None where it was not read.
             sender: System and component.
             frame: Its sequence number.
             time: Log time in s.
@@ -93,15 +93,18 @@ class LinkWatcher:
         elif isinstance(message, JuniorStatus):
             quality.robot = message
 
-    def sent(self, message: Message, time: float) -> None:
+    def sent(self, message: Message | None, topic: str, time: float) -> None:
         """A message was sent.
 
         Args:
-            message: The message.
+            message: The message; None where it was not read.
+            topic: Its topic.
             time: Log time in s.
         """
         quality = self.quality
-        quality.sent[message.NAME] += 1
+        quality.sent[topic] += 1
+        if message is None:
+            return
         if message.NUMBERED:
             numbered: Any = message
             key = (numbered.session, numbered.sequence)

@@ -13,7 +13,15 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, JuniorStatus
 from firmware_protocol.wire import Message, Wire, wire_fields
-from hil.mcaplog.encode import compile_encoder, rebuild, sender_suffix, step_encoder, varint, wire_encoder
+from hil.mcaplog.encode import (
+    compile_encoder,
+    compile_rebuilder,
+    read_sender,
+    sender_suffix,
+    step_encoder,
+    varint,
+    wire_encoder,
+)
 from hil.mcaplog.records import RECORDS, BridgeStep, EventRecord, TrialRecord, WireBytes
 from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
 
@@ -52,8 +60,10 @@ def _value(wire: Wire, side: int) -> object:
 def test_every_message_survives(kind: type[Message], side: int) -> None:
     schema = message_schema(kind)
     message = sample(kind, side)
-    parsed = parse(schema, compile_encoder(schema)(message) + sender_suffix(1, 25, 7))
-    assert rebuild(schema, parsed) == message
+    data = compile_encoder(schema)(message) + sender_suffix(1, 25, 7)
+    assert read_sender(data) == ((1, 25), 7)
+    parsed = parse(schema, data)
+    assert compile_rebuilder(schema)(parsed) == message
     assert (parsed.sender_system, parsed.sender_component, parsed.frame) == (1, 25, 7)
 
 
@@ -62,7 +72,7 @@ def test_what_is_not_available_is_nan_in_the_log_and_none_in_python() -> None:
     message = sample(JuniorManeuverResult, 0)
     parsed = parse(schema, compile_encoder(schema)(message))
     assert all(math.isnan(value) for value in parsed.travel)
-    rebuilt = rebuild(schema, parsed)
+    rebuilt = compile_rebuilder(schema)(parsed)
     assert isinstance(rebuilt, JuniorManeuverResult)
     assert rebuilt.travel == (None,) * 8
 
@@ -103,7 +113,16 @@ def test_every_record_has_a_schema_that_stock_tools_take(record: type) -> None:
 )  # fmt: skip
 def test_records_survive(record: object) -> None:
     schema = record_schema(type(record))
-    assert rebuild(schema, parse(schema, compile_encoder(schema)(record))) == record
+    assert compile_rebuilder(schema)(parse(schema, compile_encoder(schema)(record))) == record
+
+
+@pytest.mark.parametrize("data", [b"", b"x" * 17, b"x" * 18, b"x" * 100])
+def test_what_is_no_robot_message_has_no_sender(data: bytes) -> None:
+    assert read_sender(data) is None
+
+
+def test_the_sender_of_a_sent_message_has_no_frame() -> None:
+    assert read_sender(b"abc" + sender_suffix(255, 190)) == ((255, 190), None)
 
 
 def test_a_field_that_a_log_cannot_hold_is_a_programming_error() -> None:
