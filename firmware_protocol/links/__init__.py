@@ -2,7 +2,7 @@
 
 from firmware_protocol.links.faulty import FaultCounts, FaultSpec, FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
-from firmware_protocol.links.serial import SerialLink, serial_ports
+from firmware_protocol.links.serial import SerialLink, SerialPort, list_ports
 from firmware_protocol.links.tcp import TcpLink
 from firmware_protocol.links.udp import UdpLink
 
@@ -12,8 +12,9 @@ __all__ = [
     "FaultyLink",
     "MemoryLink",
     "SerialLink",
+    "SerialPort",
     "Steppable",
     "TcpLink",
     "UdpLink",
-    "serial_ports",
+    "list_ports",
 ]

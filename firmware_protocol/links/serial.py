@@ -43,16 +43,11 @@ class SerialPort:
 
 def list_ports() -> list[SerialPort]:
     """The serial ports of this machine, by name."""
-    found = [
-        SerialPort(str(port.device), "" if port.description in {None, "n/a"} else str(port.description), port.serial_number or "")
-        for port in serial.tools.list_ports.comports()
-    ]
+    found = []
+    for port in serial.tools.list_ports.comports():
+        description = "" if port.description in {None, "n/a"} else str(port.description)
+        found.append(SerialPort(str(port.device), description, port.serial_number or ""))
     return sorted(found, key=lambda port: port.device)
-
-
-def serial_ports() -> list[str]:
-    """Names of the serial ports this machine has, sorted."""
-    return sorted(str(port.device) for port in serial.tools.list_ports.comports())
 
 
 def _open_error(url: str, port: str, error: OSError) -> LinkOpenError:
@@ -72,7 +67,7 @@ def _open_error(url: str, port: str, error: OSError) -> LinkOpenError:
             f"Join the group that owns it: `sudo usermod -aG {group} $USER` (`uucp` on Arch), then log in again",
         )
     if code in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text:
-        present = serial_ports()
+        present = [port.device for port in list_ports()]
         remedy = (
             f"Present are: {', '.join(present)}" if present else "This machine has no serial port: is the robot plugged in?"
         )

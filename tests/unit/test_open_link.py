@@ -15,6 +15,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.link import open_link
 from firmware_protocol.links import serial as serial_link
+from firmware_protocol.links.serial import SerialPort
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -73,14 +74,14 @@ def test_wrong_addresses_are_refused_with_a_remedy(url: str, said: str) -> None:
 
 
 def test_a_missing_port_is_told_with_those_present(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serial_link, "serial_ports", lambda: ["/dev/ttyUSB7"])
+    monkeypatch.setattr(serial_link, "list_ports", lambda: [SerialPort("/dev/ttyUSB7", "", "")])
     with pytest.raises(LinkOpenError, match="there is no port /dev/nosuch") as caught:
         open_link("serial:///dev/nosuch:115200")
     assert "/dev/ttyUSB7" in caught.value.remedy
 
 
 def test_no_port_at_all_asks_whether_the_robot_is_plugged_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(serial_link, "serial_ports", list)
+    monkeypatch.setattr(serial_link, "list_ports", list)
     with pytest.raises(LinkOpenError, match="plugged in"):
         open_link("serial:///dev/nosuch:115200")
 
