@@ -35,6 +35,7 @@ typedef struct { host_io io; ...; } host_robot;
 void host_power_on(host_robot *r, uint64_t micros);
 uint32_t host_tick(host_robot *r, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
 void host_cut_power(host_robot *r, int32_t writes);
+void host_slow_down(host_robot *r, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
 uint8_t host_state(const host_robot *r);
 uint32_t host_nvm_writes(const host_robot *r);
 """

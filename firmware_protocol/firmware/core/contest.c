@@ -22,7 +22,8 @@ uint8_t contest_begin(struct junior *robot, uint16_t countdown)
     return reason;
 }
 
-/* What memory says to (previous, current), else to current whatever came before, else to what the eyes see, else: look around. */
+/* What memory says to (previous, current); else to current, whatever came before; else to what the eyes see of it;
+ * else: look around. */
 static void choose(struct junior *robot, struct maneuver_plan *plan)
 {
     uint8_t current = sensing_stimulus(robot);

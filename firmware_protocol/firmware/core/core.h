@@ -9,6 +9,7 @@
 /* time.c */
 void time_start(struct junior *robot);
 void time_tick(struct junior *robot);
+void time_measure_load(struct junior *robot);
 bool time_due(const struct junior *robot, uint32_t deadline);
 
 /* frame.c: bytes to messages. frame_receive calls protocol_handle for every good frame. */
@@ -61,6 +62,7 @@ uint8_t sensing_off_ring(const struct junior *robot); /* bit 0 left, bit 1 right
 
 /* maneuver.c, reflex.c */
 bool maneuver_valid(const struct maneuver_plan *plan);
+bool maneuver_read(struct maneuver_plan *plan, uint16_t period, uint16_t options, uint8_t count, const uint8_t *codes);
 void maneuver_begin(struct junior *robot, const struct maneuver_plan *plan, bool reported, uint16_t sequence);
 void maneuver_step(struct junior *robot);
 void maneuver_end(struct junior *robot, uint8_t outcome, uint8_t reason);      /* by what the states decided */
@@ -91,17 +93,22 @@ void params_list_step(struct junior *robot);
 enum { RECORD_BOOTS, RECORD_PARAMS, RECORD_SIZE = 14 };
 enum record_state { RECORD_BLANK, RECORD_GOOD, RECORD_SPOILT };
 bool nvm_idle(const struct junior *robot);
-void nvm_begin(struct junior *robot, uint16_t address, uint8_t length); /* writes robot->nvm.data; its last byte is the mark */
+void nvm_begin(struct junior *robot, uint16_t address, uint8_t length); /* writes nvm.data; its last byte is the mark */
 void nvm_step(struct junior *robot);
 void nvm_flush(struct junior *robot);
-uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4]); /* enum record_state */
+uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4]); /* record_state */
 void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const uint8_t value[4]);
 
 /* memory.c */
-enum { MEMORY_SLOT_SIZE = 16, MEMORY_ADDRESS = HAL_NVM_SIZE - (MEMORY_SLOTS + 1) * MEMORY_SLOT_SIZE, MEMORY_NONE = 0xFF };
+enum {
+    MEMORY_SLOT_SIZE = 16,
+    MEMORY_ADDRESS = HAL_NVM_SIZE - (MEMORY_SLOTS + 1) * MEMORY_SLOT_SIZE,
+    MEMORY_NONE = 0xFF,
+};
 void memory_load(struct junior *robot);
 uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current); /* slot, or MEMORY_NONE */
 bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan);
+bool memory_ready(const struct junior *robot); /* nothing is being stored */
 uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_write_t *request);
 uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_read_t *request);
 void memory_step(struct junior *robot);

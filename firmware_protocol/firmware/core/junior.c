@@ -65,6 +65,6 @@ void junior_tick(struct junior *robot)
     stream_step(robot);
     params_list_step(robot);
     notice_step(robot);
-    robot->time.load = (uint16_t)((uint16_t)(hal_micros(robot->board) - robot->time.power_on - robot->time.micros) / TICK_MS);
+    time_measure_load(robot);
     restart(robot);
 }

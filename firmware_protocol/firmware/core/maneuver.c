@@ -63,6 +63,16 @@ bool maneuver_valid(const struct maneuver_plan *plan)
     return true;
 }
 
+/* Takes a plan from the fields of a message. */
+bool maneuver_read(struct maneuver_plan *plan, uint16_t period, uint16_t options, uint8_t count, const uint8_t *codes)
+{
+    plan->period = period;
+    plan->options = (uint8_t)(options > 15 ? 255 : options);
+    plan->count = count;
+    memcpy(plan->actions, codes, MAX_ACTIONS);
+    return maneuver_valid(plan);
+}
+
 /* The caller has put the robot into PERFORMING or CONTEST. */
 void maneuver_begin(struct junior *robot, const struct maneuver_plan *plan, bool reported, uint16_t sequence)
 {

@@ -137,7 +137,7 @@ uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current)
     uint8_t slot;
 
     for (slot = 0; slot < PHYSICAL; slot++) {
-        if (is_valid(robot, slot) && read(robot, slot, AT_CURRENT) == current && read(robot, slot, AT_PREVIOUS) == previous) {
+        if (is_valid(robot, slot) && key(robot, slot) == (uint16_t)((uint16_t)previous << 8 | current)) {
             return slot;
         }
     }
@@ -197,14 +197,19 @@ static void write(struct junior *robot, const mavlink_junior_memory_write_t *req
     nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE), MEMORY_SLOT_SIZE);
 }
 
-/* A Reason; or ANSWER_PENDING: memory_step answers when the bytes are where they belong. */
+bool memory_ready(const struct junior *robot)
+{
+    return robot->memory.job == JOB_NONE && nvm_idle(robot);
+}
+
+/* A Reason; or ANSWER_PENDING: memory_step answers when the bytes are where they belong. Wants memory_ready. */
 uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_write_t *request)
 {
     struct memory *memory = &robot->memory;
-    uint8_t old;
+    struct maneuver_plan plan;
+    uint8_t old, turn;
 
-    if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST || memory->job != JOB_NONE
-        || !nvm_idle(robot)) {
+    if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST) {
         return JUNIOR_REASON_BUSY;
     }
     memory->sequence = request->sequence;
@@ -224,16 +229,8 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
         memory->old = MEMORY_NONE;
         return ANSWER_PENDING;
     }
-    {
-        struct maneuver_plan plan;
-
-        plan.period = request->period;
-        plan.options = (uint8_t)(request->options > 15 ? 255 : request->options);
-        plan.count = request->count;
-        memcpy(plan.actions, request->actions, MAX_ACTIONS);
-        if (!maneuver_valid(&plan)) {
-            return JUNIOR_REASON_BAD_VALUE;
-        }
+    if (!maneuver_read(&plan, request->period, request->options, request->count, request->actions)) {
+        return JUNIOR_REASON_BAD_VALUE;
     }
     if (old == MEMORY_NONE && memory->used >= MEMORY_SLOTS) {
         return JUNIOR_REASON_MEMORY_FULL;
@@ -241,7 +238,8 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
     memory->old = old;
     memory->slot = free_slot(robot);
     memory->job = JOB_WRITE;
-    write(robot, request, memory->slot, old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> 4) + 1) % TURNS));
+    turn = old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> 4) + 1) % TURNS);
+    write(robot, request, memory->slot, turn);
     return ANSWER_PENDING;
 }
 
@@ -291,12 +289,12 @@ uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_rea
 {
     mavlink_junior_memory_entry_t entry;
     struct maneuver_plan plan;
+    uint16_t wanted = (uint16_t)((uint16_t)request->previous << 8 | request->current);
     uint8_t index = 0;
     uint8_t slot;
 
     for (slot = next_slot(robot, 0); slot != MEMORY_NONE; slot = next_slot(robot, (uint16_t)(key(robot, slot) + 1))) {
-        if (request->index == 255 ? read(robot, slot, AT_PREVIOUS) == request->previous && read(robot, slot, AT_CURRENT) == request->current
-                                  : index == request->index) {
+        if (request->index == 255 ? key(robot, slot) == wanted : index == request->index) {
             break;
         }
         index++;

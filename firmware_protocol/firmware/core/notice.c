@@ -21,7 +21,8 @@ static void watch_battery(struct junior *robot)
 
     if (sensing->battery >= (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
         sensing->battery_good = robot->time.now;
-    } else if (robot->time.now - sensing->battery_good >= BATTERY_STEADY_MS && time_due(robot, robot->notices.battery_next)) {
+    } else if (robot->time.now - sensing->battery_good >= BATTERY_STEADY_MS
+               && time_due(robot, robot->notices.battery_next)) {
         robot->notices.battery_next = robot->time.now + BATTERY_APART_MS;
         notice_raise(robot, NOTICE_BATTERY);
     }

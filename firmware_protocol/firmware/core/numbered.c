@@ -67,11 +67,7 @@ static uint8_t perform(struct junior *robot, const mavlink_junior_maneuver_t *re
     struct maneuver_plan plan;
     uint8_t reason;
 
-    plan.period = request->period;
-    plan.options = (uint8_t)(request->options > 15 ? 255 : request->options);
-    plan.count = request->count;
-    memcpy(plan.actions, request->actions, MAX_ACTIONS);
-    if (!maneuver_valid(&plan)) {
+    if (!maneuver_read(&plan, request->period, request->options, request->count, request->actions)) {
         return JUNIOR_REASON_BAD_VALUE;
     }
     reason = states_fire(robot, EVENT_PERFORM, JUNIOR_REASON_BY_COMMAND);
@@ -193,6 +189,9 @@ void numbered_handle(struct junior *robot, uint16_t id, const union inbound *mes
     if ((int16_t)(uint16_t)(sequence - session->last) <= 0) {
         acknowledge(robot, id, session_id, sequence, JUNIOR_REASON_OLD_SEQUENCE);
         return;
+    }
+    if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE && !memory_ready(robot)) {
+        return; /* still storing something: the host will repeat it */
     }
     remember(session, id, sequence);
     reason = act(robot, id, message);

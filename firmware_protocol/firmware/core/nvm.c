@@ -88,7 +88,8 @@ static uint8_t read_copy(struct junior *robot, uint16_t address, uint16_t seed, 
 }
 
 /* The copy that holds: 0 or 1; *state says whether any does. */
-static uint8_t newest_copy(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4], uint8_t *turn, uint8_t *state)
+static uint8_t newest_copy(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4], uint8_t *turn,
+                           uint8_t *state)
 {
     uint8_t other[4], other_turn, other_state;
 

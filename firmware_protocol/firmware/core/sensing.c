@@ -37,7 +37,8 @@ static void read_floor(struct junior *robot, uint8_t side)
 
     sensing->floor[side] = hal_floor(robot->board, side);
     above = (int16_t)sensing->floor[side] >= params_get(robot, floor_off[side]);
-    put(sensing, (uint16_t)(JUNIOR_SENSOR_FLAG_OFF_RING_LEFT << side), above != (params_get(robot, PARAM_FLOOR_INVERT) != 0));
+    put(sensing, (uint16_t)(JUNIOR_SENSOR_FLAG_OFF_RING_LEFT << side),
+        above != (params_get(robot, PARAM_FLOOR_INVERT) != 0));
 }
 
 /* A switch counts once it has been steady for ARM_DEBOUNCE; pressed for ARM_HOLD, it holds. */

@@ -18,6 +18,14 @@ void time_tick(struct junior *robot)
     time->carry = (uint16_t)(passed % 1000U);
 }
 
+/* At the end of a control period: what share of it was used. */
+void time_measure_load(struct junior *robot)
+{
+    uint16_t used = (uint16_t)(hal_micros(robot->board) - robot->time.power_on - robot->time.micros);
+
+    robot->time.load = (uint16_t)(used / TICK_MS);
+}
+
 bool time_due(const struct junior *robot, uint32_t deadline)
 {
     return (int32_t)(robot->time.now - deadline) >= 0;

@@ -84,15 +84,21 @@ int16_t hal_read(void *board)
 
 uint16_t hal_write_room(void *board)
 {
-    return (uint16_t)(sizeof host_of(board)->io.tx - host_of(board)->io.tx_len);
+    const host_robot *host = host_of(board);
+
+    if (host->tx_buffer > 0) {
+        return (uint16_t)(host->tx_buffer - host->tx_backlog);
+    }
+    return (uint16_t)(sizeof host->io.tx - host->io.tx_len);
 }
 
 void hal_write(void *board, const uint8_t *data, uint8_t length)
 {
-    host_io *io = &host_of(board)->io;
+    host_robot *host = host_of(board);
 
-    memcpy(io->tx + io->tx_len, data, length);
-    io->tx_len += length;
+    memcpy(host->io.tx + host->io.tx_len, data, length);
+    host->io.tx_len += length;
+    host->tx_backlog += length;
 }
 
 uint8_t hal_nvm_read(void *board, uint16_t address)
@@ -102,14 +108,16 @@ uint8_t hal_nvm_read(void *board, uint16_t address)
 
 bool hal_nvm_ready(void *board)
 {
-    (void)board;
-    return true;
+    return host_of(board)->nvm_per_tick == 0 || host_of(board)->nvm_left > 0;
 }
 
 void hal_nvm_write(void *board, uint16_t address, uint8_t value)
 {
     host_robot *host = host_of(board);
 
+    if (host->nvm_left > 0) {
+        host->nvm_left--;
+    }
     if (host->writes_left == 0) {
         return;
     }
@@ -132,6 +140,8 @@ void host_power_on(host_robot *host, uint64_t micros)
     host->rx_len = 0;
     host->writes_left = -1;
     host->writes = 0;
+    host_slow_down(host, 0, 0, 0);
+    host->tx_backlog = 0;
     host->io.tx_len = 0;
     host->io.reboot = 0;
     junior_power_on(&host->robot, host);
@@ -143,6 +153,8 @@ uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_
     host->rx = rx;
     host->rx_len = rx_len;
     host->io.tx_len = 0;
+    host->nvm_left = host->nvm_per_tick;
+    host->tx_backlog -= host->tx_backlog < host->tx_per_tick ? host->tx_backlog : host->tx_per_tick;
     junior_tick(&host->robot);
     host->rx = NULL;
     host->rx_len = 0;
@@ -152,6 +164,14 @@ uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_
 void host_cut_power(host_robot *host, int32_t writes)
 {
     host->writes_left = writes;
+}
+
+void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick)
+{
+    host->nvm_per_tick = nvm_per_tick;
+    host->tx_buffer = tx_buffer;
+    host->tx_per_tick = tx_per_tick;
+    host->tx_backlog = 0;
 }
 
 uint8_t host_state(const host_robot *host)

@@ -32,6 +32,8 @@ typedef struct {
     uint32_t rx_len;
     int32_t writes_left; /* non-volatile bytes that can be written before the power fails; negative: it does not */
     uint32_t writes;     /* non-volatile bytes written since power-on: wear */
+    uint32_t nvm_per_tick, nvm_left;             /* bytes that can be written in a tick; 0: any number */
+    uint32_t tx_buffer, tx_per_tick, tx_backlog; /* bytes; 0: no buffer behind io.tx, which is emptied in every tick */
 } host_robot;
 
 /* Boots: reads io.nvm, counts the boot, comes up disarmed. */
@@ -42,6 +44,10 @@ uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_
 
 /* From now on, non-volatile writes beyond this many bytes are lost, as in a power cut; negative: no cut. */
 void host_cut_power(host_robot *host, int32_t writes);
+
+/* From now on, writing is as slow as on a micro-controller: this many non-volatile bytes a tick, a buffer of this many
+ * bytes to send through, of which this many leave in a tick. 0: as fast as ever. */
+void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
 
 /* What tests look at. */
 uint8_t host_state(const host_robot *host);
