@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 
 from firmware_protocol.errors import HilError, PeerError, RefusedError
 from firmware_protocol.messages import Reason
@@ -206,6 +206,7 @@ class Exchanges:
         self._counters = counters
         self._retry = retry
         self._active: list[Exchange[object]] = []
+        self._busy: set[Hashable] = set()
         self._waiting: dict[Hashable, deque[Exchange[object]]] = {}
         self._free_from: dict[Hashable, float] = {}
         self.next_due = NEVER
@@ -228,8 +229,14 @@ class Exchanges:
             EncodeError: The wire cannot carry it: found here, where it is asked, and not when its turn comes.
         """
         PAYLOADS[exchange.question.ID].pack(exchange.question)
-        self._waiting.setdefault(exchange.lane, deque()).append(exchange)  # type: ignore[arg-type]
-        self.next_due = NOW
+        lane, asked = exchange.lane, cast("Exchange[object]", exchange)
+        if lane in self._busy or lane in self._free_from:
+            self._waiting.setdefault(lane, deque()).append(asked)
+            self._sweep()
+        else:
+            self._active.append(asked)
+            self._busy.add(lane)
+            self.next_due = NOW
         return exchange.ticket
 
     def drop(self, kind: type[Exchange[T]], component: int, error: HilError) -> None:
@@ -257,18 +264,22 @@ class Exchanges:
         out: list[Message] = []
         if now < self.next_due:
             return out
-        self._promote(now)
+        if self._waiting or self._free_from:
+            self._promote(now)
+        soonest, ended = NEVER, bool(self._waiting)
         for exchange in self._active:
-            if exchange.due > now:
-                continue
-            if exchange.tries >= self._retry.tries:
-                waited = now - exchange.sent_first
-                exchange.fail(PeerError(f"{self._label} {exchange.waits_for} ({self._retry.tries} tries, {waited:.1f} s)"))
-                continue
-            out += exchange.ask(now, self._retry)
-            self._counters.retries += exchange.repeated
-        self._sweep()
-        self._promote(now)
+            if exchange.due <= now:
+                if exchange.tries >= self._retry.tries:
+                    waited = now - exchange.sent_first
+                    exchange.fail(PeerError(f"{self._label} {exchange.waits_for} ({exchange.tries} tries, {waited:.1f} s)"))
+                    ended = True
+                    continue
+                out += exchange.ask(now, self._retry)
+                self._counters.retries += exchange.repeated
+            soonest = min(soonest, exchange.due)
+        self.next_due = soonest
+        if ended:
+            self._sweep()
         return out
 
     def answer(self, received: Received) -> bool:
@@ -287,7 +298,10 @@ class Exchanges:
                     ended = exchange.ticket.done or not exchange.blocking
                     if blocking and ended and not exchange.repeated:
                         self._counters.answered(received.time - exchange.sent_first)
-                    self._sweep()
+                    if ended:
+                        self._sweep()
+                    else:
+                        self.next_due = min(self.next_due, exchange.due)
                     return True
                 self.next_due = min(self.next_due, exchange.due)  # it may have learnt something all the same
         return False
@@ -312,26 +326,21 @@ class Exchanges:
             if exchange.hold and exchange.ticket.done and exchange.repeated:
                 self._free_from[exchange.lane] = exchange.sent_last + exchange.hold
         self._active = [exchange for exchange in self._active if not exchange.ticket.done]
-        busy = {exchange.lane for exchange in self._active if exchange.blocking}
+        self._busy = {exchange.lane for exchange in self._active if exchange.blocking}
         soonest = min((exchange.due for exchange in self._active), default=NEVER)
         for lane, queue in list(self._waiting.items()):
             while queue and queue[0].ticket.done:
                 queue.popleft()
             if not queue:
                 del self._waiting[lane]
-            elif lane not in busy:
+            elif lane not in self._busy:
                 soonest = min(soonest, self._free_from.get(lane, NOW))
         self.next_due = soonest
 
     def _promote(self, now: float) -> None:
         """Let the first of every free lane begin."""
-        if not self._waiting:
-            return
-        busy = {exchange.lane for exchange in self._active if exchange.blocking}
-        for lane, queue in list(self._waiting.items()):
-            while queue and queue[0].ticket.done:
-                queue.popleft()
-            if queue and lane not in busy and self._free_from.get(lane, NOW) <= now:
+        self._free_from = {lane: time for lane, time in self._free_from.items() if time > now}
+        for lane, queue in self._waiting.items():
+            if queue and lane not in self._busy and lane not in self._free_from:
                 self._active.append(queue.popleft())
-                self._free_from.pop(lane, None)
-        self._sweep()
+                self._busy.add(lane)

@@ -185,6 +185,7 @@ class Peer(Requests):
         self._heartbeat_due = NOW
         self._timesync_due = NOW
         self._silence_due = now + SILENCE
+        self._timer_due = NOW
 
     @property
     def ready(self) -> bool:
@@ -259,11 +260,10 @@ class Peer(Requests):
         """When `due` must be called next, in s; it may be called earlier."""
         if self._outbox:
             return NOW
-        due = min(self._exchanges.next_due, self._heartbeat_due, self._silence_due)
-        if self.armed:
-            due = min(due, self._sent + KEEP_ALIVE)
-        if self.state is PeerState.READY:
-            due = min(due, self._timesync_due)
+        due = self._exchanges.next_due
+        due = min(due, self._timer_due)
+        if self.armed and self._sent + KEEP_ALIVE < due:
+            due = self._sent + KEEP_ALIVE
         return due
 
     def due(self, now: float) -> list[Message]:
@@ -276,20 +276,14 @@ class Peer(Requests):
             Messages in order; they count as sent.
         """
         if now >= self._silence_due:
-            self._silence_due = self._heard + SILENCE
-            if now >= self._silence_due:
-                self._silence_due = now + SILENCE
-                self._move(Input.SILENCE, now)
+            self._watch_silence(now)
         out, self._outbox = self._outbox, []
-        out += self._exchanges.due(now)
-        self._follow(now)
-        if self.state is PeerState.READY and now >= self._timesync_due:
-            self._timesync_due = now + TIMESYNC_PERIOD
-            out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
+        if now >= self._exchanges.next_due:
+            out += self._exchanges.due(now)
+            self._follow(now)
         starving = self.armed and not out and now >= self._sent + KEEP_ALIVE
-        if now >= self._heartbeat_due or starving:
-            self._heartbeat_due = now + HEARTBEAT_PERIOD
-            out.append(HOST_HEARTBEAT)
+        if now >= self._timer_due or starving:
+            out += self._timers(now, starving=starving)
         if out:
             self._sent = now
         return out
@@ -302,12 +296,39 @@ class Peer(Requests):
         """
         self._sent = now
         self._heartbeat_due = now + HEARTBEAT_PERIOD
+        self._set_timer()
 
     def events(self) -> Sequence[Event]:
         """What has happened by mere time since the last call."""
         return self._take() if self._events else ()
 
     # --- Within ------------------------------------------------------------------------------------------------------
+
+    def _timers(self, now: float, *, starving: bool) -> list[Message]:
+        """Heartbeat and comparison of clocks, when they are due."""
+        out: list[Message] = []
+        if self.state is PeerState.READY and now >= self._timesync_due:
+            self._timesync_due = now + TIMESYNC_PERIOD
+            out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
+        if now >= self._heartbeat_due or (starving and not out):
+            self._heartbeat_due = now + HEARTBEAT_PERIOD
+            out.append(HOST_HEARTBEAT)
+        self._set_timer()
+        return out
+
+    def _set_timer(self) -> None:
+        """Note when the next of the slow timers is due."""
+        self._timer_due = min(self._heartbeat_due, self._silence_due)
+        if self.state is PeerState.READY:
+            self._timer_due = min(self._timer_due, self._timesync_due)
+
+    def _watch_silence(self, now: float) -> None:
+        """See whether the robot has been heard lately."""
+        self._silence_due = self._heard + SILENCE
+        if now >= self._silence_due:
+            self._silence_due = now + SILENCE
+            self._move(Input.SILENCE, now)
+        self._set_timer()
 
     def _take(self) -> list[Event]:
         events, self._events = self._events, []
@@ -460,6 +481,7 @@ class Peer(Requests):
         elif not self._open_session:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self._timesync_due = now
+        self._timer_due = NOW
         if self._known:
             self._events.append(PeerBack(self.system, now, self._restarted))
         else:

@@ -188,7 +188,11 @@ class Bridge:
         """When something must be sent next."""
         if not self.peers:
             return self._hello_due
-        return min([peer.next_due() for peer in self.peers.values()])
+        soonest = float("inf")
+        for peer in self.peers.values():
+            due = peer.next_due()
+            soonest = min(soonest, due)
+        return soonest
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
@@ -238,8 +242,6 @@ class Bridge:
             self._write([HOST_HEARTBEAT], now)
             return
         for peer in self.peers.values():
-            if now < peer.next_due():
-                continue
             messages = peer.due(now)
             if messages:
                 self._write(messages, now)
