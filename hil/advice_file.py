@@ -66,6 +66,8 @@ def load_advice(path: Path) -> Advice:
         data: Any = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
     except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
         raise AdviceFileError(f"{path}: {error}") from error
+    except RecursionError as error:
+        raise AdviceFileError(f"{path} is no advice: it is nested too deeply") from error
     try:
         return Advice.from_dict(data)
     except AdviceError as error:

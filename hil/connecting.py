@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
-from firmware_protocol.errors import AddressError, LinkOpenError
+from firmware_protocol.errors import AddressError
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links.faulty import FaultSpec, FaultyLink
 from firmware_protocol.mavlink import split_frames
@@ -116,7 +116,7 @@ def _emulated(address: Address, seed: int) -> tuple[Link, Clock]:
     try:
         world = junior_world(opponent=address.options.get("opponent", "flat-light"), seed=seed, referee=referee == "1")
     except ValueError as error:
-        raise LinkOpenError(address.url, str(error)) from error
+        raise AddressError(address.url, str(error)) from error
     return MemoryLink(world, address.url), world
 
 

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 def replace_file(path: Path, data: bytes) -> None:
     """Write a file by way of a temporary one beside it, so that a crash leaves the old file or the new one.
 
+    What is no regular file (a pipe, `/dev/stdout`) is written to as it is; a link's target is written, and the link kept.
+
     Args:
         path: Where to; folders are made as needed.
         data: What to write.
@@ -20,6 +22,10 @@ def replace_file(path: Path, data: bytes) -> None:
     Raises:
         OSError: It can't be written; the old file is as it was.
     """
+    if path.exists() and not path.is_file():
+        path.write_bytes(data)
+        return
+    path = path.resolve()
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

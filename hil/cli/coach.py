@@ -61,6 +61,7 @@ class Files:
 
 
 def coach(
+    context: typer.Context,
     link: common.LinkArgument = None,
     *,
     opponent: Annotated[
@@ -116,23 +117,25 @@ def coach(
 
     Examples: hil coach; hil coach serial:///dev/ttyACM0:115200 --objective contact
     """
-    if opponent is None and link is None:
-        opponent = "flat-light"
     if opponent is not None:
         common.check_opponent(opponent)
     started = time.monotonic()
     console = common.consoles(as_json=as_json, quiet=quiet)
-    stem = Path("advice") / f"{opponent or 'robot'}-{seed}"
+    here = opponent or ("robot" if link else "flat-light")
+    saved = load_checkpoint(checkpoint or _beside(here, seed, "checkpoint.json")) if resume else None
+    if saved is not None:
+        _check_resumed(context, saved)
+        opponent = saved.opponent if saved.opponent in common.OPPONENTS else opponent
+        seed, here = saved.seed, here if link else saved.opponent
+    elif link is None:
+        opponent = here
     path = common.log_path("coach", log, no_log=no_log)
     files = Files(
-        advice=advice_out or stem.with_suffix(".advice.toml"),
-        checkpoint=checkpoint or stem.with_suffix(".checkpoint.json"),
+        advice=advice_out or _beside(here, seed, "advice.toml"),
+        checkpoint=checkpoint or _beside(here, seed, "checkpoint.json"),
         log=path,
         report=path.with_name(f"{path.stem}-report") if path and report else None,
     )
-    saved = load_checkpoint(files.checkpoint) if resume else None
-    if saved is not None:
-        seed, opponent = saved.seed, opponent or (saved.opponent if link is None else None)
     try:
         settings = PalSettings(
             objective=objective or Objective.OUTCOME,
@@ -171,6 +174,32 @@ def coach(
         console.print(f"Fewer than the required {require:g} of the held-out bouts were won.")
         return common.EXIT_FELL_SHORT
     return common.EXIT_DONE
+
+
+def _beside(name: str, seed: int, kind: str) -> Path:
+    """Where a file of a run is by default."""
+    return Path("advice") / f"{name}-{seed}.{kind}"
+
+
+def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
+    """See that nothing is asked of a resumed run that it was not begun with: mixed, it would be neither run.
+
+    Args:
+        context: The command line, which knows what was given and what is a default.
+        saved: The run that was cut.
+
+    Raises:
+        UsageError: Something else is asked for.
+    """
+    begun: dict[str, object] = {**saved.pal.settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent}
+    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "period"):
+        source = context.get_parameter_source(name)
+        wanted = context.params[name]
+        if source is not None and "DEFAULT" not in source.name and wanted != begun[name]:
+            raise common.UsageError(
+                f"the run to be resumed was begun with {name} {begun[name]}, not {wanted}: leave that out, or begin anew "
+                "without --resume"
+            )
 
 
 class _Run:

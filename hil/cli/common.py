@@ -59,6 +59,11 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
         except (UsageError, HilError) as error:
             errors.print(f"hil: {error}", markup=False)
             status = EXIT_USAGE
+        except BrokenPipeError:  # who reads our output has had enough; typer ends without a word
+            raise
+        except OSError as error:
+            errors.print(f"hil: {error.filename or 'the output'} cannot be written or read: {error.strerror}", markup=False)
+            status = EXIT_FELL_SHORT
         raise typer.Exit(status or EXIT_DONE)
 
     return run

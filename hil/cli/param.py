@@ -10,6 +10,7 @@ import tomli_w
 import typer
 from rich.table import Table
 
+from firmware_protocol.errors import RefusedError
 from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
 from hil.connecting import connect
@@ -39,12 +40,15 @@ def param(
     wanted = _read(load) if load else {}
     console = common.consoles(as_json=as_json, quiet=quiet)
     with connect(link) as junior:
-        if name is not None:
-            result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}
-        else:
-            for key, number in wanted.items():
-                junior.set_parameter(key, number)
-            result = junior.parameters()
+        try:
+            if name is not None:
+                result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}
+            else:
+                for key, number in wanted.items():
+                    junior.set_parameter(key, number)
+                result = junior.parameters()
+        except RefusedError as error:
+            raise common.UsageError(str(error)) from error
     if save:
         try:
             replace_file(save, tomli_w.dumps(result).encode())
