@@ -129,28 +129,30 @@ def _every_second(times: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
-    """How long wins took, a row for each opponent.
+    """How long wins took, a row for each series and opponent with five wins or more.
 
     Args:
         bouts: Bouts played.
 
     Returns:
-        The picture; None with fewer than five wins.
+        The picture; None where no series has five wins.
     """
-    wins = [bout for bout in bouts if bout.outcome is BoutOutcome.WIN]
-    if len(wins) < 5:
+    rows: dict[str, list[float]] = {}
+    for bout in bouts:
+        if bout.outcome is BoutOutcome.WIN:
+            rows.setdefault(f"{bout.series or 'bouts'}, against {bout.opponent_name}", []).append(bout.duration)
+    rows = {name: times for name, times in rows.items() if len(times) >= 5}
+    if not rows:
         return None
-    opponents = list(dict.fromkeys(bout.opponent_name for bout in wins))
-    longest = max(bout.duration for bout in wins)
+    longest = max(max(times) for times in rows.values())
     edges = np.arange(0.0, longest + 0.5, 0.5 if longest > 4 else 0.25)
-    drawn = figure(9.0, 1.1 + 1.5 * len(opponents))
-    panels = drawn.subplots(len(opponents), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, opponent in zip(panels, opponents, strict=True):
-        times = np.array([bout.duration for bout in wins if bout.opponent_name == opponent])
+    drawn = figure(9.0, 0.7 + 1.4 * len(rows))
+    panels = drawn.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, times) in zip(panels, rows.items(), strict=True):
         axes.hist(times, bins=list(edges), color=GREEN, alpha=0.85, edgecolor="white", linewidth=0.8)
         middle = float(np.median(times))
         axes.axvline(middle, color=INK, linewidth=1.2, linestyle="--")
-        axes.set_title(f"{opponent}: {len(times)} wins, half of them within {middle:.1f} s", fontsize=9)
+        axes.set_title(f"{name[:1].upper()}{name[1:]}: {len(times)} wins, half of them within {middle:.1f} s", fontsize=9)
         axes.set_ylabel("Bouts")
         whole_numbers(axes.yaxis)
     panels[-1].set_xlabel("Time to win (s)")

@@ -1,8 +1,7 @@
-"""Pictures of learning: fitness curves, wins over the run, the maneuvers that were learnt."""
+"""Pictures of learning: wins over the run, and the maneuvers that were learnt."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,7 +9,7 @@ from matplotlib.patches import Rectangle
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Action, Speed, Stimulus
-from hil.report.style import BLUE, EYE_STYLES, GREEN, GREY, INK, PALE, VERMILLION, bare, figure, whole_numbers
+from hil.report.style import BLUE, GREEN, GREY, INK, PALE, VERMILLION, bare, figure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hil.mcaplog.records import StepRecord
     from hil.report.gather import BoutPath, RunData
 
 PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
@@ -54,76 +52,6 @@ def sort_key(category: Category) -> tuple[int, int, int]:
     return -(code & 3), code >> 2, -1 if previous == "any" else int(Stimulus.from_label(previous))
 
 
-def curves(generations: Sequence[StepRecord]) -> dict[int, dict[Category, list[StepRecord]]]:
-    """Steps by phase and category, in order.
-
-    Args:
-        generations: Steps as recorded.
-    """
-    found: dict[int, dict[Category, list[StepRecord]]] = {}
-    for step in generations:
-        found.setdefault(step.phase, {}).setdefault((step.previous, step.current), []).append(step)
-    return {phase: {key: found[phase][key] for key in sorted(found[phase], key=sort_key)} for phase in sorted(found)}
-
-
-def fitness_by_generation(data: RunData) -> Figure | None:
-    """Best fitness by generation, a panel for each phase: curves have different lengths, as in Fig. 10.7.
-
-    Args:
-        data: The run.
-
-    Returns:
-        The picture; None where nothing was learnt.
-    """
-    phases = curves(data.generations)
-    if not phases:
-        return None
-    drawn = figure(9.0, 3.7)
-    panels = drawn.subplots(1, len(phases), sharey=True, squeeze=False)[0]
-    styles = _styles([category for of_phase in phases.values() for category in of_phase])
-    for axes, (phase, of_phase) in zip(panels, phases.items(), strict=True):
-        for category, steps in of_phase.items():
-            generations, best = [step.generation for step in steps], [step.best for step in steps]
-            axes.plot(generations, best, markevery=_every(len(steps)), **styles[category])
-        axes.set_title(PHASES.get(phase, f"Phase {phase}"))
-        axes.set_xlabel("Generation of the category")
-        whole_numbers(axes.xaxis)
-    panels[0].set_ylabel("Best fitness in the generation")
-    _legend(drawn, panels)
-    return drawn
-
-
-def fitness_by_maneuvers(data: RunData) -> Figure | None:
-    """Best and mean fitness against maneuvers performed, with the phase boundary and the exam marked.
-
-    Args:
-        data: The run.
-
-    Returns:
-        The picture; None where nothing was learnt.
-    """
-    by_category: dict[Category, list[StepRecord]] = defaultdict(list)
-    for step in data.generations:
-        by_category[step.previous, step.current].append(step)
-    if not by_category:
-        return None
-    drawn = figure(9.0, 3.9)
-    axes = drawn.subplots()
-    styles = _styles(list(by_category))
-    for category in sorted(by_category, key=sort_key):
-        for phase in (1, 2):
-            steps = [step for step in by_category[category] if step.phase == phase]
-            first = phase == by_category[category][0].phase
-            style = {**styles[category], "label": styles[category]["label"] if first else None}
-            axes.plot([step.used for step in steps], [step.best for step in steps], markevery=_every(len(steps)), **style)
-    _mark_phases(axes, data)
-    axes.set_xlabel("Maneuvers performed, all categories together")
-    axes.set_ylabel("Best fitness in the generation")
-    axes.set_xlim(0, max(len(data.trials), data.generations[-1].used))
-    _legend(drawn, [axes])
-    return drawn
-
-
 def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:
     """Share of bouts won so far in a window, and every bout's outcome.
 
@@ -154,7 +82,7 @@ def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:
     axes.set_yticks([0, 0.25, 0.5, 0.75, 1.0], ["0", "25%", "50%", "75%", "100%"])
     axes.set_xlim(-0.005 * max(used.max(), 1), max(used.max(), 1) * 1.005)
     axes.set_title("Bouts won while learning")
-    _mark_phases(axes, data, labels=False)
+    mark_phases(axes, data, labels=False)
     axes.set_xlabel("Maneuvers performed" if data.trials else "Bout")
     axes.set_ylabel(f"Won, of the last {width} bouts")
     return drawn
@@ -218,19 +146,7 @@ def _speeds(parameters: dict[str, float]) -> dict[Speed, float]:
     return {speed: parameters.get(_SPEED_PARAMETERS.get(speed, ""), usual) for speed, usual in SPEEDS.items()}
 
 
-def _styles(categories: Sequence[Category]) -> dict[Category, dict[str, Any]]:
-    """Line styles by category; where several share what the eyes see, the later ones are paler."""
-    seen: dict[int, int] = defaultdict(int)
-    found = {}
-    for category in sorted(set(categories), key=sort_key):
-        eyes = eyes_of(category)
-        opacity = max(0.25, 1.0 - 0.22 * seen[eyes])
-        seen[eyes] += 1
-        found[category] = {**EYE_STYLES[eyes], "alpha": opacity, "label": category_name(category)}
-    return found
-
-
-def _mark_phases(axes: Axes, data: RunData, *, labels: bool = True) -> None:
+def mark_phases(axes: Axes, data: RunData, *, labels: bool = True) -> None:
     """Draw where phase 2 and the exam begin."""
     second = next((index for index, trial in enumerate(data.trials) if trial.phase == 2), None)
     exam = next((index for index, trial in enumerate(data.trials) if trial.exam), None)
@@ -243,26 +159,3 @@ def _mark_phases(axes: Axes, data: RunData, *, labels: bool = True) -> None:
         if labels:
             axes.annotate(text, (where, 1.0), xycoords=("data", "axes fraction"), xytext=(4, -3), textcoords="offset points",
                           va="top", fontsize=8, color="#444444")  # fmt: skip
-
-
-def _every(points: int) -> int:
-    """How many points apart markers are, so that they stay apart."""
-    return max(1, points // 12)
-
-
-def _legend(drawn: Figure, panels: Sequence[Axes]) -> None:
-    found: dict[str, Any] = {}
-    for axes in panels:
-        for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(text, handle)
-    rows = -(-len(found) // 8)
-    drawn.legend(
-        list(found.values()),
-        list(found),
-        loc="outside upper left",
-        ncols=-(-len(found) // rows),
-        title="The eyes that see it:",
-        title_fontsize=8.5,
-        alignment="left",
-        handlelength=3.2,
-    )

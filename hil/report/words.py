@@ -22,6 +22,7 @@ OBJECTIVES: Final = {
     "effective": "seeing, coming into contact, and holding while gaining ground",
     "outcome": "gaining ground, bringing the opponent nearer to the border, and winning",
 }
+OUTCOME_COLUMNS: Final = (BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW, BoutOutcome.UNDECIDED)
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
 
@@ -122,7 +123,7 @@ def _played(series: str, opponent: str, bouts: Sequence[BoutPath]) -> str:
     name = series[:1].upper() + series[1:] if series else "Bouts"
     text = f"{name}, against {opponent}: {len(wins)} of {len(over)} won"
     if over:
-        text += f", {len(wins) / len(over):.1%} (95 % interval {low:.1%} to {high:.1%})"
+        text += f", {len(wins) / len(over):.1%} (95% interval {low:.1%} to {high:.1%})"
     return text + (f", half of the wins within {median(wins):.1f} s." if wins else ".")
 
 
@@ -217,14 +218,14 @@ def bout_table(data: RunData) -> Table | None:
             (
                 series or "—",
                 opponent,
-                *(str(number) for number in (over, count[BoutOutcome.WIN], count[BoutOutcome.LOSS], count[BoutOutcome.DRAW])),
+                *(f"{number:,}" for number in (over, *(count[outcome] for outcome in OUTCOME_COLUMNS))),
                 f"{count[BoutOutcome.WIN] / over:.3f}" if over else "—",
                 f"{low:.3f} to {high:.3f}" if over else "—",
                 f"{median(wins):.2f} s" if wins else "—",
             )
         )
-    head = ("Series", "Opponent", "Bouts", "Won", "Lost", "Drawn", "Share won", "95 % interval", "Median time to win")
-    return Table("Bouts", head, tuple(rows), frozenset(range(2, 9)))
+    head = ("Series", "Opponent", "Decided", "Won", "Lost", "Drawn", "Broken off", "Share won", "95% interval", "Median win")
+    return Table("Bouts", head, tuple(rows), frozenset(range(2, 10)))
 
 
 def link_table(data: RunData) -> Table:

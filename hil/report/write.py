@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 from firmware_protocol.messages import BoutOutcome
 from hil.mcaplog.errors import LogError
 from hil.report.bout_figures import choose, times_to_win, trajectories
+from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import RunData, gather
-from hil.report.learning_figures import fitness_by_generation, fitness_by_maneuvers, maneuver_strips, wins_over_run
+from hil.report.learning_figures import maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
 from hil.report.style import png, styled
@@ -158,12 +159,14 @@ def _bouts(data: RunData) -> Section:
             "Dashed: where they started; filled: where they ended.",
         )
     played = played_bouts(data)
-    shown = choose(played, learnt=False)
+    first = [bout for bout in played if bout.series == played[0].series]
+    shown = choose(first, learnt=False)
+    name = first[0].series if first and first[0].series else "bouts"
     _add(
         section,
         "bouts",
         trajectories(shown),
-        f"A few bouts ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
+        f"A few {name} ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
     )
     _add(section, "times", times_to_win(played), "How long it took to win.")
     section.tables.append(table)

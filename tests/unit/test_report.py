@@ -1,0 +1,296 @@
+"""Reports: one page that needs nothing else, whose numbers are the log's, for every kind of log and for broken ones."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from report_logs import Wire, bout_log, coaching_log, driving_log, open_recorder
+
+from firmware_protocol.messages import BoutOutcome, JuniorStatus, OpponentCode, Timesync
+from firmware_protocol.vocabulary import ANY_STIMULUS
+from hil.mcaplog import LogError, LogReader
+from hil.report import ReportFiles, write_report
+from hil.report.bout_figures import choose, trajectories
+from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
+from hil.report.gather import BoutPath, RunData, gather
+from hil.report.learning_figures import category_name, maneuver_strips, sort_key, wins_over_run
+from hil.report.style import EYE_STYLES, png, styled
+from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
+from pal_advisor.maneuvers import GenerationRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+PNG = b"\x89PNG\r\n\x1a\n"
+WIN, LOSS, DRAW = BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW
+
+
+class Page(HTMLParser):
+    """What a page asks a browser for, and its text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.wanted: list[str] = []
+        self.text = ""
+        self._open: list[str] = []
+        self.feed(html)
+        self.balanced = not self._open
+
+    def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.wanted += [value or "" for name, value in attrs if name in {"src", "href", "srcset", "data"}]
+        if tag not in {"meta", "img", "link", "br"}:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text += data + " "
+
+
+@pytest.fixture(scope="module")
+def coached(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("coached") / "coach.mcap"
+    coaching_log(path, budget=240)
+    return path
+
+
+@pytest.fixture(scope="module")
+def report(coached: Path) -> ReportFiles:
+    return write_report(coached, coached.parent / "report")
+
+
+def test_the_page_needs_nothing_else(report: ReportFiles) -> None:
+    html = report.page.read_text("utf-8")
+    page = Page(html)
+    assert page.balanced
+    assert page.wanted
+    assert all(address.startswith("data:image/png;base64,") for address in page.wanted)
+    assert not {"script", "link", "iframe"} & set(page.tags)
+    assert "@import" not in html
+    assert not re.findall(r"url\(|https?://", html)
+
+
+def test_every_picture_is_on_the_page_and_beside_it(report: ReportFiles) -> None:
+    names = [path.stem for path in report.pictures]
+    assert names == ["maneuvers", "fitness", "learning", "wins", "trajectories", "link"]
+    assert all(path.read_bytes().startswith(PNG) for path in report.pictures)
+    html = report.page.read_text("utf-8")
+    assert html.count("data:image/png") == len(names)
+    assert json.loads(report.layout.read_text("utf-8"))["layout"]
+
+
+def test_the_numbers_are_those_of_the_log(report: ReportFiles, coached: Path) -> None:
+    entries = list(LogReader(coached).entries())
+    bouts = [json.loads(e.value.fields) for e in entries if e.topic == "/events" and e.value.kind == "bout"]
+    wins = sum(bout["outcome"] == "win" for bout in bouts)
+    page = Page(report.page.read_text("utf-8"))
+    assert f"Junior performed {sum(e.topic == '/pal/trial' for e in entries):,} maneuvers" in page.text
+    advice = json.loads(next(e.value.json for e in entries if e.topic == "/pal/advice"))
+    for entry in advice["entries"]:
+        assert " ".join(entry["actions"]) in page.text
+        assert f"{entry['fitness']:.2f}" in page.text
+    frames = sum(e.frame is not None for e in entries)
+    assert f"The link carried {frames:,} good frames" in page.text
+    table = bout_table(gather(coached))
+    assert table is not None
+    assert table.rows[0][:6] == ("coaching", "flat-light", str(len(bouts)), str(wins), "0", str(len(bouts) - wins))
+    assert table.rows[0][3] in page.text
+
+
+def test_each_category_s_curve_has_its_own_length(coached: Path) -> None:
+    data = gather(coached)
+    entries = [entry.value for entry in LogReader(coached).entries(["/pal/generation"])]
+    with styled():
+        drawn = fitness_by_generation(data)
+    assert drawn is not None
+    assert [axes.get_title(loc="left") for axes in drawn.axes] == ["Phase 1: basic actions", "Phase 2: fine actions"]
+    for axes, phase in zip(drawn.axes, (1, 2), strict=True):
+        lines = {str(line.get_label()): line for line in axes.get_lines()}
+        for current in ("none", "left", "right", "both"):
+            steps = [step for step in entries if step.phase == phase and step.current == current]
+            if steps:
+                assert list(np.asarray(lines[current].get_ydata())) == [step.best for step in steps]
+        assert lines["none"].get_color() == EYE_STYLES[0]["color"]
+    styles = {eyes: (style["linestyle"], style["marker"]) for eyes, style in EYE_STYLES.items()}
+    assert styles == {0: ("-", ""), 1: (":", "o"), 2: ("--", "*"), 3: ("-", "")}
+
+
+def test_the_phase_boundary_and_the_exam_are_marked(coached: Path) -> None:
+    data = gather(coached)
+    with styled():
+        drawn = fitness_by_maneuvers(data)
+    assert drawn is not None
+    (axes,) = drawn.axes
+    marks = {text.get_text(): text.xy[0] for text in axes.texts}  # type: ignore[attr-defined]
+    assert marks == {"phase 2": 96, "exam": 192}
+
+
+def test_the_effort_adds_up(coached: Path) -> None:
+    data = gather(coached)
+    table = effort_table(data)
+    assert table is not None
+    assert sum(int(row[1]) for row in table.rows) == 240
+    assert sum(int(row[3]) for row in table.rows) == len(data.generations)
+
+
+def test_bouts_are_told_by_opponent_with_intervals(tmp_path: Path) -> None:
+    outcomes = [(WIN, 2.0)] * 6 + [(LOSS, 3.0)] * 2 + [(DRAW, 15.0)] + [(WIN, 4.0)] * 5
+    opponents = [OpponentCode.FLAT_HEAVY] * 9 + [OpponentCode.POINT_LIGHT] * 5
+    bout_log(tmp_path / "bouts.mcap", outcomes, opponents)
+    report = write_report(tmp_path / "bouts.mcap", tmp_path)
+    assert report.title == "Junior’s bouts against flat-heavy and point-light"
+    assert [path.stem for path in report.pictures] == ["bouts", "times", "link"]
+    table = bout_table(gather(tmp_path / "bouts.mcap"))
+    assert table is not None
+    heavy, point = table.rows
+    assert heavy[1:] == ("flat-heavy", "9", "6", "2", "1", "0", "0.667", "0.354 to 0.879", "2.00 s")
+    assert point[1:7] == ("point-light", "5", "5", "0", "0", "0")
+    assert any("6 of 9 won, 66.7% (95% interval 35.4% to 87.9%)" in text for text in report.summary)
+
+
+def test_the_bouts_shown_are_the_telling_ones(tmp_path: Path) -> None:
+    outcomes = [(WIN, 2.0 + index / 10) for index in range(20)] + [(LOSS, 3.0), (DRAW, 15.0)]
+    bout_log(tmp_path / "bouts.mcap", outcomes)
+    bouts = gather(tmp_path / "bouts.mcap").bouts
+    shown = choose(bouts, learnt=False)
+    assert [(bout.outcome, round(bout.duration, 1)) for bout in shown] == [
+        (WIN, 2.0), (WIN, 2.1), (WIN, 3.0), (WIN, 3.9), (LOSS, 3.0), (DRAW, 15.0),
+    ]  # fmt: skip
+    assert [bout.number for bout in choose(bouts, learnt=True)] == [1, 2, 11, 12, 21, 22]
+    assert choose(bouts[:3], learnt=False) == bouts[:3]
+
+
+def test_driving_is_shown_as_sensors_and_link(tmp_path: Path) -> None:
+    driving_log(tmp_path / "drive.mcap")
+    data = gather(tmp_path / "drive.mcap")
+    assert data.sensors is not None
+    assert (len(data.sensors.times), len(data.sensors.wheel_times)) == (1000, 50)
+    link = data.link
+    assert (link.lost, sum(link.rejected.values()), link.retries, link.duplicates) == (40, 20, 10, 0)
+    assert len(link.round_trips) == 30  # those that had to be asked twice do not count
+    report = write_report(tmp_path / "drive.mcap", tmp_path)
+    assert [path.stem for path in report.pictures] == ["sensors", "link"]
+    page = Page(report.page.read_text("utf-8"))
+    assert "40 (3.70%)" in page.text
+    assert "robot 1 is lost: silent for 3 s" in page.text
+    assert data.parameters["SPD_FAST"] == 0.9
+
+
+def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
+    with open_recorder(tmp_path / "log.mcap") as recorder:
+        wire = Wire(recorder)
+        for _ in range(10):
+            wire.command(round_trip=0.02)
+            wire.now += 1.0
+            wire.down(Timesync(0, round(wire.now * 1e9), 1, 1))
+            wire.now += 0.03
+            wire.up(Timesync(5, round((wire.now - 0.03) * 1e9)))
+        status = {"good": 123, "bad_checksum": 4, "unknown": 5, "lost": 6, "boot_count": 7}
+        wire.up(JuniorStatus(**dict.fromkeys(JuniorStatus.__dataclass_fields__, 0) | status))
+    data = gather(tmp_path / "log.mcap")
+    assert sorted(data.link.round_trips) == pytest.approx([0.02] * 10 + [0.03] * 10)
+    rows = {row[0]: row[1] for row in link_table(data).rows}
+    assert rows["The robot’s count of our frames: good"] == "123"
+    assert rows["… with a bad checksum, unknown"] == "4, 5"
+    assert rows["Starts of the robot so far"] == "7"
+    assert rows["Time to an answer, of 20"] == "median 25.0 ms, 99 % 30.0 ms"
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.999])
+def test_a_log_cut_off_gives_a_report_of_what_there_is(coached: Path, tmp_path: Path, share: float) -> None:
+    data = coached.read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(data[: int(share * len(data))])
+    report = write_report(path, tmp_path / "report")
+    assert "The log is cut off" in report.summary[-1]
+    assert Page(report.page.read_text("utf-8")).balanced
+
+
+def test_an_empty_log_gives_a_report_too(tmp_path: Path) -> None:
+    open_recorder(tmp_path / "log.mcap").close()
+    report = write_report(tmp_path / "log.mcap", tmp_path)
+    assert report.pictures == ()
+    assert "Nothing was received from a robot." in report.summary
+
+
+def test_the_same_log_gives_the_same_report(coached: Path, report: ReportFiles, tmp_path: Path) -> None:
+    again = write_report(coached, tmp_path)
+    assert again.page.read_bytes() == report.page.read_bytes()
+    assert [path.read_bytes() for path in again.pictures] == [path.read_bytes() for path in report.pictures]
+
+
+def test_text_from_the_log_cannot_become_markup(tmp_path: Path) -> None:
+    with open_recorder(tmp_path / "log.mcap") as recorder:
+        recorder.note("link", "<script>alert(1)</script>")
+        recorder.metadata("config", {"seed": "<b>1</b>"})
+    html = write_report(tmp_path / "log.mcap", tmp_path).page.read_text("utf-8")
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
+
+
+def test_a_report_that_cannot_be_written_is_told_of(coached: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(LogError, match="cannot write the report"):
+        write_report(coached, tmp_path / "file")
+    with pytest.raises(LogError, match="cannot read the log"):
+        write_report(tmp_path / "nowhere.mcap", tmp_path)
+
+
+def test_many_categories_have_a_row_of_panels_for_what_the_eyes_see(tmp_path: Path) -> None:
+    with open_recorder(tmp_path / "log.mcap") as recorder:
+        for code in range(16):
+            for number in range(3):
+                recorder.generation(
+                    GenerationRecord((ANY_STIMULUS, code), 1, number, 10 * number, 10 * number, float(code), 0.0, "F F F F")
+                )
+        for previous in range(4):
+            recorder.generation(GenerationRecord((previous, 3), 2, 0, 40, 10, 5.0, 0.0, "FF FF FF FF"))
+    data = gather(tmp_path / "log.mcap")
+    with styled():
+        drawn, over = fitness_by_generation(data), fitness_by_maneuvers(data)
+        assert drawn is not None
+        assert over is not None
+        assert png(drawn).startswith(PNG)
+        assert png(over).startswith(PNG)
+    assert len(drawn.axes) == 8
+    assert len(over.axes) == 4
+    assert len(drawn.axes[0].get_lines()) == 4
+    assert [str(line.get_label()) for line in drawn.axes[1].get_lines()] == [
+        "before: none", "before: left", "before: right", "before: both",
+    ]  # fmt: skip
+
+
+def test_categories_have_names_and_an_order() -> None:
+    assert category_name(("any", "left")) == "left"
+    assert category_name(("right", "both+touch-left")) == "both, touch left, before: right"
+    assert sorted([("any", "none"), ("any", "both"), ("left", "both")], key=sort_key) == [
+        ("any", "both"), ("left", "both"), ("any", "none"),
+    ]  # fmt: skip
+
+
+def test_a_run_that_learnt_nothing_has_no_pictures_of_learning(tmp_path: Path) -> None:
+    data = RunData(tmp_path)
+    pictures = (fitness_by_generation(data), fitness_by_maneuvers(data), maneuver_strips(data), wins_over_run(data, data.bouts))
+    assert pictures == (None,) * 4
+    assert learnt_table(data) is None
+    assert effort_table(data) is None
+    assert summary(data)
+
+
+def test_a_bout_of_an_opponent_nobody_knows_is_drawn_without_it() -> None:
+    path = np.zeros((2, 3))
+    bout = BoutPath(1, "", 99, WIN, 1.0, 0, np.array([0.0, 1.0]), path, path)
+    assert bout.opponent_name == "number 99"
+    with styled():
+        drawn = trajectories([bout])
+    assert drawn is not None
+    assert len(drawn.axes[0].patches) == 3  # the ring, and Junior at the start and at the end
