@@ -1,4 +1,4 @@
-"""Options of the test suite."""
+"""Options of the test suite; `--hil-link` comes with the package's own pytest plugin."""
 
 from __future__ import annotations
 
@@ -8,10 +8,6 @@ import pytest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--hil-link", metavar="URL", help="run the hardware tests with the robot at this address")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: Sequence[pytest.Item]) -> None:
