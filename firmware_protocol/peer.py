@@ -10,6 +10,7 @@ A robot that has restarted goes through the handshake again, with a new session.
 
 from __future__ import annotations
 
+from collections import deque
 from enum import Enum, auto
 from typing import TYPE_CHECKING, Final
 
@@ -55,6 +56,8 @@ _ARMED_FLAG: Final = 128
 _GROUND_STATION: Final = 6
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
+_RECENT: Final = 32
+"""A frame that comes twice does so within so many."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
 
@@ -111,7 +114,6 @@ TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
     (PeerState.READY, Input.SILENCE): PeerState.LOST,
     (PeerState.READY, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.LOST, Input.HEARD): PeerState.CHECKING,
-    (PeerState.LOST, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.CHECKING, Input.SAME_BOOT): PeerState.READY,
     (PeerState.CHECKING, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.CHECKING, Input.NO_ANSWER): PeerState.LOST,
@@ -120,6 +122,24 @@ TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
     (PeerState.REFUSED, Input.SILENCE): PeerState.SILENT,
 }
 """Every transition; an input that is not here changes nothing."""
+
+
+class _Stream:
+    """The frames of one component.
+
+    Args:
+        first: The first of them.
+
+    Attributes:
+        sequence: Highest sequence number so far.
+        recent: The last frames, to know one that comes twice.
+    """
+
+    __slots__ = ("recent", "sequence")
+
+    def __init__(self, first: Received) -> None:
+        self.sequence = first.sequence
+        self.recent = deque([first.raw], maxlen=_RECENT)
 
 
 class Peer(Requests):
@@ -177,7 +197,7 @@ class Peer(Requests):
         self._restarted = False
         self._events: list[Event] = []
         self._outbox: list[Message] = []
-        self._frames: dict[int, Received] = {}
+        self._streams: dict[int, _Stream] = {}
         self._robot_clock = float("-inf")
         self._heard = now
         self._sent = float("-inf")
@@ -340,24 +360,23 @@ class Peer(Requests):
         Returns:
             False for a frame that came twice.
         """
-        component = received.component
-        last = self._frames.get(component)
-        self._frames[component] = received
+        stream = self._streams.get(received.component)
+        if stream is None:
+            self.components.add(received.component)
+            self._streams[received.component] = _Stream(received)
+            self.counters.good += 1
+            return True
+        step = (received.sequence - stream.sequence) & 255
+        if step != 1:
+            if received.raw in stream.recent:
+                self.counters.duplicates += 1
+                return False
+            if step:
+                self.counters.jump(step)
+        if step < 128:
+            stream.sequence = received.sequence
+        stream.recent.append(received.raw)
         self.counters.good += 1
-        if last is None:
-            self.components.add(component)
-            return True
-        step = (received.sequence - last.sequence) & 255
-        if step == 1:
-            return True
-        if step == 0 and received.raw == last.raw:
-            self.counters.good -= 1
-            self.counters.duplicates += 1
-            return False
-        if step:
-            self.counters.jump(step)
-            if step >= 128:
-                self._frames[component] = last
         return True
 
     def _note(self, message: Message, received: Received) -> None:
@@ -414,7 +433,8 @@ class Peer(Requests):
         if ticket is None or not ticket.done:
             return
         self._handshake = None
-        if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
+        refused = isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY
+        if refused and self.state is not PeerState.CHECKING:
             self.failure = ticket.error
             self._move(Input.VERSION_BAD if self.state is PeerState.IDENTIFYING else Input.TURNED_DOWN, now)
         elif ticket.error is not None:

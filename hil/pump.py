@@ -17,6 +17,8 @@ Chunk = tuple[float, bytes]
 
 _SLICE: Final = 0.05
 """Longest read of the pump's thread, in s: so long may closing take."""
+_LIMIT: Final = 10_000
+"""Chunks held for somebody to take."""
 
 
 class Pump(Protocol):
@@ -119,7 +121,9 @@ class ThreadedPump:
         put, read, now, stopped = self._queue.put, self._link.read, self._now, self._stop.is_set
         try:
             while not stopped():
-                if data := read(_SLICE):
+                if self._queue.qsize() >= _LIMIT:  # nobody takes: let the link's own buffers fill, not ours
+                    self._stop.wait(_SLICE)
+                elif data := read(_SLICE):
                     put((now(), data))
         except LinkError as error:
             put(error)

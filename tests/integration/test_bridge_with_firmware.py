@@ -9,12 +9,15 @@ import pytest
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import split_frames
+from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
     REFEREE_COMPONENT,
     JuniorManeuverResult,
     JuniorSensors,
     JuniorStatus,
+    JuniorWheels,
     Phase,
     Reason,
     RefereeState,
@@ -191,6 +194,22 @@ def test_the_emergency_stop_acts_within_one_control_period() -> None:
     ring.ask(stop)
     assert ring.ask(ticket).outcome == Outcome.STOPPED
     assert ring.ask(ring.peer.request(JuniorStatus)).state == State.STOPPED
+
+
+def test_no_damaged_command_moves_a_wheel() -> None:
+    ring = Ring()
+    ring.ask(ring.peer.arm())
+    codec = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
+    spec = FaultSpec(corrupt=1.0)
+    damaging = FaultyLink(ring.link, spec, seed=1, clock=ring.world, split=split_frames)
+    for sequence in range(1, 3000):
+        damaging.write(codec.encode(JuniorWheels(400, sequence, (0.5, -0.5), 0.1, 1, 1)))
+        ring.run(0.005)
+        assert ring.world.device.wheels == (0.0, 0.0)
+    assert ring.peer.armed
+    ring.bridge.send(JuniorWheels(400, 3000, (0.5, -0.5), 0.1, 1, 1))
+    ring.run(0.01)
+    assert ring.world.device.wheels == (0.5, -0.5)
 
 
 def test_a_second_host_takes_over_and_the_first_is_told() -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 import pytest
 from scripted_robot import ScriptedRobot
 
+import hil.pump as pump_module
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkTimeoutError, VersionError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
@@ -537,6 +538,18 @@ def test_an_inline_pump_waits_no_longer_than_until_something_is_due() -> None:
     assert link.waited == [pytest.approx(0.2), 0.5, 0.0]
     assert pump.take(1.0, 9.0) == []
     assert isinstance(pump.error, LinkClosedError)
+    pump.close()
+
+
+def test_a_pump_that_nobody_takes_from_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "_LIMIT", 3)
+    link = Script(*[b"x"] * 10)
+    pump = ThreadedPump(link, ManualClock())
+    came = 0
+    while pump.error is None:
+        assert len(link.items) >= 6 - came
+        came += len(pump.take(1.0, float("inf")))
+    assert came == 10
     pump.close()
 
 

@@ -337,6 +337,9 @@ def test_frames_are_counted(ready: Bench) -> None:
     before = len(ready.shown)
     ready.heard(ping, step=0, raw=b"same")
     assert (counters.duplicates, len(ready.shown)) == (1, before)
+    ready.heard(ping)
+    ready.heard(ping, step=-1, raw=b"same")  # and later still
+    assert (counters.duplicates, len(ready.shown)) == (2, before + 1)
     ready.peer.reject()
     assert counters.rejected == 1
     assert 0 < counters.loss < 0.5
