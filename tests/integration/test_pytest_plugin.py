@@ -12,7 +12,7 @@ import pytest
 # Loaded before the inner runs, which forget what they have loaded themselves.
 import firmware_protocol.links.faulty  # noqa: F401
 import hil.ring
-import simdevice.server  # noqa: F401
+import simdevice.server
 import simdevice.world  # noqa: F401
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
