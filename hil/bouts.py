@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
+from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome
-from hil.ring import RingError
 from hil.statistics import Rate
 
 if TYPE_CHECKING:
@@ -101,13 +101,13 @@ def check_engagement(engagement: Engagement) -> None:
         engagement: What came of it.
 
     Raises:
-        RingError: The robot refused it or was stopped by something other than the host.
+        RefusedError: The robot refused it, or its emergency stop was pressed.
     """
     report = engagement.report
     if report.outcome is Outcome.REFUSED:
-        raise RingError(f"the robot refused a maneuver: {report.reason.name.lower().replace('_', ' ')}")
+        raise RefusedError("a maneuver", report.reason.name.lower().replace("_", " "))
     if report.outcome is Outcome.STOPPED and report.reason is Reason.EMERGENCY_STOP:
-        raise RingError("somebody pressed the emergency stop; disarm and arm the robot to go on")
+        raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
 
 
 def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[Bout]:
@@ -122,7 +122,7 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[B
         Each bout as it ends.
 
     Raises:
-        RingError: The robot was stopped by somebody.
+        RefusedError: The robot was stopped by somebody.
     """
     for number, seed in enumerate(seeds, start=1):
         current = ring.begin(seed)

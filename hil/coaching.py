@@ -108,7 +108,8 @@ class Coaching:
         """Coach until the budget is used.
 
         Raises:
-            RingError: The robot was stopped by somebody, or the objective asks for what nobody here can tell.
+            RefusedError: The robot was stopped by somebody.
+            RingError: The objective asks for what nobody here can tell.
             LinkError: The link is gone; the checkpoint holds the state at the beginning of the bout.
             PeerError: The robot is gone, likewise.
         """

@@ -226,9 +226,10 @@ class Junior:
             until: Break the maneuver off when this says so; looked at whenever something has come.
 
         Returns:
-            How it went. A maneuver that the robot does not begin is reported with outcome REFUSED.
+            How it went.
 
         Raises:
+            RefusedError: The robot does not begin it: it is not armed, or is stopped.
             ValueError: No such action, none or too many, or a period out of range.
             PeerError: The robot is gone or does not answer.
             LinkError: The link is gone.

@@ -6,6 +6,7 @@ The robot has its own watchdog and e-stop; these limits are for what a program o
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -47,13 +48,13 @@ class Limits:
             What is really to be sent: left, right, duration.
 
         Raises:
-            ValueError: A value is not a finite number (a comparison with NaN would let it through).
+            ValueError: A value is not a finite number (comparisons with NaN would let it through).
         """
-        largest = max(abs(left), abs(right))
-        if not largest < float("inf") or not 0 <= duration < float("inf"):
+        if not (isfinite(left) and isfinite(right) and isfinite(duration) and duration >= 0):
             raise ValueError(
                 f"wheel speeds and duration must be finite, the duration not negative: {left}, {right}, {duration}"
             )
+        largest = max(abs(left), abs(right))
         factor = self.speed / largest if largest > self.speed else 1.0
         return left * factor, right * factor, min(duration, self.duration)
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 import typer
 from rich.console import Console
 
-from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError
+from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.messages import OpponentCode
 
 if TYPE_CHECKING:
@@ -53,6 +53,9 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
         except AddressError as error:
             errors.print(f"hil: {error}", markup=False)
             status = EXIT_USAGE
+        except RefusedError as error:
+            errors.print(f"hil: {error}", markup=False)
+            status = EXIT_FELL_SHORT
         except (LinkError, PeerError) as error:
             errors.print(f"hil: {error}", markup=False)
             status = EXIT_NO_ROBOT
