@@ -51,7 +51,8 @@ class LogEntry:
         topic: Its topic.
         time: Log time in s.
         value: A message of `firmware_protocol.messages`, a record of `records`, or, for anything else,
-            the protobuf message as the log's own descriptor parses it. None where it was not asked for.
+            the protobuf message as the log's own descriptor parses it; the bytes where it is not
+            protobuf. None where it was not asked for.
         sender: MAVLink system and component of the sender of a robot message.
         frame: Sequence number of the frame that a received robot message came in, 0..255.
     """
@@ -255,7 +256,7 @@ def _unread(data: bytes) -> tuple[Any, ...]:
 def _decoder(record: SchemaRecord) -> _Decode:
     parse = DecoderFactory().decoder_for("protobuf", record)
     if parse is None:
-        raise ValueError(f"{record.name} is not protobuf but {record.encoding!r}")
+        return lambda data: (data,)
     known = _KNOWN.get(record.name)
     if known is None:
         return lambda data: (parse(data),)

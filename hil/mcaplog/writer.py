@@ -105,13 +105,17 @@ class LogWriter:
         """
         return self.raw_channel(topic, schema.name, schema.data)
 
-    def raw_channel(self, topic: str, schema_name: str, descriptor: bytes) -> int:
-        """As `channel`, from a ready protobuf descriptor.
+    def raw_channel(
+        self, topic: str, schema_name: str, schema: bytes, *, schema_encoding: str = "protobuf", encoding: str = "protobuf"
+    ) -> int:
+        """As `channel`, from a ready schema.
 
         Args:
             topic: Topic name.
-            schema_name: Full protobuf name.
-            descriptor: Serialized FileDescriptorSet.
+            schema_name: Full name of the schema.
+            schema: The schema; for protobuf a serialized FileDescriptorSet.
+            schema_encoding: How the schema is written.
+            encoding: How the entries are.
 
         Returns:
             Channel id for `write`.
@@ -120,10 +124,10 @@ class LogWriter:
             return self._channels[topic].id
         record = self._schemas.get(schema_name)
         if record is None:
-            record = SchemaRecord(id=len(self._schemas) + 1, data=descriptor, encoding="protobuf", name=schema_name)
+            record = SchemaRecord(id=len(self._schemas) + 1, data=schema, encoding=schema_encoding, name=schema_name)
             self._schemas[schema_name] = record
             self._buffer += _serialize(record)
-        found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding="protobuf", metadata={}, schema_id=record.id)
+        found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
         self._buffer += _serialize(found)
         return found.id

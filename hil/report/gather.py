@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SERIES: Final = "series"
 """Kind of the event that begins a series of bouts."""
-SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene"})
+SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints"})
 """Topics that tell a report nothing it does not know otherwise."""
 SENSORS: Final = "/junior/sensors"
 UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})

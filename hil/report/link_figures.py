@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import SensorFlag
-from hil.report.style import AMBER, BLUE, GREEN, GREY, INK, PURPLE, VERMILLION, figure, whole_numbers
+from hil.report.style import AMBER, BLUE, GREEN, GREY, INK, PURPLE, VERMILLION, bare, figure, whole_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,11 +75,12 @@ def _legend_beside_title(axes: Axes, columns: int) -> None:
 
 def _round_trips(axes: Axes, times: NDArray[np.float64]) -> None:
     axes.set_title("From question\nto answer")
-    axes.set_xlabel("Time (ms)")
-    axes.set_ylabel("Answers")
     if not len(times):
+        bare(axes)
         axes.text(0.5, 0.5, "no question was answered", transform=axes.transAxes, ha="center", color=GREY)
         return
+    axes.set_xlabel("Time (ms)")
+    axes.set_ylabel("Answers")
     shown = float(np.quantile(times, 0.995)) * 1.1 or 1.0
     axes.hist(np.minimum(times, shown), bins=40, range=(0.0, shown), color=BLUE, alpha=0.85)
     for value, name, line in ((float(np.median(times)), "median", "-"), (float(np.quantile(times, 0.99)), "99 %", "--")):

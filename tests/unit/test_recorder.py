@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections import Counter
 from math import sqrt
 from typing import TYPE_CHECKING, Any
@@ -93,6 +94,38 @@ def test_poses_and_outlines_follow_the_referee(tmp_path: Path) -> None:
     assert width == pytest.approx([0.14, 0.04], abs=0.002)
     cloud = values(path, "/arena/outline/ring")[0]
     assert len(cloud.data) == cloud.point_stride * 428  # the ring's border, a point every 5 mm
+
+
+def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        for index in range(11):
+            sensors = JuniorSensors(0.5, (0.25, -0.5), (index, 2), (3, 4), 7.4, 3)
+            recorder.received(Received(sensors, 1, 1, index, index * 0.02, FRAME))
+    data = values(path, "/junior/joints")
+    assert len(data) == 3  # ten a second
+    assert data[0][:4] == b"\0\1\0\0"
+    body, at = data[1][4:], 0
+
+    def take(layout: str) -> Any:  # noqa: ANN401 - whatever comes next
+        nonlocal at
+        size = struct.calcsize("<" + layout)
+        at += -at % size
+        at += size
+        return struct.unpack_from("<" + layout, body, at - size)[0]
+
+    def text() -> str:
+        nonlocal at
+        length = take("I")
+        at += length
+        return str(body[at - length : at - 1], "ascii")
+
+    assert (take("i"), take("I"), text()) == (0, 100_000_000, "")
+    assert [text() for _ in range(take("I"))] == [
+        "eye_left", "eye_right", "floor_left", "floor_right", "wheel_left", "wheel_right",
+    ]  # fmt: skip
+    assert [take("d") for _ in range(take("I"))] == [5.0, 2.0, 3.0, 4.0, 0.25, -0.5]
+    assert (take("I"), take("I"), len(body)) == (0, 0, at)
 
 
 def test_an_opponent_that_nobody_knows_is_not_drawn(tmp_path: Path) -> None:
