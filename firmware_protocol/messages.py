@@ -491,7 +491,8 @@ class JuniorStatus(Message, id=47109, direction=Direction.UP):
 class JuniorSession(Message, id=47110, direction=Direction.DOWN, numbered=True):
     """Open a session: the robot stops, disarms, and from now on takes numbered messages of this session only.
 
-    The sequence of this message is 0; the same session again is only acknowledged.
+    An emergency stop stays engaged and a contest goes on. The sequence of this message is 0; the same session again is only
+    acknowledged.
     """
 
     session: Session

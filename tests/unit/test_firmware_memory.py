@@ -140,6 +140,23 @@ def test_a_rotten_slot_is_not_there() -> None:
         assert len(contents(again)) == 1, f"byte {address} is not protected"
 
 
+def test_one_slot_too_many_is_not_taken() -> None:
+    bench = connected()
+    keys = [(previous, current) for previous in (ANY_STIMULUS, 0) for current in range(16)]
+    for previous, current in keys:
+        bench.ask(bench.write_message(ONE, current, previous))
+    nvm = bytearray(bench.nvm)
+    slot = bytearray(nvm[496:512])
+    slot[0] = 1
+    slot[13:15] = mcrf4xx(bytes([*slot[:13], slot[15]])).to_bytes(2, "little")
+    free = next(at for at in range(496, 1024, 16) if nvm[at + 15] == 0xFF)
+    nvm[free : free + 16] = slot
+    bench = connected(bytes(nvm))
+    assert len(contents(bench)) == 32
+    for previous, current in contents(bench):
+        assert bench.ask(bench.write_message(TWO, current, previous)) is Reason.NONE
+
+
 def cut_everywhere(nvm: bytes, change: Callable[[FirmwareBench], None], look: Callable[[FirmwareBench], object]) -> None:
     """Whatever byte the power goes at, what is found afterwards is what was before or what was to be."""
     bench = connected(nvm)

@@ -132,9 +132,10 @@ struct nvm {
 enum memory_job { JOB_NONE, JOB_WRITE, JOB_ERASE_OLD, JOB_ERASE_ALL };
 
 struct memory {
-    uint8_t valid[(MEMORY_SLOTS + 1 + 7) / 8]; /* bit per physical slot */
-    uint8_t used;
+    uint8_t order[MEMORY_SLOTS + 1]; /* physical slots in use, by previous, then current stimulus */
+    uint8_t used;                    /* how many; one more than MEM_SLOTS while one is being replaced */
     uint16_t checksum;
+    bool checked;     /* the checksum is that of the present contents */
     uint8_t job;      /* memory_job */
     uint8_t slot;     /* being written or erased */
     uint8_t old;      /* slot to be erased afterwards, or 0xFF */

@@ -20,26 +20,12 @@ enum {
     TURNS = 3,
     STIMULI = 16,
     BLANK = 0xFF,
+    BY_STIMULI = 255,
 };
 
 static uint8_t read(struct junior *robot, uint8_t slot, uint8_t at)
 {
     return hal_nvm_read(robot->board, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + at));
-}
-
-static bool is_valid(const struct junior *robot, uint8_t slot)
-{
-    return (robot->memory.valid[slot / 8] & (1U << slot % 8)) != 0;
-}
-
-static void set_valid(struct junior *robot, uint8_t slot, bool valid)
-{
-    uint8_t bit = (uint8_t)(1U << slot % 8);
-
-    if (is_valid(robot, slot) != valid) {
-        robot->memory.valid[slot / 8] ^= bit;
-        robot->memory.used = (uint8_t)(robot->memory.used + (valid ? 1 : -1));
-    }
 }
 
 static bool stimulus_ok(uint8_t previous, uint8_t current)
@@ -67,56 +53,94 @@ static uint16_t key(struct junior *robot, uint8_t slot)
     return (uint16_t)((uint16_t)read(robot, slot, AT_PREVIOUS) << 8 | read(robot, slot, AT_CURRENT));
 }
 
-/* The used slot with the least key from `from` on. */
-static uint8_t next_slot(struct junior *robot, uint16_t from)
+/* Into its place by key; after the one that has the same key. */
+static void include(struct junior *robot, uint8_t slot)
 {
-    uint8_t slot, best = MEMORY_NONE;
-    uint16_t best_key = 0;
+    struct memory *memory = &robot->memory;
+    uint16_t slot_key = key(robot, slot);
+    uint8_t at = memory->used++;
 
-    for (slot = 0; slot < PHYSICAL; slot++) {
-        if (is_valid(robot, slot)) {
-            uint16_t this_key = key(robot, slot);
-            if (this_key >= from && (best == MEMORY_NONE || this_key < best_key)) {
-                best = slot;
-                best_key = this_key;
-            }
-        }
+    memory->checked = false;
+    while (at > 0 && key(robot, memory->order[at - 1]) > slot_key) {
+        memory->order[at] = memory->order[at - 1];
+        at--;
     }
-    return best;
+    memory->order[at] = slot;
 }
 
-static void update_checksum(struct junior *robot)
+static void exclude(struct junior *robot, uint8_t slot)
 {
-    uint16_t crc = 0xFFFF;
-    uint8_t i, slot;
+    struct memory *memory = &robot->memory;
+    uint8_t at, kept = 0;
 
-    for (slot = next_slot(robot, 0); slot != MEMORY_NONE; slot = next_slot(robot, (uint16_t)(key(robot, slot) + 1))) {
+    memory->checked = false;
+    for (at = 0; at < memory->used; at++) {
+        if (memory->order[at] != slot) {
+            memory->order[kept++] = memory->order[at];
+        }
+    }
+    memory->used = kept;
+}
+
+/* Takes 3 ms on a micro-controller with a full memory: done when somebody asks, not when something is written. */
+static uint16_t checksum(struct junior *robot)
+{
+    struct memory *memory = &robot->memory;
+    uint16_t crc = 0xFFFF;
+    uint8_t at, i;
+
+    if (memory->checked) {
+        return memory->checksum;
+    }
+    for (at = 0; at < memory->used; at++) {
+        uint8_t slot = memory->order[at];
+
         for (i = 0; i < AT_CRC; i++) {
             uint8_t byte = read(robot, slot, i);
             crc = wire_crc(crc, i == AT_OPTIONS ? byte & 15U : byte);
         }
         crc = wire_crc(crc, read(robot, slot, AT_COUNT));
     }
-    robot->memory.checksum = crc;
+    memory->checksum = crc;
+    memory->checked = true;
+    return crc;
 }
 
-/* Of two slots with the same key, the power went before the older one was blanked. */
-static void forget_older(struct junior *robot, uint8_t slot)
+uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current)
 {
-    uint8_t other;
+    uint16_t wanted = (uint16_t)((uint16_t)previous << 8 | current);
+    uint8_t at;
 
-    for (other = 0; other < slot; other++) {
-        if (is_valid(robot, other) && key(robot, other) == key(robot, slot)) {
-            uint8_t turn = read(robot, slot, AT_OPTIONS) >> 4;
-            uint8_t other_turn = read(robot, other, AT_OPTIONS) >> 4;
-            uint8_t older = other_turn == (turn + 1) % TURNS ? slot : other;
-
-            set_valid(robot, older, false);
-            robot->nvm.data[0] = BLANK;
-            nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + older * MEMORY_SLOT_SIZE + AT_COUNT), 1);
-            nvm_flush(robot);
+    for (at = 0; at < robot->memory.used; at++) {
+        if (key(robot, robot->memory.order[at]) == wanted) {
+            return robot->memory.order[at];
         }
     }
+    return MEMORY_NONE;
+}
+
+static void erase(struct junior *robot, uint8_t slot)
+{
+    exclude(robot, slot);
+    robot->nvm.data[0] = BLANK;
+    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + AT_COUNT), 1);
+}
+
+/* Takes a slot that is found at boot. Of two with the same key, the power went before the older one was blanked. */
+static void find_again(struct junior *robot, uint8_t slot)
+{
+    uint8_t other = memory_find(robot, read(robot, slot, AT_PREVIOUS), read(robot, slot, AT_CURRENT));
+
+    include(robot, slot);
+    if (other != MEMORY_NONE) {
+        uint8_t turn = read(robot, slot, AT_OPTIONS) >> 4;
+        uint8_t other_turn = read(robot, other, AT_OPTIONS) >> 4;
+
+        erase(robot, other_turn == (turn + 1) % TURNS ? slot : other);
+    } else if (robot->memory.used > MEMORY_SLOTS) { /* nothing of ours leaves it like that */
+        erase(robot, slot);
+    }
+    nvm_flush(robot);
 }
 
 void memory_load(struct junior *robot)
@@ -125,23 +149,9 @@ void memory_load(struct junior *robot)
 
     for (slot = 0; slot < PHYSICAL; slot++) {
         if (intact(robot, slot)) {
-            set_valid(robot, slot, true);
-            forget_older(robot, slot);
+            find_again(robot, slot);
         }
     }
-    update_checksum(robot);
-}
-
-uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current)
-{
-    uint8_t slot;
-
-    for (slot = 0; slot < PHYSICAL; slot++) {
-        if (is_valid(robot, slot) && key(robot, slot) == (uint16_t)((uint16_t)previous << 8 | current)) {
-            return slot;
-        }
-    }
-    return MEMORY_NONE;
 }
 
 /* False when the slot has rotted since boot. */
@@ -158,21 +168,15 @@ bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan)
     return maneuver_valid(plan);
 }
 
-static uint8_t free_slot(struct junior *robot)
+/* At most MEM_SLOTS of the slots are used: there is always one. */
+static uint8_t free_slot(const struct junior *robot)
 {
     uint8_t slot = 0;
 
-    while (is_valid(robot, slot)) { /* at most MEM_SLOTS of the slots are used: there is always one */
+    while (memchr(robot->memory.order, slot, robot->memory.used) != NULL) {
         slot++;
     }
     return slot;
-}
-
-static void erase(struct junior *robot, uint8_t slot)
-{
-    set_valid(robot, slot, false);
-    robot->nvm.data[0] = BLANK;
-    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + AT_COUNT), 1);
 }
 
 static void write(struct junior *robot, const mavlink_junior_memory_write_t *request, uint8_t slot, uint8_t turn)
@@ -246,7 +250,6 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
 static void answer(struct junior *robot, uint8_t reason)
 {
     robot->memory.job = JOB_NONE;
-    update_checksum(robot);
     numbered_finish(robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, robot->memory.sequence, reason);
 }
 
@@ -254,7 +257,6 @@ static void answer(struct junior *robot, uint8_t reason)
 void memory_step(struct junior *robot)
 {
     struct memory *memory = &robot->memory;
-    uint8_t slot;
 
     while (memory->job != JOB_NONE && nvm_idle(robot)) {
         switch (memory->job) {
@@ -263,7 +265,7 @@ void memory_step(struct junior *robot)
                 answer(robot, JUNIOR_REASON_STORAGE_FAILED);
                 break;
             }
-            set_valid(robot, memory->slot, true);
+            include(robot, memory->slot);
             if (memory->old != MEMORY_NONE) {
                 erase(robot, memory->old);
             }
@@ -273,11 +275,10 @@ void memory_step(struct junior *robot)
             answer(robot, JUNIOR_REASON_NONE);
             break;
         default: /* JOB_ERASE_ALL */
-            slot = next_slot(robot, 0);
-            if (slot == MEMORY_NONE) {
+            if (memory->used == 0) {
                 answer(robot, JUNIOR_REASON_NONE);
             } else {
-                erase(robot, slot);
+                erase(robot, memory->order[memory->used - 1]);
             }
             break;
         }
@@ -289,23 +290,22 @@ uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_rea
 {
     mavlink_junior_memory_entry_t entry;
     struct maneuver_plan plan;
-    uint16_t wanted = (uint16_t)((uint16_t)request->previous << 8 | request->current);
-    uint8_t index = 0;
+    uint8_t index = request->index;
     uint8_t slot;
 
-    for (slot = next_slot(robot, 0); slot != MEMORY_NONE; slot = next_slot(robot, (uint16_t)(key(robot, slot) + 1))) {
-        if (request->index == 255 ? key(robot, slot) == wanted : index == request->index) {
-            break;
+    if (index == BY_STIMULI) {
+        slot = memory_find(robot, request->previous, request->current);
+        for (index = 0; index < robot->memory.used && robot->memory.order[index] != slot; index++) {
         }
-        index++;
     }
-    if (slot == MEMORY_NONE || !memory_plan(robot, slot, &plan)) {
+    if (index >= robot->memory.used || !memory_plan(robot, robot->memory.order[index], &plan)) {
         return JUNIOR_REASON_NOT_FOUND;
     }
+    slot = robot->memory.order[index];
     memset(&entry, 0, sizeof entry);
     entry.session = request->session;
     entry.sequence = request->sequence;
-    entry.checksum = robot->memory.checksum;
+    entry.checksum = checksum(robot);
     entry.period = plan.period;
     entry.options = plan.options;
     entry.used = robot->memory.used;
