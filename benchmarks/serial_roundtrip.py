@@ -13,7 +13,8 @@ import contextlib
 import os
 import select
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from statistics import median
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Any
 
@@ -78,23 +79,35 @@ def firmware() -> Callable[[bytes], bytes]:
 
 @dataclass
 class Contender:
-    """One way to make a round trip."""
+    """One way to make a round trip.
+
+    Attributes:
+        name: What it is called in the table.
+        trip: Makes one round trip.
+        rounds: Times in ns, a list for each round.
+    """
 
     name: str
     trip: Callable[[], None]
-    times: list[int]
+    rounds: list[list[int]] = field(default_factory=list)
 
     def run(self, count: int) -> None:
         """Make so many round trips."""
-        trip, times = self.trip, self.times
+        trip, times = self.trip, []
         for _ in range(count):
             began = perf_counter_ns()
             trip()
             times.append(perf_counter_ns() - began)
+        self.rounds.append(times)
 
     def quantile(self, share: float) -> float:
-        """Time that this share of the trips kept within, in us."""
-        return sorted(self.times)[min(len(self.times) - 1, int(share * len(self.times)))] / 1000
+        """Time that this share of all trips kept within, in us."""
+        times = sorted(time for times in self.rounds for time in times)
+        return times[min(len(times) - 1, int(share * len(times)))] / 1000
+
+    def ratio(self, base: Contender) -> float:
+        """Median over the rounds of this one's median to the other's in the same round."""
+        return median(median(own) / median(other) for own, other in zip(self.rounds, base.rounds, strict=True))
 
 
 def bridge_trip(name: str, *, inline: bool) -> tuple[Bridge, Callable[[], None]]:
@@ -160,15 +173,15 @@ def main() -> int:
                 pass
 
         contenders = [
-            Contender("bare pyserial, echo", echo(bare, frame, length), []),
-            Contender("our serial link alone, echo", link_trip, []),
-            Contender("our link and codec by hand, firmware", codec_trip, []),
-            Contender("whole stack, read inline", inline_trip, []),
-            Contender("whole stack", threaded_trip, []),
+            Contender("bare pyserial, echo", echo(bare, frame, length)),
+            Contender("our serial link alone, echo", link_trip),
+            Contender("our link and codec by hand, firmware", codec_trip),
+            Contender("whole stack, read inline", inline_trip),
+            Contender("whole stack", threaded_trip),
         ]
         for contender in contenders:
             contender.run(50)
-            contender.times.clear()
+            contender.rounds.clear()
         for _ in range(ROUNDS):
             for contender in contenders:
                 contender.run(count // ROUNDS)
@@ -176,11 +189,9 @@ def main() -> int:
     print(f"{length} bytes each way, {count} round trips of each kind, {os.cpu_count()} cores, Python {sys.version.split()[0]}")
     print(f"{'':42}{'median us':>10}{'p99 us':>10}{'ratio':>8}{'p99':>7}")
     for contender in contenders:
-        median, worst = contender.quantile(0.5), contender.quantile(0.99)
-        print(
-            f"{contender.name:42}{median:10.1f}{worst:10.1f}"
-            f"{median / base.quantile(0.5):8.2f}{worst / base.quantile(0.99):7.2f}"
-        )
+        middle, worst = contender.quantile(0.5), contender.quantile(0.99)
+        worst_ratio = worst / base.quantile(0.99)
+        print(f"{contender.name:42}{middle:10.1f}{worst:10.1f}{contender.ratio(base):8.2f}{worst_ratio:7.2f}")
     return 0
 
 

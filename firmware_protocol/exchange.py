@@ -230,7 +230,7 @@ class Exchanges:
         """
         PAYLOADS[exchange.question.ID].pack(exchange.question)
         lane, asked = exchange.lane, cast("Exchange[object]", exchange)
-        if lane in self._busy or lane in self._free_from:
+        if lane in self._busy or lane in self._waiting or lane in self._free_from:
             self._waiting.setdefault(lane, deque()).append(asked)
             self._sweep()
         else:

@@ -151,8 +151,8 @@ class Bridge:
                 for tap in self._taps:
                     tap.wire_rx(stamp, data)
                 self._take(self._codec.receive(data, stamp), events)
-        else:
-            self._take(self._codec.flush(now), events)
+        elif rest := self._codec.flush(now):
+            self._take(rest, events)
         if now >= self._next_due() and self._ended is None:
             self._service(now, events)
         ended = self._ended or self._pump.error
@@ -190,8 +190,7 @@ class Bridge:
             return self._hello_due
         soonest = float("inf")
         for peer in self.peers.values():
-            due = peer.next_due()
-            soonest = min(soonest, due)
+            soonest = min(soonest, peer.next_due())
         return soonest
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:

@@ -97,19 +97,24 @@ class ThreadedPump:
         chunks: list[Chunk] = []
         if self.error is not None:
             return chunks
-        get = self._queue.get
-        try:
-            if wait > 0 and self._queue.empty():
+        waiting = self._queue
+        if waiting.empty():
+            if wait > 0:
                 wait = min(wait, until - self._now())
-            item = get(timeout=wait) if wait > 0 else get(block=False)
-            while True:
-                if isinstance(item, LinkError):
-                    self.error = item
-                    break
-                chunks.append(item)
-                item = get(block=False)
-        except queue.Empty:
-            pass
+            if wait <= 0:
+                return chunks
+            try:
+                item = waiting.get(timeout=wait)
+            except queue.Empty:
+                return chunks
+        else:
+            item = waiting.get_nowait()
+        while not isinstance(item, LinkError):
+            chunks.append(item)
+            if waiting.empty():  # we are the only one who takes
+                return chunks
+            item = waiting.get_nowait()
+        self.error = item
         return chunks
 
     def close(self) -> None:

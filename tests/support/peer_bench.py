@@ -91,6 +91,11 @@ class Bench:
     def version(self, major: int = 1, minor: int = 0) -> None:
         self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16))
 
+    def answer_to(self, message: type[Message], sequence: int, result: int = 0, reason: int = 0) -> JuniorAck:
+        session = self.last(JuniorSession).session if message is JuniorSession else self.peer.session
+        assert session is not None
+        return JuniorAck(message.ID, session, sequence, result, reason)
+
     def ack(
         self,
         message: type[Message] = JuniorSession,
@@ -99,11 +104,7 @@ class Bench:
         reason: int = 0,
         component: int = 1,
     ) -> None:
-        session = self.peer.session
-        if message is JuniorSession:
-            session = self.last(JuniorSession).session
-        assert session is not None
-        self.heard(JuniorAck(message.ID, session, sequence, result, reason), component)
+        self.heard(self.answer_to(message, sequence, result, reason), component)
 
     def status(self, *, boots: int = 1, time: float | None = None, state: int = 1, sequence: int = 0) -> None:
         own = self.clock.now() if time is None else time

@@ -9,6 +9,7 @@ from peer_bench import Bench, failed
 from scripted_robot import result, sensors
 
 from firmware_protocol.errors import EncodeError, PeerError, RefusedError
+from firmware_protocol.events import Received
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -180,6 +181,18 @@ def test_numbered_messages_go_one_after_the_other_in_order(bench: Bench) -> None
         assert {message.sequence for message in bench.take(JuniorMemoryWrite)} == {k + 1}
         bench.ack(JuniorMemoryWrite, k + 1)
         assert [ticket.done for ticket in writing] == [True] * (k + 1) + [False] * (2 - k)
+
+
+def test_nothing_jumps_the_queue(bench: Bench) -> None:
+    bench.peer.write_memory(ANY_STIMULUS, 0, QUICK)
+    bench.peer.write_memory(ANY_STIMULUS, 1, QUICK)
+    bench.wait(0.005)
+    frame = Received(bench.answer_to(JuniorMemoryWrite, 1), 1, 1, 200, bench.clock.now(), b"")
+    bench.peer.handle(frame)  # answered, and before the second could be sent
+    bench.peer.write_memory(ANY_STIMULUS, 2, QUICK)
+    bench.take(JuniorMemoryWrite)
+    bench.wait(0.1)
+    assert bench.take(JuniorMemoryWrite)[0].current == 1
 
 
 def test_an_acknowledgement_of_something_else_is_not_taken(bench: Bench) -> None:
