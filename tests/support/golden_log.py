@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import is_dataclass
 from io import BytesIO
 from pathlib import Path
 
+from google.protobuf import descriptor_pb2
 from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
@@ -89,7 +89,7 @@ def write_small_log(path: Path) -> None:
 
 
 def describe(path: Path) -> str:
-    """What a log holds, one line a record; schemas of our own by their hash, entries for viewers by their presence."""
+    """What a log holds, one line a record; our own schemas by their fields, entries for viewers by their presence."""
     reader = LogReader(path)
     lines, schemas = [], {}
     for record in reader.records():
@@ -111,8 +111,13 @@ def describe(path: Path) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()[:12]
+def _fields(descriptor: bytes) -> str:
+    message = descriptor_pb2.FileDescriptorSet.FromString(descriptor).file[0].message_type[0]
+    kinds = descriptor_pb2.FieldDescriptorProto.Type
+    return ", ".join(
+        f"{field.name} {kinds.Name(field.type)[5:].lower()}{'[]' * (field.label == field.LABEL_REPEATED)} = {field.number}"
+        for field in message.field
+    )
 
 
 if __name__ == "__main__":
