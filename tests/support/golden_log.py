@@ -96,9 +96,8 @@ def describe(path: Path) -> str:
         if record.opcode == Opcode.SCHEMA and record.offset < 0:
             schema = Schema.read(ReadDataStream(BytesIO(record.content)))
             schemas[schema.id] = schema.name
-            lines.append(
-                f"schema {schema.id} {schema.name}" + (f" {_digest(schema.data)}" if schema.name[:4] == "hil." else "")
-            )
+            fields = f": {_fields(schema.data)}" if schema.name.startswith("hil.") else ""
+            lines.append(f"schema {schema.id} {schema.name}{fields}")
         elif record.opcode == Opcode.CHANNEL and record.offset < 0:
             channel = Channel.read(ReadDataStream(BytesIO(record.content)))
             lines.append(f"channel {channel.id} {channel.topic} of {schemas[channel.schema_id]}")
