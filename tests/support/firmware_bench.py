@@ -78,6 +78,7 @@ class FirmwareBench:
     Attributes:
         io: What its drivers read and write.
         now: Time since power-on in ms.
+        session: Session of the numbered messages made here.
         sent: Everything it has sent since the last call of `clear`, but its streams.
         streamed: Its streams: heartbeats, sensors, status.
     """
@@ -102,6 +103,7 @@ class FirmwareBench:
             ffi.buffer(self.io.nvm)[:] = nvm
         self.now = 0
         self.sequence = 0
+        self.session = SESSION
         self.sent: list[Message] = []
         self.streamed: list[Message] = []
         self._codec = MavlinkCodec(system=255, component=190)
@@ -204,7 +206,7 @@ class FirmwareBench:
     def wheels_message(self, left: float, right: float, duration: float, sequence: int | None = None) -> JuniorWheels:
         """Drive."""
         sequence = self.next() if sequence is None else sequence
-        return JuniorWheels(SESSION, sequence, speed=(left, right), duration=duration, target_system=1, target_component=1)
+        return JuniorWheels(self.session, sequence, speed=(left, right), duration=duration, target_system=1, target_component=1)
 
     def maneuver_message(
         self,
@@ -212,11 +214,11 @@ class FirmwareBench:
         period: float = 0.25,
         options: int = ManeuverOption.EYES,
         sequence: int | None = None,
-        session: int = SESSION,
+        session: int | None = None,
     ) -> JuniorManeuver:
         """Perform."""
         return JuniorManeuver(
-            session=session,
+            session=self.session if session is None else session,
             sequence=self.next() if sequence is None else sequence,
             period=period,
             options=int(options),
@@ -236,7 +238,7 @@ class FirmwareBench:
     ) -> JuniorMemoryWrite:
         """Store a maneuver; no actions erase."""
         return JuniorMemoryWrite(
-            session=SESSION,
+            session=self.session,
             sequence=self.next(),
             period=period if actions else 0.0,
             options=int(options),
@@ -250,12 +252,12 @@ class FirmwareBench:
 
     def read_message(self, index: int, previous: int = ANY_STIMULUS, current: int = 0) -> JuniorMemoryRead:
         """Ask for a slot."""
-        return JuniorMemoryRead(SESSION, self.next(), 1, 1, index=index, previous=previous, current=current)
+        return JuniorMemoryRead(self.session, self.next(), 1, 1, index=index, previous=previous, current=current)
 
     def contest_message(self, command: ContestCommand, countdown: float = 5.0) -> JuniorContest:
         """Start or stop a contest."""
         return JuniorContest(
-            SESSION, self.next(), countdown=countdown, target_system=1, target_component=1, command=int(command)
+            self.session, self.next(), countdown=countdown, target_system=1, target_component=1, command=int(command)
         )
 
     def armed(self) -> FirmwareBench:
