@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from firmware_protocol.address import Address, parse_address
     from firmware_protocol.clock import Clock, ManualClock
+    from firmware_protocol.connection import PeerState
     from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
     from firmware_protocol.exchange import Retry, Ticket
     from firmware_protocol.link import Link, open_link
     from firmware_protocol.mavlink import MavlinkCodec
-    from firmware_protocol.peer import Peer, PeerState
+    from firmware_protocol.peer import Peer
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
 
 _HOMES: Final = {
@@ -30,7 +31,7 @@ _HOMES: Final = {
     "PeerBack": "events",
     "PeerFound": "events",
     "PeerLost": "events",
-    "PeerState": "peer",
+    "PeerState": "connection",
     "Received": "events",
     "RejectReason": "events",
     "Rejected": "events",

@@ -19,10 +19,6 @@ from firmware_protocol.messages import (
     JuniorMemoryEntry,
     JuniorSession,
     JuniorStatus,
-    ParamRequestList,
-    ParamRequestRead,
-    ParamSet,
-    ParamValue,
     Ping,
     Reason,
     State,
@@ -40,14 +36,8 @@ M = TypeVar("M", bound="Message")
 
 HOLD: Final = 0.15
 """Longest time a late answer to a repeated command may still be under way, in s."""
-LIST_PAUSE: Final = 0.2
-"""The robot has stopped listing its parameters when none has come for this long, in s."""
 RESULT_MARGIN: Final = 0.3
 """How much later than expected the result of a maneuver may come before it is asked for again, in s."""
-NO_PARAMETER: Final = 0xFFFF
-"""Index in PARAM_VALUE that says there is none of this name."""
-_MISSING_AT_ONCE: Final = 8
-_READ_TOO: Final = 4
 
 REASONS: Final[dict[int, str]] = {
     Reason.NONE: "it gave no reason",
@@ -75,7 +65,7 @@ RESULTS: Final[dict[int, str]] = {
 """Results of standard commands in words."""
 
 
-def _reason(code: int) -> tuple[str, Reason]:
+def reason_in_words(code: int) -> tuple[str, Reason]:
     """A reason in words, and as itself where it is known."""
     if code in REASONS:
         return REASONS[code], Reason(code)
@@ -214,7 +204,7 @@ class NumberedExchange(Exchange[T]):
         if message.result == AckResult.ACCEPTED:
             self.accepted(message, received.time)
         else:
-            self.refuse(*_reason(message.reason))
+            self.refuse(*reason_in_words(message.reason))
         return True
 
     def accepted(self, ack: JuniorAck, time: float) -> None:  # noqa: ARG002 - `time` is for those that wait for more
@@ -279,7 +269,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
             if message.sequence != self.sequence or message.session != self.session:
                 return False
             if message.outcome == Outcome.REFUSED:
-                self.refuse(*_reason(message.reason))
+                self.refuse(*reason_in_words(message.reason))
             else:
                 self.finish(message)
             return True
@@ -304,114 +294,6 @@ class MemoryReadExchange(NumberedExchange[JuniorMemoryEntry]):
             self.finish(message)
             return True
         return super().answer(received)
-
-
-class ParameterReadExchange(Exchange[float]):
-    """PARAM_REQUEST_READ by name.
-
-    Args:
-        system: Robot asked.
-        component: Its component.
-        parameter: Name.
-    """
-
-    def __init__(self, system: int, component: int, parameter: str) -> None:
-        question = ParamRequestRead(system, component, parameter)
-        super().__init__(f"reading parameter {parameter}", ("parameter", component), component, question)
-        self._parameter = parameter
-
-    def answer(self, received: Received) -> bool:
-        """Take the value."""
-        message = received.message
-        if type(message) is not ParamValue or message.param_id != self._parameter:
-            return False
-        if message.param_index == NO_PARAMETER:
-            self.refuse(*_reason(Reason.NOT_FOUND))
-        else:
-            self.finish(message.param_value)
-        return True
-
-
-class ParameterSetExchange(Exchange[float]):
-    """PARAM_SET, answered by the value now in force.
-
-    Another value than the one asked for may be the late answer to an earlier question, so that it takes two of them
-    before it counts as a refusal. A robot that knows no such parameter does not answer (as MAVLink has it): after a few
-    tries it is also asked to read it, which it does answer.
-
-    Args:
-        system: Robot asked.
-        component: Its component.
-        parameter: Name.
-        value: New value.
-    """
-
-    def __init__(self, system: int, component: int, parameter: str, value: float) -> None:
-        self._set = ParamSet(system, component, parameter, value)
-        super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component, self._set)
-        self._others = 0
-
-    def messages(self) -> Sequence[Message]:
-        """The request, and later a second question."""
-        if self.tries < _READ_TOO:
-            return [self._set]
-        return [self._set, ParamRequestRead(self._set.target_system, self.component, self._set.param_id)]
-
-    def answer(self, received: Received) -> bool:
-        """Compare the value in force with the one asked for."""
-        message = received.message
-        if type(message) is not ParamValue or message.param_id != self._set.param_id:
-            return False
-        if message.param_index == NO_PARAMETER:
-            self.refuse(*_reason(Reason.NOT_FOUND))
-            return True
-        asked = self._set.param_value
-        if abs(message.param_value - asked) <= 1e-6 * max(1.0, abs(asked)):
-            self.finish(message.param_value)
-            return True
-        self._others += 1
-        if self._others >= 2:
-            self.refuse(f"it keeps {message.param_value:g}")
-        else:
-            self.due = received.time
-        return True
-
-
-class ParameterListExchange(Exchange[dict[str, float]]):
-    """PARAM_REQUEST_LIST; what is then missing is asked for one by one.
-
-    Args:
-        system: Robot asked.
-        component: Its component.
-    """
-
-    def __init__(self, system: int, component: int) -> None:
-        question = ParamRequestList(system, component)
-        super().__init__("listing the parameters", ("parameter", component), component, question)
-        self._system = system
-        self._found: dict[int, tuple[str, float]] = {}
-        self._count: int | None = None
-
-    def messages(self) -> Sequence[Message]:
-        """The request for all, or for some that are missing."""
-        if self._count is None:
-            return [self.question]
-        missing = [index for index in range(self._count) if index not in self._found]
-        return [ParamRequestRead(self._system, self.component, param_index=index) for index in missing[:_MISSING_AT_ONCE]]
-
-    def answer(self, received: Received) -> bool:
-        """Take one parameter."""
-        message = received.message
-        if type(message) is not ParamValue or not message.param_index < message.param_count:
-            return False
-        if self._count is None:
-            self._count = message.param_count
-        if message.param_index < self._count and message.param_index not in self._found:
-            self._found[message.param_index] = (message.param_id, message.param_value)
-            self.rest(received.time + LIST_PAUSE)
-        if len(self._found) == self._count:
-            self.finish(dict(self._found[index] for index in range(self._count)))
-        return True
 
 
 class PingExchange(Exchange[Ping]):

@@ -1,20 +1,15 @@
 """What the host knows of one robot, and how it speaks with it: a transition table plus data. No I/O, no clock.
 
 Messages go in through `handle`; what must be sent comes out of `due`; what happened comes out of both as events. The life
-of a connection is the table `TRANSITIONS`:
-
-    SILENT --heard--> IDENTIFYING --version good--> OPENING --opened--> READY --silence--> LOST --heard--> CHECKING --> READY
-
-A robot that has restarted goes through the handshake again, with a new session.
+of a connection is the table in `connection.py`.
 """
 
 from __future__ import annotations
 
-from collections import deque
-from enum import Enum, auto
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.commands import Numbering, RequestExchange, SessionExchange
+from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.exchange import NOW, Exchanges, Retry, Ticket
@@ -35,7 +30,7 @@ from firmware_protocol.messages import (
     Reason,
     Timesync,
 )
-from firmware_protocol.quality import ClockComparison, Counters
+from firmware_protocol.quality import ClockComparison, Counters, FrameStream
 from firmware_protocol.requests import Requests
 
 if TYPE_CHECKING:
@@ -56,90 +51,10 @@ _ARMED_FLAG: Final = 128
 _GROUND_STATION: Final = 6
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
-_RECENT: Final = 32
-"""A frame that comes twice does so within so many."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
 
 HOST_HEARTBEAT: Final = Heartbeat(type=_GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
-
-
-class PeerState(Enum):
-    """Where a connection stands."""
-
-    SILENT = auto()
-    """Not heard yet, or it went silent before the handshake was done."""
-    IDENTIFYING = auto()
-    """Asked for its version."""
-    OPENING = auto()
-    """Asked to open a session."""
-    READY = auto()
-    """It takes commands."""
-    LOST = auto()
-    """It fell silent."""
-    CHECKING = auto()
-    """Heard again: asked whether it has restarted meanwhile."""
-    REFUSED = auto()
-    """It can't be spoken to: `failure` says why."""
-
-
-class Input(Enum):
-    """What moves a connection on."""
-
-    HEARD = auto()
-    VERSION_GOOD = auto()
-    VERSION_BAD = auto()
-    WATCH_ONLY = auto()
-    OPENED = auto()
-    TURNED_DOWN = auto()
-    NO_ANSWER = auto()
-    SAME_BOOT = auto()
-    RESTARTED = auto()
-    SILENCE = auto()
-
-
-TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
-    (PeerState.SILENT, Input.HEARD): PeerState.IDENTIFYING,
-    (PeerState.IDENTIFYING, Input.VERSION_GOOD): PeerState.OPENING,
-    (PeerState.IDENTIFYING, Input.WATCH_ONLY): PeerState.READY,
-    (PeerState.IDENTIFYING, Input.VERSION_BAD): PeerState.REFUSED,
-    (PeerState.IDENTIFYING, Input.NO_ANSWER): PeerState.SILENT,
-    (PeerState.IDENTIFYING, Input.SILENCE): PeerState.SILENT,
-    (PeerState.IDENTIFYING, Input.RESTARTED): PeerState.IDENTIFYING,
-    (PeerState.OPENING, Input.OPENED): PeerState.READY,
-    (PeerState.OPENING, Input.TURNED_DOWN): PeerState.REFUSED,
-    (PeerState.OPENING, Input.NO_ANSWER): PeerState.SILENT,
-    (PeerState.OPENING, Input.SILENCE): PeerState.SILENT,
-    (PeerState.OPENING, Input.RESTARTED): PeerState.IDENTIFYING,
-    (PeerState.READY, Input.SILENCE): PeerState.LOST,
-    (PeerState.READY, Input.RESTARTED): PeerState.IDENTIFYING,
-    (PeerState.LOST, Input.HEARD): PeerState.CHECKING,
-    (PeerState.CHECKING, Input.SAME_BOOT): PeerState.READY,
-    (PeerState.CHECKING, Input.RESTARTED): PeerState.IDENTIFYING,
-    (PeerState.CHECKING, Input.NO_ANSWER): PeerState.LOST,
-    (PeerState.CHECKING, Input.SILENCE): PeerState.LOST,
-    (PeerState.REFUSED, Input.RESTARTED): PeerState.IDENTIFYING,
-    (PeerState.REFUSED, Input.SILENCE): PeerState.SILENT,
-}
-"""Every transition; an input that is not here changes nothing."""
-
-
-class _Stream:
-    """The frames of one component.
-
-    Args:
-        first: The first of them.
-
-    Attributes:
-        sequence: Highest sequence number so far.
-        recent: The last frames, to know one that comes twice.
-    """
-
-    __slots__ = ("recent", "sequence")
-
-    def __init__(self, first: Received) -> None:
-        self.sequence = first.sequence
-        self.recent = deque([first.raw], maxlen=_RECENT)
 
 
 class Peer(Requests):
@@ -197,7 +112,7 @@ class Peer(Requests):
         self._restarted = False
         self._events: list[Event] = []
         self._outbox: list[Message] = []
-        self._streams: dict[int, _Stream] = {}
+        self._streams: dict[int, FrameStream] = {}
         self._robot_clock = float("-inf")
         self._heard = now
         self._sent = float("-inf")
@@ -363,7 +278,7 @@ class Peer(Requests):
         stream = self._streams.get(received.component)
         if stream is None:
             self.components.add(received.component)
-            self._streams[received.component] = _Stream(received)
+            self._streams[received.component] = FrameStream(received)
             self.counters.good += 1
             return True
         step = (received.sequence - stream.sequence) & 255

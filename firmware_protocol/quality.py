@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 from statistics import median
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import Timesync
 
+if TYPE_CHECKING:
+    from firmware_protocol.events import Received
+
 _WINDOW: Final = 15
 """Comparisons that the clock offset is the median of."""
+_WINDOW_FRAMES: Final = 32
+"""A frame that comes twice does so within so many."""
 
 
 @dataclass(slots=True)
@@ -74,6 +79,24 @@ class Counters:
         else:  # a frame that had been counted as lost
             self.late += 1
             self.lost = max(0, self.lost - 1)
+
+
+class FrameStream:
+    """The frames of one component.
+
+    Args:
+        first: The first of them.
+
+    Attributes:
+        sequence: Highest sequence number so far.
+        recent: The last frames, to know one that comes twice.
+    """
+
+    __slots__ = ("recent", "sequence")
+
+    def __init__(self, first: Received) -> None:
+        self.sequence = first.sequence
+        self.recent = deque([first.raw], maxlen=_WINDOW_FRAMES)
 
 
 class ClockComparison:

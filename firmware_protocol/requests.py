@@ -11,9 +11,6 @@ from firmware_protocol.commands import (
     MemoryReadExchange,
     NumberedExchange,
     Numbering,
-    ParameterListExchange,
-    ParameterReadExchange,
-    ParameterSetExchange,
     PingExchange,
     RequestExchange,
 )
@@ -38,6 +35,7 @@ from firmware_protocol.messages import (
     Ping,
     RefereeReset,
 )
+from firmware_protocol.parameter_exchanges import ParameterListExchange, ParameterReadExchange, ParameterSetExchange
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver
 

@@ -17,9 +17,10 @@ from firmware_protocol.messages import (
     JuniorSession,
     JuniorStatus,
 )
-from firmware_protocol.peer import Peer, PeerState
+from firmware_protocol.peer import Peer
 
 if TYPE_CHECKING:
+    from firmware_protocol.connection import PeerState
     from firmware_protocol.events import Event
     from firmware_protocol.exchange import Ticket
     from firmware_protocol.wire import Message

@@ -8,6 +8,7 @@ import pytest
 from peer_bench import Bench, failed
 
 from firmware_protocol.commands import HOLD
+from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.messages import (
@@ -24,7 +25,7 @@ from firmware_protocol.messages import (
     RefereeState,
     Timesync,
 )
-from firmware_protocol.peer import KEEP_ALIVE, SILENCE, TRANSITIONS, Input, PeerState
+from firmware_protocol.peer import KEEP_ALIVE, SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
 
 GIVE_UP = 3.4

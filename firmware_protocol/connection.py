@@ -1,0 +1,71 @@
+"""The life of a connection with a robot, as one transition table.
+
+    SILENT --heard--> IDENTIFYING --version good--> OPENING --opened--> READY --silence--> LOST --heard--> CHECKING --> READY
+
+A robot that has restarted goes through the handshake again, with a new session.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from typing import Final
+
+
+class PeerState(Enum):
+    """Where a connection stands."""
+
+    SILENT = auto()
+    """Not heard yet, or it went silent before the handshake was done."""
+    IDENTIFYING = auto()
+    """Asked for its version."""
+    OPENING = auto()
+    """Asked to open a session."""
+    READY = auto()
+    """It takes commands."""
+    LOST = auto()
+    """It fell silent."""
+    CHECKING = auto()
+    """Heard again: asked whether it has restarted meanwhile."""
+    REFUSED = auto()
+    """It can't be spoken to: `failure` says why."""
+
+
+class Input(Enum):
+    """What moves a connection on."""
+
+    HEARD = auto()
+    VERSION_GOOD = auto()
+    VERSION_BAD = auto()
+    WATCH_ONLY = auto()
+    OPENED = auto()
+    TURNED_DOWN = auto()
+    NO_ANSWER = auto()
+    SAME_BOOT = auto()
+    RESTARTED = auto()
+    SILENCE = auto()
+
+
+TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
+    (PeerState.SILENT, Input.HEARD): PeerState.IDENTIFYING,
+    (PeerState.IDENTIFYING, Input.VERSION_GOOD): PeerState.OPENING,
+    (PeerState.IDENTIFYING, Input.WATCH_ONLY): PeerState.READY,
+    (PeerState.IDENTIFYING, Input.VERSION_BAD): PeerState.REFUSED,
+    (PeerState.IDENTIFYING, Input.NO_ANSWER): PeerState.SILENT,
+    (PeerState.IDENTIFYING, Input.SILENCE): PeerState.SILENT,
+    (PeerState.IDENTIFYING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.OPENING, Input.OPENED): PeerState.READY,
+    (PeerState.OPENING, Input.TURNED_DOWN): PeerState.REFUSED,
+    (PeerState.OPENING, Input.NO_ANSWER): PeerState.SILENT,
+    (PeerState.OPENING, Input.SILENCE): PeerState.SILENT,
+    (PeerState.OPENING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.READY, Input.SILENCE): PeerState.LOST,
+    (PeerState.READY, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.LOST, Input.HEARD): PeerState.CHECKING,
+    (PeerState.CHECKING, Input.SAME_BOOT): PeerState.READY,
+    (PeerState.CHECKING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.CHECKING, Input.NO_ANSWER): PeerState.LOST,
+    (PeerState.CHECKING, Input.SILENCE): PeerState.LOST,
+    (PeerState.REFUSED, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.REFUSED, Input.SILENCE): PeerState.SILENT,
+}
+"""Every transition; an input that is not here changes nothing."""
