@@ -1,0 +1,294 @@
+"""The other sub-commands in the same process, and how a robot that is not there is told."""
+
+from __future__ import annotations
+
+import json
+import socket
+import tomllib
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.parameters import PARAMETERS
+from hil.cli.app import app, run
+from hil.connecting import connect
+from hil.mcaplog import LogReader
+from simdevice.endpoints import PtyEndpoint
+
+VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
+CHASE = ["bout", "--controller", "chase", "--trials", "5"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of its own for every test."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+@pytest.fixture
+def advice(folder: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+    """A small advice file."""
+    path = folder / "small.advice.toml"
+    assert run(["coach", "--budget", "8", "--held-out", "0", "--no-log", "--quiet", "--advice-out", str(path)]) == 0
+    capsys.readouterr()
+    return path
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_verb_has_help_with_an_example(capsys: pytest.CaptureFixture[str], verb: str) -> None:
+    assert run([verb, "--help"]) == 0
+    said = capsys.readouterr().out
+    assert f"hil {verb}" in said.partition("Example")[2]
+    for option in ("--json", "--quiet", "--config"):
+        assert option in said
+
+
+def test_the_version_is_the_packages(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["--version"]) == 0
+    assert capsys.readouterr().out == f"hil {metadata.version('junior-hil')}\n"
+
+
+def test_no_or_an_unknown_verb_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["dance"]) == 2
+    assert "dance" in capsys.readouterr().err
+    assert run([]) == 2
+
+
+# --- bout ------------------------------------------------------------------------------------------------------------
+
+
+def test_bouts_are_counted_in_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*CHASE, "--opponent", "curved-light"]) == 0
+    said = capsys.readouterr().out
+    assert "5 bouts against curved-light, controller: chase" in said
+    assert "95 % interval" in said
+    (log,) = Path("logs").glob("*-bout.mcap")
+    assert str(log) in said
+    reader = LogReader(log)
+    ended = [entry.value for entry in reader.entries({"/events"}) if entry.value.kind == "bout"]
+    assert len(ended) == 5
+    assert not reader.truncated
+
+
+def test_bouts_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    documents = []
+    for _ in range(2):
+        assert run([*CHASE, "--json", "--no-log"]) == 0
+        documents.append(json.loads(capsys.readouterr().out))
+    first = documents[0]
+    assert documents[0] == documents[1]
+    keys = {"opponent", "trials", "wins", "losses", "draws", "win_rate", "win_rate_ci95", "median_time_to_win_s"}
+    assert set(first) >= keys
+    assert first["wins"] + first["losses"] + first["draws"] == first["trials"] == 5
+    assert first["win_rate"] == first["wins"] / 5
+    low, high = first["win_rate_ci95"]
+    assert 0 <= low <= first["win_rate"] <= high <= 1
+
+
+def test_a_robot_that_never_won_has_no_time_to_win(capsys: pytest.CaptureFixture[str], advice: Path) -> None:
+    text = advice.read_text()
+    start, end = text.index("actions = ["), text.index("]", text.index("actions = ["))
+    while start >= 0:
+        text = text[:start] + 'actions = ["S"' + text[end:]
+        start = text.find("actions = [", start + 1)
+        end = text.find("]", start)
+    advice.write_text(text)
+    assert run(["bout", "--advice", str(advice), "--trials", "2", "--no-log", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["wins"], document["median_time_to_win_s"]) == (0, None)
+    assert run(["bout", "--advice", str(advice), "--trials", "2", "--no-log", "--require", "0.5"]) == 1
+    assert "required was 0.5" in capsys.readouterr().out
+
+
+def test_the_advice_names_its_opponent(capsys: pytest.CaptureFixture[str], advice: Path) -> None:
+    assert run(["bout", "--advice", str(advice), "--trials", "1", "--no-log", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["opponent"] == "flat-light"
+    other = ["--opponent", "point-light", "--trials", "1", "--no-log", "--json"]
+    assert run(["bout", "--advice", str(advice), *other]) == 0
+    assert json.loads(capsys.readouterr().out)["opponent"] == "point-light"
+
+
+@pytest.mark.parametrize(
+    ("line", "replacement", "named"),
+    [
+        ("current = ", 'current = "sideways"', "entries[0].current"),
+        ("evaluations = ", 'evaluations = "many"', "entries[0].evaluations"),
+        ("fitness = ", "fitnes = 3.0", "entries[0].fitness"),
+        ("budget = ", "budget = -3", "settings.budget"),
+        ("version = ", "version = 99", "version"),
+    ],
+)
+def test_a_wrong_advice_field_is_named_with_its_file_and_line(
+    capsys: pytest.CaptureFixture[str], advice: Path, line: str, replacement: str, named: str
+) -> None:
+    lines = advice.read_text().splitlines()
+    number = next(index for index, text in enumerate(lines) if text.startswith(line))
+    lines[number] = replacement
+    advice.write_text("\n".join(lines))
+    assert run(["bout", "--advice", str(advice), "--no-log"]) == 2
+    said = capsys.readouterr().err
+    assert str(advice) in said
+    assert named in said
+    if not replacement.startswith("fitnes"):  # a field that is missing has no line of its own: that of its table is named
+        assert f"line {number + 1}:" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("content", [b"\x00\xff\xfe" * 100, b"", b"a = [", b"[" * 100_000, b"{}", b'"text"'])
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_junk_is_no_advice(capsys: pytest.CaptureFixture[str], folder: Path, suffix: str, content: bytes) -> None:
+    path = folder / f"junk.{suffix}"
+    path.write_bytes(content)
+    assert run(["bout", "--advice", str(path), "--no-log"]) == 2
+    said = capsys.readouterr().err
+    assert f"junk.{suffix}" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ([], "--advice FILE"),
+        (["--advice", "none.toml"], "none.toml"),
+        (["--advice", "."], "."),
+        (["--controller", "cheat"], "cheat"),
+        (["--controller", "chase", "--trials", "0"], "--trials"),
+        (["--controller", "chase", "sim://junior?referee=0"], "needs a referee"),
+    ],
+)
+def test_wrong_usage_of_bout(capsys: pytest.CaptureFixture[str], arguments: list[str], named: str) -> None:
+    assert run(["bout", "--no-log", *arguments]) == 2
+    assert named in capsys.readouterr().err
+
+
+# --- param -----------------------------------------------------------------------------------------------------------
+
+
+def test_all_parameters_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["param", "sim://junior"]) == 0
+    said = capsys.readouterr().out
+    for parameter in PARAMETERS:
+        assert parameter.name in said
+    assert run(["param", "sim://junior", "--json"]) == 0
+    assert list(json.loads(capsys.readouterr().out)) == [parameter.name for parameter in PARAMETERS]
+
+
+def test_a_parameter_is_read_set_saved_and_loaded(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    assert run(["param", "sim://junior", "SPD_SLOW"]) == 0
+    assert capsys.readouterr().out == "0.4\n"
+    assert run(["param", "sim://junior", "SPD_SLOW", "0.3"]) == 0
+    assert capsys.readouterr().out == "0.3\n"
+    assert run(["param", "sim://junior", "--save", "robot.toml", "--quiet"]) == 0
+    saved = tomllib.loads((folder / "robot.toml").read_text())
+    assert set(saved) == {parameter.name for parameter in PARAMETERS}
+    (folder / "mine.toml").write_text("SPD_SLOW = 0.25\nMEM_SLOTS = 32\n")
+    assert run(["param", "sim://junior", "--load", "mine.toml", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["SPD_SLOW"] == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["NOPE"], "no such entry"),
+        (["SPD_FAST", "9"], "keeps 1"),
+        (["MEM_SLOTS", "9"], "keeps 32"),
+        (["SPD_FAST", "fast"], "VALUE"),
+        (["SPD_FAST", "--save", "x.toml"], "not both"),
+        (["--load", "none.toml"], "none.toml"),
+        (["--load", "bad.toml"], "must be a number"),
+        (["--save", "/dev/null/x.toml"], "/dev/null/x.toml"),
+    ],
+)
+def test_wrong_usage_of_param(capsys: pytest.CaptureFixture[str], folder: Path, arguments: list[str], named: str) -> None:
+    (folder / "bad.toml").write_text("SPD_FAST = true\n")
+    assert run(["param", "sim://junior", *arguments]) == 2
+    said = capsys.readouterr().err
+    assert named in said
+    assert "Traceback" not in said
+
+
+# --- monitor, ports, report ------------------------------------------------------------------------------------------
+
+
+def test_a_robot_is_watched_for_a_while(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["monitor", "--duration", "2.5", "--log", "watch.mcap"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 3
+    assert all("disarmed" in line and "battery 7." in line for line in lines)
+    assert run(["monitor", "--duration", "0.5", "--no-log", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["system"], document["armed"], document["state"]) == (1, False, "disarmed")
+    assert document["link"]["lost"] == 0
+    assert list(LogReader(Path("watch.mcap")).entries({"/junior/wheels", "/junior/maneuver"})) == []
+
+
+def test_ports_are_listed_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["ports", "--json", "--no-probe"]) == 0
+    for port in json.loads(capsys.readouterr().out):
+        assert set(port) == {"device", "url", "description", "serial_number", "answer"}
+        assert port["url"].startswith("serial://")
+
+
+def test_a_log_is_reported_on(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*CHASE, "--log", "play.mcap", "--quiet"]) == 0
+    capsys.readouterr()
+    assert run(["report", "play.mcap", "--json", "--out", "pages"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    page = Path(document["page"])
+    assert page.parent == Path("pages")
+    assert "<html" in page.read_text(encoding="utf-8")
+    assert document["pictures"]
+    for picture in document["pictures"]:
+        assert Path(picture).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no log at all", b"\x89MCAP0\r\n\xff\xff"])
+def test_what_is_no_log_is_not_reported_on(capsys: pytest.CaptureFixture[str], folder: Path, content: bytes | None) -> None:
+    if content is not None:
+        (folder / "x.mcap").write_bytes(content)
+    status = run(["report", "x.mcap"])
+    said = capsys.readouterr()
+    assert "Traceback" not in said.err
+    if content is None or content == b"no log at all":
+        assert status == 2
+        assert "x.mcap" in said.err
+
+
+# --- no robot --------------------------------------------------------------------------------------------------------
+
+
+def unused_port() -> str:
+    """A TCP port that nobody listens at."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return f"tcp://127.0.0.1:{probe.getsockname()[1]}"
+
+
+def test_a_port_nobody_listens_at(capsys: pytest.CaptureFixture[str]) -> None:
+    url = unused_port()
+    for verb in (["coach"], ["monitor"], ["param"], ["bout", "--controller", "chase"]):
+        assert run([*verb, url, *([] if verb == ["param"] else ["--no-log"])]) == 3
+        assert f"hil: {url}: nothing listens" in capsys.readouterr().err
+
+
+def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["coach", "serial:///dev/ttyNobody:115200", "--no-log"]) == 3
+    said = capsys.readouterr().err
+    assert "there is no port /dev/ttyNobody" in said
+    assert "hil ports" in said or "Present are" in said or "plugged in" in said
+
+
+def test_a_port_at_which_nobody_answers(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.cli.session.connect", partial(connect, timeout=0.3))
+    endpoint = PtyEndpoint()
+    try:
+        assert run(["coach", endpoint.url, "--no-log"]) == 3
+    finally:
+        endpoint.close()
+    said = capsys.readouterr().err
+    assert f"{endpoint.url}: no robot answered within 0.3 s" in said
+    assert "switched on" in said
