@@ -49,6 +49,7 @@ RUN_BLOCK: Final = 4096
 CHUNK_SIZE: Final = 256 * 1024
 _PADDING: Final = "padding"
 _MESSAGE_HEAD: Final = Struct("<BQHIQQ")
+_MESSAGE: Final = int(Opcode.MESSAGE)
 _INDEX_HEAD: Final = Struct("<BQHI")
 
 
@@ -72,10 +73,11 @@ class LogWriter:
     def __init__(self, path: Path, *, run: Mapping[str, str], flush_every: float = 0.5) -> None:
         self.path = path
         self._interval = round(flush_every * 1e9)
-        self._flushed_at: int | None = None
+        self._flush_at = 0
         self._compressor = zstandard.ZstdCompressor(level=3)
-        self._buffer = bytearray()
-        self._index: dict[int, list[int]] = {}
+        self._pending: list[tuple[int, int, bytes]] = []
+        """What the next chunk will hold: channel, stamp, data; channel 0 is a record that is ready as it is."""
+        self._size = 0
         self._schemas: dict[str, SchemaRecord] = {}
         self._channels: dict[str, Channel] = {}
         self._chunks: list[ChunkIndex] = []
@@ -126,10 +128,10 @@ class LogWriter:
         if record is None:
             record = SchemaRecord(id=len(self._schemas) + 1, data=schema, encoding=schema_encoding, name=schema_name)
             self._schemas[schema_name] = record
-            self._buffer += _serialize(record)
+            self._pending.append((0, 0, _serialize(record)))
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
-        self._buffer += _serialize(found)
+        self._pending.append((0, 0, _serialize(found)))
         return found.id
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -144,19 +146,11 @@ class LogWriter:
             LogError: The disk does not take it (once; from then on nothing is written).
         """
         stamp = round(time * 1e9)
-        if self._flushed_at is None:
-            self._flushed_at = stamp
-        elif stamp - self._flushed_at >= self._interval or len(self._buffer) >= CHUNK_SIZE:
+        if stamp >= self._flush_at or self._size >= CHUNK_SIZE:
             self.flush()
-            self._flushed_at = stamp
-        buffer = self._buffer
-        place = self._index.get(channel)
-        if place is None:
-            place = self._index[channel] = []
-        place.append(stamp)
-        place.append(len(buffer))
-        buffer += _MESSAGE_HEAD.pack(Opcode.MESSAGE, 22 + len(data), channel, 0, stamp, stamp)
-        buffer += data
+            self._flush_at = stamp + self._interval
+        self._pending.append((channel, stamp, data))
+        self._size += len(data) + _MESSAGE_HEAD.size
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record at once.
@@ -182,8 +176,7 @@ class LogWriter:
             self._finish_chunk()
             self._flush_file()
         else:
-            self._buffer.clear()
-            self._index.clear()
+            self._forget()
 
     def close(self) -> None:
         """Finish the file. Repeating it does nothing; after a failure it only gives the file back.
@@ -202,17 +195,17 @@ class LogWriter:
         self._file.close()
 
     def _finish_chunk(self) -> None:
-        if not self._index:
+        if not self._size:
             return
-        raw = bytes(self._buffer)
-        stamps = [stamp for place in self._index.values() for stamp in (min(place[::2]), max(place[::2]))]
+        raw, index = self._pack()
+        stamps = [stamp for place in index.values() for stamp in (min(place[::2]), max(place[::2]))]
         first, last = min(stamps), max(stamps)
         chunk = Chunk("zstd", self._compressor.compress(raw), last, first, zlib.crc32(raw), len(raw))
         start = self._offset
         body = _serialize(chunk)
         self._put(body)
         offsets: dict[int, int] = {}
-        for channel, place in self._index.items():
+        for channel, place in index.items():
             offsets[channel] = self._offset
             size = 8 * len(place)
             self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place))
@@ -231,8 +224,24 @@ class LogWriter:
             )
         )
         self._span = (first, last) if self._span is None else (min(first, self._span[0]), max(last, self._span[1]))
-        self._buffer.clear()
-        self._index.clear()
+
+    def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
+        """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
+        buffer, index, head = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack
+        for channel, stamp, data in self._pending:
+            if channel:
+                place = index.get(channel)
+                if place is None:
+                    place = index[channel] = []
+                place += (stamp, len(buffer))
+                buffer += head(_MESSAGE, 22 + len(data), channel, 0, stamp, stamp)
+            buffer += data
+        self._forget()
+        return bytes(buffer), index
+
+    def _forget(self) -> None:
+        self._pending.clear()
+        self._size = 0
 
     def _write_metadata(self, name: str, values: dict[str, str]) -> None:
         record = _serialize(Metadata(name=name, metadata=values))
@@ -288,8 +297,7 @@ class LogWriter:
 
     def _fail(self, error: OSError) -> None:
         self._open = False
-        self._buffer.clear()
-        self._index.clear()
+        self._forget()
         with suppress(OSError):  # the same trouble again: the file is given back all the same
             self._file.close()
         raise LogError(f"the log {self.path} cannot be written any further: {error.strerror}; it ends here") from error
