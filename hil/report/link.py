@@ -27,7 +27,7 @@ class LinkQuality:
         bytes_sent: Bytes that went out.
         round_trips: Time from a question asked once to its answer, in s.
         arrivals: Log times of good frames, in s.
-        gaps: Log times of lost frames (once per frame), in s.
+        gaps: Log times at which frames were missed (once per frame; some may come late), in s.
         refusals: Log times of rejected input, in s.
         robot: The robot's own counters, as last told; None where it never told.
     """
@@ -78,20 +78,25 @@ class LinkWatcher:
         quality = self.quality
         quality.received[sender] += 1
         quality.arrivals.append(time)
-        last = self._last.get(sender)
-        self._last[sender] = frame
-        step = 1 if last is None else (frame - last) & 0xFF
-        if step == 0:
-            quality.duplicates += 1
-        elif 1 < step < 128:
-            quality.lost += step - 1
-            quality.gaps.extend([time] * (step - 1))
+        self._count(sender, frame, time)
         if isinstance(message, JuniorAck):
             self._answered(self._asked.pop((message.session, message.sequence), None), time)
         elif isinstance(message, Timesync) and message.ts1 in self._compared:
             quality.round_trips.append(time - self._compared.pop(message.ts1))
         elif isinstance(message, JuniorStatus):
             quality.robot = message
+
+    def _count(self, sender: tuple[int, int], frame: int, time: float) -> None:
+        quality, last = self.quality, self._last.get(sender)
+        step = 1 if last is None else (frame - last) & 0xFF
+        if step == 0:
+            quality.duplicates += 1
+        elif step >= 128:  # it comes late and had been counted as lost
+            quality.lost = max(0, quality.lost - 1)
+        else:
+            quality.lost += step - 1
+            quality.gaps.extend([time] * (step - 1))
+            self._last[sender] = frame
 
     def sent(self, message: Message | None, topic: str, time: float) -> None:
         """A message was sent.

@@ -19,6 +19,7 @@ from hil.report.bout_figures import choose, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import BoutPath, RunData, gather
 from hil.report.learning_figures import category_name, maneuver_strips, sort_key, wins_over_run
+from hil.report.link import LinkWatcher
 from hil.report.style import EYE_STYLES, png, styled
 from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
 from pal_advisor.maneuvers import GenerationRecord
@@ -203,6 +204,24 @@ def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
     assert rows["… with a bad checksum, unknown"] == "4, 5"
     assert rows["Starts of the robot so far"] == "7"
     assert rows["Time to an answer, of 20"] == "median 25.0 ms, 99 % 30.0 ms"
+
+
+@pytest.mark.parametrize(
+    ("frames", "lost", "duplicates"),
+    [
+        ([0, 1, 2, 3], 0, 0),
+        ([254, 255, 0, 1], 0, 0),
+        ([0, 3, 4], 2, 0),
+        ([0, 1, 1, 2], 0, 1),
+        ([0, 2, 1, 3, 4], 0, 0),  # one came late
+        ([250, 4], 9, 0),
+    ],
+)
+def test_lost_frames_are_counted_by_their_numbers(frames: list[int], lost: int, duplicates: int) -> None:
+    watcher = LinkWatcher()
+    for frame in frames:
+        watcher.received(None, (1, 1), frame, 0.0)
+    assert (watcher.quality.lost, watcher.quality.duplicates, watcher.quality.good) == (lost, duplicates, len(frames))
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.999])
