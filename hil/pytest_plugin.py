@@ -116,7 +116,7 @@ def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
 
 @pytest.fixture
 def junior(request: pytest.FixtureRequest, junior_emulation: Emulation) -> Iterator[Junior]:
-    """A connected, disarmed Junior; it is stopped and disarmed when the test ends, and must then be at rest.
+    """A connected, disarmed Junior at the start of a bout. When the test ends it is disarmed, and must be at rest.
 
     Emulated, in lock-step: time passes only while the test waits for the robot. With `--hil-link URL` it is the robot
     there; what needs an emulated one (`junior_world`, faults) is skipped.
@@ -132,6 +132,7 @@ def junior(request: pytest.FixtureRequest, junior_emulation: Emulation) -> Itera
     world: World = request.getfixturevalue("junior_world")
     robot = _connect(world, junior_emulation)
     try:
+        _place(robot, junior_emulation)
         yield robot
     finally:
         robot.close()
@@ -217,7 +218,7 @@ def _connect(world: World, wanted: Emulation) -> Junior:
 
 
 def _place(robot: Junior, wanted: Emulation) -> None:
-    """Begin a new bout, where the robot at the link has a referee: an emulated one elsewhere."""
+    """Begin a bout, where there is a referee: without one nobody says how it ends, and a person sets up the ring."""
     from hil.ring import open_ring  # noqa: PLC0415
 
     if robot.referee is not None:

@@ -1,0 +1,89 @@
+"""Every example is run as its docstring says."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from hil.pytest_plugin import ServedJunior
+
+pytest_plugins = ["pytester"]
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+NEEDS_PTY = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
+TIME_OUT = 60
+"""In s; every example takes a few."""
+
+
+def run(name: str, *arguments: str) -> str:
+    """Run an example as a program, and return what it prints."""
+    command = [sys.executable, "-W", "error", str(EXAMPLES / name), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=TIME_OUT, check=False)  # noqa: S603
+    assert done.returncode == 0, done.stderr or done.stdout
+    assert not done.stderr
+    return done.stdout
+
+
+def test_every_example_is_tested() -> None:
+    tested = {"perform.py", "own_controller.py", "plain_pymavlink.py", "test_my_robot_program.py", "ci-recipe.yml"}
+    assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
+
+
+def test_perform() -> None:
+    lines = run("perform.py").splitlines()
+    assert lines[0].startswith("Junior 1 on sim://junior")
+    assert "EYE_HYST was 20, is 25 now" in lines
+    assert any(line.startswith("maneuver: completed, 4 actions done") for line in lines)
+    assert lines[-1] == "stopped and disarmed"
+
+
+def test_own_controller_beats_the_simplest_one() -> None:
+    own, chase = run("own_controller.py", "flat-heavy", "--trials", "10").splitlines()
+    won = [int(re.search(r"won (\d+) of 10 ", line)[1]) for line in (own, chase)]  # type: ignore[index]
+    assert won[0] >= 5
+    assert won[0] > won[1]
+
+
+@NEEDS_PTY
+def test_plain_pymavlink(junior_pty: ServedJunior) -> None:
+    pytest.importorskip("pymavlink")
+    text = run("plain_pymavlink.py", junior_pty.path)
+    assert text.startswith("found system 1, disarmed\nfirmware ")
+    assert "SPD_SLOW was 0.40, set to 0.30, and back to 0.40\n" in text
+    assert "arm: accepted; it is ready\n" in text
+    assert "its heartbeats said driving\n" in text
+    assert "emergency stop while driving: accepted; it is stopped\narm: temporarily rejected, as it should be\n" in text
+    assert text.endswith("disarm: accepted; arm: accepted; disarm: accepted; it is disarmed\n")
+
+
+def test_plain_pymavlink_imports_nothing_of_this_package() -> None:
+    imports = re.findall(
+        r"^\s*(?:from|import) (\w+)", (EXAMPLES / "plain_pymavlink.py").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert set(imports) == {"__future__", "argparse", "collections", "os", "pymavlink", "time", "typing"}
+
+
+@NEEDS_PTY
+def test_the_tests_of_a_robot_program(pytester: pytest.Pytester) -> None:
+    name = "test_my_robot_program.py"
+    pytester.makepyfile(**{name.removesuffix(".py"): (EXAMPLES / name).read_text(encoding="utf-8")})
+    options = ("-W", "error", "--strict-markers", "-p", "no:cacheprovider", "-p", "no:hypothesispytest")
+    pytester.runpytest_inprocess(*options).assert_outcomes(passed=7)
+
+
+def test_the_recipe_s_options_exist(pytester: pytest.Pytester) -> None:
+    recipe = (EXAMPLES / "ci-recipe.yml").read_text(encoding="utf-8")
+    commands = re.findall(r"(?:hil|pytest) [^\n]*", recipe)
+    known = pytester.run(sys.executable, "-m", "pytest", "--help").stdout.str()
+    for verb in ("emulate", "coach"):
+        known += pytester.run(sys.executable, "-c", "import hil.cli; hil.cli.main()", verb, "--help").stdout.str()
+    used = {option for command in commands for option in re.findall(r" (--[a-z-]+)", command)}
+    assert used >= {"--hil-opponent", "--hil-faults", "--link", "--budget"}
+    assert not [option for option in used if option not in known]
