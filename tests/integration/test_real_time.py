@@ -1,0 +1,182 @@
+"""The same job over a pty and a socket, as time passes; and what happens when somebody pulls the plug."""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from processes import PATIENCE, Hil
+
+from firmware_protocol.events import Received
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import Heartbeat, State
+from hil.cli.app import run
+from hil.clock import MonotonicClock
+from hil.coaching import load_checkpoint
+from hil.mcaplog import LogReader
+from simdevice.endpoints import open_endpoint
+from simdevice.server import Server
+from simdevice.world import junior_world
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+SPEED: Final = 2
+"""Seconds of emulation per second: the watchdog then takes 125 ms, three of the host's keep-alives."""
+COACH: Final = ("--period", "0.05", "--held-out", "0", "--no-report")
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals and ptys")
+
+
+class Watched:
+    """An emulated robot that another thread serves, and the test can wait for.
+
+    Attributes:
+        state: What the robot's last heartbeat said it does.
+    """
+
+    def __init__(self) -> None:
+        self.state = State.DISARMED
+        self._world = junior_world()
+        self._codec = MavlinkCodec(system=250, component=1)
+        self._stepped = threading.Condition()
+
+    @property
+    def wheels(self) -> tuple[float, float]:
+        return self._world.device.wheels
+
+    def now(self) -> float:
+        return self._world.now()
+
+    def step(self, inbound: bytes) -> bytes:
+        out = self._world.step(inbound)
+        for event in self._codec.receive(out, self.now()):
+            if isinstance(event, Received) and isinstance(event.message, Heartbeat) and event.component == 1:
+                self.state = State(event.message.custom_mode)
+        with self._stepped:
+            self._stepped.notify_all()
+        return out
+
+    def until(self, done: Callable[[], bool]) -> None:
+        """Wait for something to come true of the robot."""
+        with self._stepped:
+            assert self._stepped.wait_for(done, timeout=PATIENCE)
+
+    def moving(self) -> bool:
+        return self.wheels != (0.0, 0.0)
+
+
+@contextmanager
+def served(link: str) -> Iterator[tuple[str, Watched]]:
+    """An emulated robot in real time, in a thread of this process: its address, and the robot to look at."""
+    watched, endpoint, stop = Watched(), open_endpoint(link), threading.Event()
+    server = Server(watched, endpoint, MonotonicClock(), speed=SPEED)
+    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
+    thread.start()
+    try:
+        yield endpoint.url, watched
+    finally:
+        stop.set()
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+        endpoint.close()
+
+
+def emulator(folder: Path) -> Hil:
+    """An emulated robot in a process of its own."""
+    return Hil(folder, "emulate", "junior", "--link", "pty", "--speed", str(SPEED), "--json")
+
+
+def address_of(robot: Hil) -> str:
+    """Where an emulator says that it is."""
+    found = re.search(r'"url": "(.*)"', robot.until('"url"'))
+    assert found
+    return found[1]
+
+
+def watch(log: Path) -> tuple[LogReader, set[str]]:
+    """Read a whole log: the reader, and the kinds of its events."""
+    reader = LogReader(log)
+    return reader, {entry.value.kind for entry in reader.entries({"/events"})}
+
+
+@pytest.mark.parametrize("link", ["pty", "tcp://127.0.0.1:0", "udp://127.0.0.1:0"])
+def test_the_main_job_in_real_time(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with served(link) as (url, robot):
+        assert run(["coach", url, *COACH, "--budget", "10", "--json", "--log", "run.mcap"]) == 0
+        assert not robot.moving()
+    document = json.loads(capsys.readouterr().out)
+    assert (document["maneuvers"], document["opponent"], document["objective"]) == (10, "flat-light", "outcome")
+    assert document["robot_seconds"] > 10 * 0.15 / SPEED
+    reader, kinds = watch(tmp_path / "run.mcap")
+    assert not reader.truncated
+    assert {"link", "series", "result"} <= kinds
+    assert (tmp_path / document["advice"]).is_file()
+
+
+def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Path) -> None:
+    with emulator(tmp_path) as robot:
+        url = address_of(robot)
+        with Hil(tmp_path, "coach", url, *COACH, "--budget", "20", "--log", "first.mcap") as coach:
+            coach.until("6/20 maneuvers")
+            robot.send(signal.SIGKILL)
+            assert coach.end() == 3
+    assert f"hil: {url}: the port is gone" in coach.text
+    resume = f"hil coach {url} --resume --checkpoint advice/robot-1.checkpoint.json"
+    assert resume in coach.text
+    assert "Traceback" not in coach.text
+    reader, kinds = watch(tmp_path / "first.mcap")
+    assert not reader.truncated
+    assert not reader.damage
+    assert "link" in kinds
+    saved = load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json")
+    assert 6 <= saved.pal.used < 20
+    with emulator(tmp_path) as robot:
+        url = address_of(robot)
+        with Hil(tmp_path, "coach", url, *COACH, "--resume", "--log", "second.mcap") as coach:
+            assert coach.end() == 0, coach.text
+        assert f"{saved.pal.used} of them done already" in coach.text
+        robot.send(signal.SIGTERM)
+        assert robot.end() == 130
+    assert load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json").pal.finished
+    assert not watch(tmp_path / "second.mcap")[0].truncated
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_leaves_the_robot_stopped_and_disarmed(tmp_path: Path, number: signal.Signals) -> None:
+    with served("pty") as (url, robot), Hil(tmp_path, "coach", url, *COACH, "--budget", "1000", "--log", "run.mcap") as coach:
+        robot.until(robot.moving)
+        coach.send(number)
+        assert coach.end() == 130
+        assert not robot.moving()
+        heard = robot.now()
+        robot.until(lambda: robot.now() > heard + 1.1)  # a heartbeat later
+        assert robot.state is State.DISARMED
+    assert "Interrupted." in coach.text
+    assert "--resume" in coach.text
+    assert "Traceback" not in coach.text
+    assert not watch(tmp_path / "run.mcap")[0].truncated
+    assert not load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json").pal.finished
+
+
+def test_a_host_that_is_killed_leaves_a_robot_that_stops_by_itself(tmp_path: Path) -> None:
+    with served("pty") as (url, robot):
+        with Hil(tmp_path, "coach", url, "--period", "1.0", "--budget", "100", "--log", "run.mcap") as coach:
+            robot.until(robot.moving)
+            coach.send(signal.SIGKILL)
+            assert coach.end() == -signal.SIGKILL
+        killed = robot.now()
+        robot.until(lambda: robot.now() > killed + 0.5)
+        assert not robot.moving()
+    reader, _ = watch(tmp_path / "run.mcap")
+    assert reader.truncated
+    assert reader.messages_read > 10

@@ -1,0 +1,86 @@
+"""Programs in processes of their own: their output line by line, every wait bounded."""
+
+from __future__ import annotations
+
+import os
+import queue
+import subprocess
+import sys
+import threading
+from typing import TYPE_CHECKING, Final, Self
+
+if TYPE_CHECKING:
+    import signal
+    from pathlib import Path
+    from types import TracebackType
+
+PATIENCE: Final = 60.0
+"""Longest wait for a line or for the end, in s: a machine under load is slow, but not that slow."""
+
+
+class Hil:
+    """The command `hil` in a process of its own, killed at the end of its `with` block.
+
+    Args:
+        folder: Its working directory.
+        *arguments: Its command line.
+
+    Attributes:
+        lines: What it has printed so far, errors among it.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "200"}
+        self._process = subprocess.Popen(  # noqa: S603 - our own program
+            [sys.executable, "-c", "from hil.cli import main; main()", *arguments],
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        self.lines: list[str] = []
+        self._arrived: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait(PATIENCE)
+        self._reader.join(PATIENCE)
+        assert self._process.stdout is not None
+        self._process.stdout.close()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        for line in self._process.stdout:
+            self._arrived.put(line)
+        self._arrived.put(None)
+
+    @property
+    def text(self) -> str:
+        """What it has printed so far."""
+        return "".join(self.lines)
+
+    def until(self, text: str) -> str:
+        """Wait for a line that holds a text, and return it."""
+        while (line := self._arrived.get(timeout=PATIENCE)) is not None:
+            self.lines.append(line)
+            if text in line:
+                return line
+        raise AssertionError(f"it ended without {text!r}:\n{self.text}")
+
+    def end(self) -> int:
+        """Wait for its end, and return its exit status."""
+        while (line := self._arrived.get(timeout=PATIENCE)) is not None:
+            self.lines.append(line)
+        return self._process.wait(PATIENCE)
+
+    def send(self, number: signal.Signals) -> None:
+        """Send it a signal."""
+        self._process.send_signal(number)
