@@ -68,11 +68,11 @@ def physics(opponent: str, seconds: float, *, bare: bool) -> float:
         Simulated seconds per wall second.
     """
     table = Table(opponent)
-    table.robot.motors.command(700, 700)
     start = perf_counter()
     for step in range(round(seconds / PERIOD)):
         if step % 800 == 0:
             table.reset(step)
+            table.robot.motors.command(700, 700)
         if bare:
             table.arena.space.step(PERIOD)
         else:

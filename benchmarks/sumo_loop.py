@@ -95,10 +95,10 @@ def measure(opponent: str, steps: int) -> dict[str, float]:
     table = Table(opponent)
 
     def bodies() -> None:
-        table.robot.motors.command(700, 700)
         for step in range(steps):
             if step % BOUT_PERIODS == 0:
                 table.reset(step)
+                table.robot.motors.command(700, 700)
             table.arena.step()
 
     def floor() -> None:

@@ -58,7 +58,6 @@ class Junior:
         self.referee: Referee | None = None
         self.now = now
         self._sensors: JuniorSensors | None = None
-        self._parameters: dict[str, float] = {}
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
 
@@ -323,7 +322,7 @@ class Junior:
                 if type(message) is JuniorSensors:
                     self._sensors = message
                 elif type(message) is RefereeState and self.referee is not None:
-                    self.referee.latest = message
+                    self.referee.heard(message)
             for listener in self._listeners:
                 listener(event)
         return events

@@ -24,12 +24,22 @@ class Referee:
         junior: The robot whose ring it watches.
 
     Attributes:
-        latest: Its last word.
+        latest: Its last word; of a bout that is over, the one that said so first.
     """
 
     def __init__(self, junior: Junior) -> None:
         self._junior = junior
         self.latest = NOBODY
+
+    def heard(self, state: RefereeState) -> None:
+        """Take its word; of a bout that is over, only the first, so that the phase of its reports makes no difference.
+
+        Args:
+            state: What it says.
+        """
+        known = self.latest
+        if not (known.phase == Phase.OVER and state.phase == Phase.OVER and state.bout == known.bout):
+            self.latest = state
 
     def reset(self, seed: int, opponent: OpponentCode = OpponentCode.KEEP) -> RefereeState:
         """Begin a new bout.

@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 NVM_SIZE: Final = 1024
 """Size of the EEPROM, in bytes (as on an ATmega328P)."""
 
-_INPUTS: Final = struct.Struct("@2H2HH2B2B2iiB")
+_INPUTS: Final = struct.Struct("@2H2HH2B2B2IIB")
 """The first fields of the C struct `host_io`, as the C compiler lays them out: eyes, floor, battery, arms, what is fitted,
-travel, ground, start."""
+travel, ground, start. Counters of way are signed there; here their bits count, since they wrap."""
+_WRAP: Final = 0xFFFFFFFF
+"""Encoders and ground odometer count micrometres in 32 bits: after 2147 m they go on from the other end."""
 
 
 class _Library(Protocol):
@@ -40,7 +42,7 @@ def _load() -> _Host:
     """Import the extension module and check that its struct is the one packed here."""
     host = cast("_Host", importlib.import_module("firmware_protocol.firmware._host"))
     offset = host.ffi.offsetof
-    if offset("host_io", "start") != _INPUTS.size - 1 or offset("host_io", "travel_um") != struct.calcsize("@2H2HH2B2B0i"):
+    if offset("host_io", "start") != _INPUTS.size - 1 or offset("host_io", "travel_um") != struct.calcsize("@2H2HH2B2B0I"):
         raise ImportError("the firmware's host build does not match this version of simdevice: build the package again")
     return host
 
@@ -125,9 +127,9 @@ class Board:
             sensors.arm_left,
             sensors.arm_right,
             *self._fitted,
-            int(motors.travel_left * 1e6),
-            int(motors.travel_right * 1e6),
-            int(ground * 1e6),
+            int(motors.travel_left * 1e6) & _WRAP,
+            int(motors.travel_right * 1e6) & _WRAP,
+            int(ground * 1e6) & _WRAP,
             self.start,
         )
         count = _HOST.lib.host_tick(self._robot, micros, rx, len(rx))

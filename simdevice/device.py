@@ -71,7 +71,7 @@ class VirtualDevice:
 
         Args:
             inbound: Bytes from the host that have arrived by now.
-            lifted: Somebody holds it up: it senses nothing.
+            lifted: Somebody holds it up: it senses nothing, and its wheels touch nothing.
 
         Returns:
             Bytes for the host.
@@ -83,7 +83,8 @@ class VirtualDevice:
         motors = robot.motors
         sent = board.tick(self._micros, inbound, sensors, motors, robot.body.ground)
         self._micros += PERIOD_US
-        motors.command(board.wheel_left, board.wheel_right)
+        if not lifted:
+            motors.command(board.wheel_left, board.wheel_right)
         if sent and self._fresh:
             self.system = sent[_SYSTEM_BYTE]
             self._fresh = False

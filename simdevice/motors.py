@@ -108,7 +108,7 @@ class Motors:
         self._share = self.voltage * self._per_volt
 
     def begin(self, noise: np.random.Generator) -> None:
-        """Begin a bout: a full battery, and errors that follow from the bout's own seed.
+        """Begin a bout: a full battery, no command, and errors that follow from the bout's own seed.
 
         Args:
             noise: Source of the command noise from now on.
@@ -117,10 +117,8 @@ class Motors:
         self.charge = 0.0
         self.voltage = self._full
         self._share = self.voltage * self._per_volt
-        command = self._command
         self._command = (0, 0)
         self._effort_left = self._effort_right = 0.0
-        self.command(*command)
 
     def power_on(self) -> None:
         """Encoders count from zero again and the drivers are off; the battery stays as it is."""

@@ -43,7 +43,7 @@ REFLEXES: Final[dict[Stimulus, tuple[Action, ...]]] = {
 
 
 class Keeper:
-    """Sets the second Junior up at the start of each bout.
+    """Sets the second Junior up at the start of each bout, each time in the same way and the same number of periods.
 
     Attributes:
         playing: The second Junior is on the table.
@@ -53,7 +53,6 @@ class Keeper:
         self._codec = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
         self._session = 0
         self._frames: list[bytes] = []
-        self._taught = False
         self.playing = False
 
     def rest(self) -> None:
@@ -62,31 +61,34 @@ class Keeper:
         self._frames.clear()
 
     def begin(self) -> None:
-        """A bout begins: open a session, teach (until it has been done), arm, and start the contest without a countdown."""
+        """A bout begins: open a session, teach, end the contest of the bout before, and start one without a countdown.
+
+        A robot in a contest takes no notice of a new session, and would go on with the maneuver it was performing; only
+        disarming ends it. It is taught every time, so that the first bout begins as any other.
+        """
         self._session = self._session % 0xFFFF + 1
         session = self._session
         robot = (_SYSTEM, ROBOT_COMPONENT)
         messages: list[Message] = [JuniorSession(session, 0, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR)]
+        messages += [CommandLong(*robot, Command.ARM_DISARM, param1=0.0), ParamSet(*robot, "CONTEST_MAX", 0.0)]
         sequence = 0
-        if not self._taught:
-            messages.append(ParamSet(*robot, "CONTEST_MAX", 0.0))
-            for stimulus, actions in REFLEXES.items():
-                sequence += 1
-                codes = tuple(int(action) for action in actions) + (0,) * (MAX_ACTIONS - len(actions))
-                messages.append(
-                    JuniorMemoryWrite(
-                        session=session,
-                        sequence=sequence,
-                        period=_PERIOD,
-                        options=_OPTIONS,
-                        target_system=_SYSTEM,
-                        target_component=ROBOT_COMPONENT,
-                        previous=ANY_STIMULUS,
-                        current=int(stimulus),
-                        count=len(actions),
-                        actions=codes,
-                    )
+        for stimulus, actions in REFLEXES.items():
+            sequence += 1
+            codes = tuple(int(action) for action in actions) + (0,) * (MAX_ACTIONS - len(actions))
+            messages.append(
+                JuniorMemoryWrite(
+                    session=session,
+                    sequence=sequence,
+                    period=_PERIOD,
+                    options=_OPTIONS,
+                    target_system=_SYSTEM,
+                    target_component=ROBOT_COMPONENT,
+                    previous=ANY_STIMULUS,
+                    current=int(stimulus),
+                    count=len(actions),
+                    actions=codes,
                 )
+            )
         messages += [
             CommandLong(*robot, Command.ARM_DISARM, param1=1.0),
             JuniorContest(session, sequence + 1, 0.0, *robot, ContestCommand.START),
@@ -98,6 +100,4 @@ class Keeper:
         """What to send in this control period: one frame at a time."""
         if not self._frames:
             return b""
-        frame = self._frames.pop(0)
-        self._taught = self._taught or not self._frames
-        return frame
+        return self._frames.pop(0)

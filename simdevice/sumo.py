@@ -130,6 +130,7 @@ class Table:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
         self.arena = Arena(ring)
+        self._half_x, self._half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
         self.robot = Robot(self._profile, self.arena.ring, stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
         self.arena.add(self.robot.body)
         self.second: Robot | None = None
@@ -153,7 +154,7 @@ class Table:
 
     @property
     def elapsed(self) -> float:
-        """Time since the bout began, in s."""
+        """Time since the bout began, in s; of one that is over, the time it took."""
         return self._steps * PERIOD
 
     @property
@@ -208,16 +209,18 @@ class Table:
             self.lifted -= 1
             return
         self.arena.step()
-        self._steps += 1
         if self.outcome is BoutOutcome.UNDECIDED:
+            self._steps += 1
             self.judge()
 
     def judge(self) -> None:
         """Decide the bout where it is decided: out is whose centre has left the ring."""
-        ring = self.arena.ring
+        half_x = self._half_x
+        half_y = self._half_y
         body = self.robot.body
-        won = ring.clearance(self.opponent.x, self.opponent.y) < 0.0
-        lost = ring.clearance(body.x, body.y) < 0.0
+        other = self.opponent
+        lost = not (-half_x <= body.x <= half_x and -half_y <= body.y <= half_y)
+        won = not (-half_x <= other.x <= half_x and -half_y <= other.y <= half_y)
         if won or lost:
             self.outcome = BoutOutcome.DRAW if won and lost else BoutOutcome.WIN if won else BoutOutcome.LOSS
         elif self.elapsed >= TIME_LIMIT:
