@@ -33,7 +33,7 @@ class Limits:
     def __post_init__(self) -> None:
         if not 0 < self.speed <= 1:
             raise ValueError(f"the speed limit is a share of full, above 0 and up to 1, not {self.speed:g}")
-        if self.duration <= 0 or self.maneuver <= 0:
+        if not (self.duration > 0 and self.maneuver > 0):  # NaN is not either
             raise ValueError("time limits must be positive")
 
     def wheels(self, left: float, right: float, duration: float) -> tuple[float, float, float]:

@@ -35,7 +35,8 @@ class Rate:
         p, z2 = self.value, Z95 * Z95
         middle = (p + z2 / (2 * n)) / (1 + z2 / n)
         half = Z95 / (1 + z2 / n) * sqrt(p * (1 - p) / n + z2 / (4 * n * n))
-        return max(0.0, middle - half), min(1.0, middle + half)
+        low, high = max(0.0, middle - half), min(1.0, middle + half)
+        return (low if self.successes else 0.0), (high if self.successes < n else 1.0)  # exactly, whatever the rounding
 
     def __str__(self) -> str:
         low, high = self.ci95
