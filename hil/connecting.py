@@ -40,7 +40,7 @@ def connect(
             `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line.
         system: System id of the robot; None takes the first that answers.
         timeout: Longest wait for it in s.
-        limits: Bounds on every motion.
+        limits: Bounds on what is asked of it.
         taps: What is shown everything that passes: a `Recorder`, for instance.
 
     Returns:

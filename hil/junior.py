@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from firmware_protocol.errors import HilError, NoRobotError
+from firmware_protocol.errors import HilError, NoRobotError, RefusedError
 from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
-from firmware_protocol.messages import REFEREE_COMPONENT, JuniorSensors, JuniorStatus, RefereeState, SensorFlag, State
+from firmware_protocol.messages import (
+    REFEREE_COMPONENT,
+    Heartbeat,
+    JuniorSensors,
+    JuniorStatus,
+    RefereeState,
+    SensorFlag,
+    State,
+)
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.referee import Referee
 from hil.safety import Limits
@@ -25,8 +33,8 @@ T = TypeVar("T")
 
 WAIT = 0.05
 """Longest wait of one step of the bridge, in s."""
-REFEREE_WAIT = 0.15
-"""A referee speaks 20 times a second: who is silent for three periods is not there, in s."""
+REFEREE_WAIT = 0.5
+"""A referee speaks 20 times a second: who is silent for ten periods is not there, bad line or slow emulator, in s."""
 STOP_WAIT = 0.5
 """How long a robot is given to acknowledge the stop on the way out, in s."""
 STIMULUS_BITS = 15
@@ -41,12 +49,12 @@ class Junior:
     Args:
         bridge: Speaks with the robot.
         now: Reads the clock, in s.
-        limits: Bounds on every motion.
+        limits: Bounds on what is asked of it.
 
     Attributes:
         bridge: Speaks with the robot.
         peer: What is known of the robot.
-        limits: Bounds on every motion.
+        limits: Bounds on what is asked of it.
         referee: The referee, where one is; else None.
     """
 
@@ -176,19 +184,26 @@ class Junior:
 
         Raises:
             RefusedError: Its emergency stop is engaged.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
         """
-        self.finish(self.peer.arm())
+        try:
+            self.finish(self.peer.arm())
+        except RefusedError as error:
+            if self.finish(self.peer.request(Heartbeat)).custom_mode != State.STOPPED:
+                raise
+            raise RefusedError("arming", "its emergency stop is engaged; make sure that it may move, then disarm it") from error
 
     def disarm(self) -> None:
-        """Stop it, and keep its wheels from turning; ends an emergency stop."""
+        """Stop it, and keep its wheels from turning; ends an emergency stop. Raises as `read_sensors` does."""
         self.finish(self.peer.disarm())
 
     def emergency_stop(self) -> None:
-        """Stop at once; it stays stopped until it is disarmed and armed again."""
+        """Stop at once; it stays stopped until it is disarmed and armed again. Raises as `read_sensors` does."""
         self.finish(self.peer.emergency_stop())
 
     def stop(self) -> None:
-        """Stop the wheels and whatever it is performing; it stays armed."""
+        """Stop the wheels and whatever it is performing; it stays armed. Raises as `drive` does."""
         self.finish(self.peer.drive(0.0, 0.0, 0.0))
 
     def drive(self, left: float, right: float, duration: float = 0.25) -> tuple[float, float, float]:
@@ -205,6 +220,8 @@ class Junior:
         Raises:
             RefusedError: It is not armed, or is stopped.
             ValueError: A value is not a finite number.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
         """
         sent = self.limits.wheels(left, right, duration)
         self.finish(self.peer.drive(*sent))
@@ -220,7 +237,7 @@ class Junior:
         """Have a maneuver performed, and wait for the report. The robot times it; nothing of it depends on the host.
 
         Args:
-            maneuver: What to do: a `Maneuver`, or up to eight actions by name.
+            maneuver: What to do: a `Maneuver`, or up to eight actions by name, as `["FF", "S"]` or `"FF S"`.
             period: Time each action lasts, in s, where names are given.
             until: Break the maneuver off when this says so; looked at whenever something has come.
 
@@ -233,6 +250,8 @@ class Junior:
             PeerError: The robot is gone or does not answer.
             LinkError: The link is gone.
         """
+        if isinstance(maneuver, str):
+            maneuver = maneuver.split()
         if not isinstance(maneuver, Maneuver):
             maneuver = Maneuver(tuple(_action(one) for one in maneuver), period=period)
         ticket = self.peer.perform(self.limits.bounded(maneuver))
@@ -330,12 +349,16 @@ class Junior:
     # --- leaving -----------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """Stop and disarm the robot, and give the link back. Safe to repeat, and when the robot or link is gone."""
+        """Stop and disarm the robot, and give the link back. Safe to repeat, and when the robot or link is gone.
+
+        A robot that has not been heard for a while is told too: it may hear us.
+        """
         if self._closed:
             return
         self._closed = True
+        self._listeners.clear()
         try:
-            if hasattr(self, "peer") and self.peer.ready:
+            if hasattr(self, "peer"):
                 self._say_stop()
         except (HilError, OSError):
             pass  # the robot stops by its own watchdog

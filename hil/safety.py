@@ -1,6 +1,7 @@
-"""What the host never asks of a robot: limits on every motion, applied at one place, and reported.
+"""What the host never asks of a robot: limits on what it is told to do, applied at one place, and reported.
 
-The robot has its own watchdog and e-stop; these limits are for what a program or a person would send by mistake.
+The robot has its own watchdog and e-stop; these limits are for what a program or a person would send by mistake. How fast
+the actions of a maneuver are is for the robot's parameters to say (`SPD_FAST` and its neighbours), not for the host.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ class Limits:
     """Bounds on motion commands.
 
     Attributes:
-        speed: Greatest wheel command, share of full, 0..1.
-        duration: Longest wheel command, in s: the dead-man time of a drive command.
-        maneuver: Longest maneuver, in s.
+        speed: Greatest wheel speed of a drive command, share of full, 0..1.
+        duration: Longest drive command, in s: its dead-man time.
+        maneuver: Longest maneuver, in s, the floor reflex not counted. No action is made shorter than 0.02 s, the
+            shortest that robots know.
 
     Raises:
         ValueError: A bound is not positive, or the speed is above 1.

@@ -135,7 +135,7 @@ def test_the_emergency_stop_holds_until_disarmed_and_armed_again() -> None:
     junior = driving(watched)
     junior.emergency_stop()
     stopped = watched.now()
-    with pytest.raises(RefusedError, match="not in its present state"):
+    with pytest.raises(RefusedError, match="emergency stop is engaged"):
         junior.arm()
     with pytest.raises(RefusedError, match="emergency stop"):
         junior.drive(1.0, 1.0)
