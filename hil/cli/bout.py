@@ -63,7 +63,8 @@ def bout(
     """
     player = _controller(advice, controller, seed)
     if opponent is None and link is None:
-        opponent = (load_advice(advice).opponent if advice else "") or "flat-light"
+        learnt_against = load_advice(advice).opponent if advice else ""
+        opponent = learnt_against if learnt_against in common.OPPONENTS else "flat-light"
     if opponent is not None:
         common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)

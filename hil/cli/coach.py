@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+import shlex
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -16,7 +16,8 @@ from hil.bouts import Tally, play
 from hil.cli import common
 from hil.cli.progress import CoachingDisplay
 from hil.cli.session import Session, open_session
-from hil.coaching import Checkpoint, Coaching, check_objective, load_checkpoint, new_pal
+from hil.clock import MonotonicClock
+from hil.coaching import Checkpoint, CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
 from hil.controllers import AdviceController, Controller, RandomController
 from hil.ring import Ring, open_ring
 from hil.seeds import Branch, bout_seed, generator
@@ -119,7 +120,7 @@ def coach(
     """
     if opponent is not None:
         common.check_opponent(opponent)
-    started = time.monotonic()
+    clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
     here = opponent or ("robot" if link else "flat-light")
     saved = load_checkpoint(checkpoint or _beside(here, seed, "checkpoint.json")) if resume else None
@@ -146,17 +147,19 @@ def coach(
         )
     except SettingsError as error:
         raise common.UsageError(str(error)) from error
+    if saved is not None:
+        settings = saved.pal.settings
     described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
     with open_session(link, opponent=opponent, seed=seed, log=path, config=described) as session:
         run = _Run(session, console, opponent, seed, files, quiet=quiet)
         run.prepare(settings, saved, choose_objective=objective is None)
         try:
             run.coach()
+            trials = held_out if held_out is not None else HELD_OUT_LOCKSTEP if session.lockstep else HELD_OUT_REAL_TIME
+            tally, random = run.held_out(trials)
         except (HilError, KeyboardInterrupt):
             run.tell_how_to_resume(link)
             raise
-        trials = held_out if held_out is not None else HELD_OUT_LOCKSTEP if session.lockstep else HELD_OUT_REAL_TIME
-        tally, random = run.held_out(trials)
         document = run.document(tally)
         session.finish(document)
     if files.report is not None and files.log is not None:
@@ -167,11 +170,12 @@ def coach(
         common.print_json(document)
     else:
         for line in coaching_summary(
-            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=time.monotonic() - started
+            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=clock.now()
         ):
             console.print(line, markup=False)
     if require is not None and (tally is None or tally.win_rate.value < require):
-        console.print(f"Fewer than the required {require:g} of the held-out bouts were won.")
+        none = ": there were none" if tally is None else ""
+        console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
         return common.EXIT_FELL_SHORT
     return common.EXIT_DONE
 
@@ -179,6 +183,26 @@ def coach(
 def _beside(name: str, seed: int, kind: str) -> Path:
     """Where a file of a run is by default."""
     return Path("advice") / f"{name}-{seed}.{kind}"
+
+
+def _keep_unfinished(path: Path, console: Console) -> None:
+    """Put the checkpoint of a run that was cut aside: to begin anew is not to throw away what was learnt.
+
+    Args:
+        path: Where the new run's checkpoint is to be.
+        console: Where to say so.
+    """
+    try:
+        saved = load_checkpoint(path)
+    except CheckpointError:  # there is none, or nothing that could be resumed
+        return
+    if saved.pal.finished or not saved.pal.used:
+        return
+    kept, number = path.with_name(f"{path.name}.old"), 2
+    while kept.exists():
+        kept, number = path.with_name(f"{path.name}.old{number}"), number + 1
+    path.rename(kept)
+    console.print(f"{path} was of a run cut after {saved.pal.used} maneuvers (--resume goes on): kept as {kept}.", markup=False)
 
 
 def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
@@ -226,6 +250,7 @@ class _Run:
             if choose_objective and not self.ring.refereed:
                 settings = PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
             pal, progress = new_pal(settings, self._seed), None
+            _keep_unfinished(self._files.checkpoint, self._console)
         check_objective(pal.settings.objective, self.ring)
         self._display = CoachingDisplay(self._console, pal.settings, used=pal.used, quiet=self._quiet)
         self._display.headline(self._session.junior, self.ring.opponent, pal)
@@ -250,11 +275,11 @@ class _Run:
 
     def tell_how_to_resume(self, link: str | None) -> None:
         """Say where the work is, and how to go on."""
-        where = f" {link}" if link else ""
+        command = ["hil", "coach", *([link] if link else []), "--resume", "--checkpoint", str(self._files.checkpoint)]
+        if self._files.advice != _beside("robot" if link else self.ring.opponent, self._seed, "advice.toml"):
+            command += ["--advice-out", str(self._files.advice)]
         self._console.print(
-            f"What was learnt so far is in {self._files.checkpoint}. To go on: "
-            f"hil coach{where} --resume --checkpoint {self._files.checkpoint}",
-            markup=False,
+            f"What was learnt so far is in {self._files.checkpoint}. To go on: {shlex.join(command)}", markup=False
         )
 
     def held_out(self, trials: int) -> tuple[Tally | None, Tally | None]:

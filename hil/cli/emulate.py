@@ -11,7 +11,6 @@ from typing import Annotated
 
 import typer
 
-from firmware_protocol.errors import LinkOpenError
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
@@ -84,4 +83,4 @@ def _load(memory: Path | None) -> bytes | None:
     try:
         return memory.read_bytes()
     except OSError as error:
-        raise LinkOpenError(str(memory), f"cannot be read: {error.strerror}") from error
+        raise common.UsageError(f"cannot read {memory}: {error.strerror}") from error

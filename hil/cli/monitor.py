@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,7 @@ import typer
 from rich.console import Group
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import SensorFlag, State
@@ -26,6 +28,8 @@ DRIVE_TIME = 0.3
 """A key drives for this long, in s; holding it down repeats it."""
 SPEED, TURN = 0.6, 0.35
 DRIVES = {"^": (SPEED, SPEED), "v": (-SPEED, -SPEED), "<": (-TURN, TURN), ">": (TURN, -TURN)}
+STOPS = "e "
+QUIT = "q\x03\x04"
 HELP = "a arm   d disarm   arrows drive   space stop   e emergency stop   q quit"
 LINE_EVERY = 1.0
 """Without a terminal a line is printed this often, in s."""
@@ -63,22 +67,40 @@ def _watch(session: Session, console: Console, duration: float | None, *, live: 
     junior = session.junior
     end = None if duration is None else junior.now() + duration
     line_due = junior.now()
+    refusal = ""
     with pressed_keys() as keys, Live(console=console, auto_refresh=False, transient=False) as display:
         while end is None or junior.now() < end:
             junior.step()
-            for key in keys():
-                if key in "q\x03\x04":
+            for key in worth_obeying(keys()):
+                if key in QUIT:
                     return
-                _obey(session, key)
+                refusal = _obey(session, key)
             if live:
-                display.update(_view(junior), refresh=True)
+                display.update(_view(junior, refusal), refresh=True)
             elif not silent and junior.now() >= line_due:
                 line_due = junior.now() + LINE_EVERY
                 console.print(_line(junior), markup=False)
 
 
-def _obey(session: Session, key: str) -> None:
-    """Do what a key asks, and put it into the log."""
+def worth_obeying(keys: str) -> str:
+    """Of the keys pressed since the last look, those that still matter.
+
+    A key held down repeats faster than a bad line answers: it counts once, or the robot would go on after it was let go.
+    What was pressed before a stop is not done at all.
+
+    Args:
+        keys: What was pressed, in order.
+    """
+    last_stop = max(keys.rfind(key) for key in STOPS)
+    return "".join(key for key, _ in groupby(keys[max(last_stop, 0) :]))
+
+
+def _obey(session: Session, key: str) -> str:
+    """Do what a key asks, and put it into the log.
+
+    Returns:
+        Why the robot refused; empty when it did not.
+    """
     junior = session.junior
     if session.recorder is not None:
         session.recorder.operator(key)
@@ -99,6 +121,8 @@ def _obey(session: Session, key: str) -> None:
     except RefusedError as error:
         if session.recorder is not None:
             session.recorder.note("safety", str(error))
+        return str(error)
+    return ""
 
 
 def _names(junior: Junior) -> str:
@@ -107,14 +131,15 @@ def _names(junior: Junior) -> str:
 
 def _line(junior: Junior) -> str:
     sensors, counters = junior.sensors, junior.peer.counters
+    state = junior.state.name.lower() if junior.peer.ready else "not heard"
     return (
-        f"{sensors.time:8.2f} s  {junior.state.name.lower():10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
+        f"{sensors.time:8.2f} s  {state:10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
         f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(junior)}  "
         f"frames {counters.good}, lost {counters.lost}, rejected {counters.rejected}"
     )
 
 
-def _view(junior: Junior) -> Group:
+def _view(junior: Junior, refusal: str) -> Group:
     sensors, counters = junior.sensors, junior.peer.counters
     table = Table(title=junior.description, title_justify="left", show_header=True, box=None)
     for head in ("", "left", "right"):
@@ -130,6 +155,8 @@ def _view(junior: Junior) -> Group:
         f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
         f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "
         f"{counters.retries} repeated, answer in {latency}",
+        "" if junior.peer.ready else "NOT HEARD ANY MORE: these readings are old",
+        Text(refusal),
         HELP,
     )
 

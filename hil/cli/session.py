@@ -11,6 +11,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
+from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.connecting import connect
 from hil.recorder import Recorder
@@ -127,7 +128,13 @@ def open_session(
             }
             recorder = Recorder(log, run=run, config=described, link=url, lockstep=address.scheme == "sim")
             stack.callback(recorder.close)
-        junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else []))
+        try:
+            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else []))
+        except LinkOpenError:
+            if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
+                recorder.close()
+                log.unlink()
+            raise
         if arm:
             junior.arm()
         if recorder is not None:
@@ -137,13 +144,21 @@ def open_session(
 
 @contextmanager
 def terminate_as_interrupt() -> Iterator[None]:
-    """Let a polite kill end the run as Ctrl-C does: robot stopped, files closed."""
+    """Let a polite kill, and a terminal that is closed, end the run as Ctrl-C does: robot stopped, files closed.
+
+    Signals that are ignored (as under nohup) stay ignored.
+    """
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGTERM, interrupt)
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
+    caught = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
+    for number in caught:
+        signal.signal(number, interrupt)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number in caught:
+            signal.signal(number, before[number])

@@ -201,3 +201,43 @@ def test_over_a_bad_line_every_maneuver_is_performed_once(capsys: pytest.Capture
         else:
             performed = max(performed, entry.value.maneuvers)
     assert performed <= len(asked) == 80
+
+
+def cut_short(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
+    """Have somebody press Ctrl-C when a run has rated so many maneuvers."""
+    left = after
+
+    def counting(*_: object) -> None:
+        nonlocal left
+        left -= 1
+        if left == 0:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("hil.cli.progress.CoachingDisplay.trial", counting)
+
+
+def test_beginning_anew_keeps_what_a_run_that_was_cut_had_learnt(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patched:
+        cut_short(patched, 55)
+        assert run([*COACH, "--no-log", "--advice-out", "my advice.toml"]) == 130
+    said = capsys.readouterr().out
+    assert "hil coach --resume --checkpoint advice/flat-light-1.checkpoint.json --advice-out 'my advice.toml'" in said
+    used = load_checkpoint(Path("advice/flat-light-1.checkpoint.json")).pal.used
+    assert used > 0
+    for number in ("", "2"):
+        with monkeypatch.context() as patched:
+            cut_short(patched, 55)
+            assert run([*COACH, "--no-log"]) == 130
+        assert f"kept as advice/flat-light-1.checkpoint.json.old{number}" in capsys.readouterr().out
+        assert load_checkpoint(Path(f"advice/flat-light-1.checkpoint.json.old{number}")).pal.used == used
+    assert run([*COACH, "--no-log", "--resume"]) == 0
+    assert run([*COACH, "--no-log"]) == 0
+    assert len(files("advice/*.old*")) == 2  # a run that was finished is nothing to be resumed
+
+
+def test_a_link_that_cannot_be_opened_leaves_no_log(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["coach", "serial:///dev/no-such-port:115200"]) == 3
+    assert "no-such-port" in capsys.readouterr().err
+    assert files("logs/*") == []
