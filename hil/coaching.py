@@ -264,5 +264,5 @@ def load_checkpoint(path: Path) -> Checkpoint:
     try:
         progress = Progress(int(data["bouts"]), int(data["wins"]), int(data["losses"]), float(data["robot_seconds"]))
         return Checkpoint(Pal.from_state(data["pal"]), int(data["seed"]), str(data["opponent"]), progress)
-    except (KeyError, TypeError, ValueError, StateError) as error:
+    except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, StateError) as error:
         raise CheckpointError(f"the checkpoint {path} is damaged: {error}") from error

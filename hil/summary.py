@@ -87,7 +87,8 @@ def coaching_summary(
         before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
         actions = " ".join(action.name for action in entry.actions)
         called = f", {' and '.join(entry.names)}" if entry.names else ""
-        worth = f"Worth {entry.fitness:.1f}, tried {entry.evaluations} times."
+        times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
+        worth = f"Worth {entry.fitness:.1f}, tried {times}."
         lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
     lines.append("")
     if tally is None:

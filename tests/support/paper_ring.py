@@ -1,0 +1,64 @@
+"""A ring on paper: engagements as the test writes them, no robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firmware_protocol.maneuver_fields import ManeuverReport
+from firmware_protocol.messages import BoutOutcome, Reason
+from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
+from hil.ring import Engagement
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from firmware_protocol.vocabulary import Maneuver
+
+TALLY = ActionTally(samples=10, eyes=(10, 10), edges=(0, 0), longest_press=(0.0, 0.0), pressed_travel=0.0)
+
+
+def engagement(
+    outcome: BoutOutcome = BoutOutcome.UNDECIDED,
+    *,
+    ended: Outcome = Outcome.COMPLETED,
+    reason: Reason = Reason.NONE,
+    tallies: int = 1,
+    elapsed: float | None = 1.0,
+    after: Stimulus = Stimulus.NONE,
+) -> Engagement:
+    """What a maneuver of one action did."""
+    report = ManeuverReport(ended, reason, tallies, (TALLY,) * tallies, Stimulus.NONE, after)
+    progress = None if elapsed is None else 0.01
+    return Engagement(report, after, outcome, elapsed, progress, 0.25)
+
+
+class PaperRing:
+    """Plays what it is given, in order, again and again at the last.
+
+    Args:
+        *script: What the maneuvers do; an exception is raised instead.
+        refereed: There is a referee.
+
+    Attributes:
+        begun: Seeds of the bouts begun.
+        performed: Maneuvers performed.
+    """
+
+    def __init__(self, *script: Engagement | BaseException, refereed: bool = True) -> None:
+        self.refereed = refereed
+        self.opponent = "flat-light"
+        self.begun: list[int] = []
+        self.performed: list[Maneuver] = []
+        self._script: Iterator[Engagement | BaseException] = iter(script)
+        self._next = script[0]
+
+    def begin(self, seed: int) -> Stimulus:
+        self.begun.append(seed)
+        return Stimulus.EYE_LEFT
+
+    def engage(self, maneuver: Maneuver) -> Engagement:
+        self.performed.append(maneuver)
+        self._next = next(self._script, self._next)
+        if isinstance(self._next, BaseException):
+            raise self._next
+        return self._next

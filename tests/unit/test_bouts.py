@@ -1,0 +1,81 @@
+"""Bouts and how they are counted, on paper."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from paper_ring import PaperRing, engagement
+
+from firmware_protocol.errors import RefusedError
+from firmware_protocol.messages import BoutOutcome, Reason
+from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
+from hil.bouts import Bout, Tally, play
+
+if TYPE_CHECKING:
+    from hil.ring import Ring
+
+
+class Noting:
+    """A controller that notes what it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[Stimulus, Stimulus | None]] = []
+
+    def choose(self, current: Stimulus, previous: Stimulus | None) -> Maneuver:
+        self.asked.append((current, previous))
+        return Maneuver((Action.FF,))
+
+
+def test_a_bout_goes_on_until_it_is_decided() -> None:
+    both = Stimulus.EYE_LEFT | Stimulus.EYE_RIGHT
+    ring: Ring = PaperRing(
+        engagement(after=both),
+        engagement(after=Stimulus.NONE),
+        engagement(BoutOutcome.WIN, elapsed=2.5),
+        engagement(BoutOutcome.DRAW),
+    )
+    player = Noting()
+    bouts = list(play(ring, player, [77, 78]))
+    assert bouts == [Bout(1, 77, BoutOutcome.WIN, 2.5, 3), Bout(2, 78, BoutOutcome.DRAW, 1.0, 1)]
+    # The controller is told what was sensed before; a new bout remembers nothing.
+    assert player.asked == [
+        (Stimulus.EYE_LEFT, None),
+        (both, Stimulus.EYE_LEFT),
+        (Stimulus.NONE, both),
+        (Stimulus.EYE_LEFT, None),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("ended", "reason", "words"),
+    [
+        (Outcome.REFUSED, Reason.DISARMED, "disarmed"),
+        (Outcome.STOPPED, Reason.EMERGENCY_STOP, "emergency stop"),
+    ],
+)
+def test_a_robot_that_somebody_stopped_ends_the_series(ended: Outcome, reason: Reason, words: str) -> None:
+    ring = PaperRing(engagement(), engagement(ended=ended, reason=reason))
+    with pytest.raises(RefusedError, match=words):
+        list(play(ring, Noting(), [1, 2]))
+    assert len(ring.performed) == 2
+
+
+def test_a_maneuver_that_the_watchdog_cut_short_does_not() -> None:
+    ring = PaperRing(engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG), engagement(BoutOutcome.LOSS))
+    assert [bout.outcome for bout in play(ring, Noting(), [1])] == [BoutOutcome.LOSS]
+
+
+def test_outcomes_are_counted() -> None:
+    outcomes = [(BoutOutcome.WIN, 3.0), (BoutOutcome.LOSS, 1.0), (BoutOutcome.WIN, 5.0), (BoutOutcome.DRAW, 60.0)]
+    tally = Tally.of("x", [Bout(number, number, outcome, time, 1) for number, (outcome, time) in enumerate(outcomes)])
+    assert (tally.trials, tally.wins, tally.losses, tally.draws) == (4, 2, 1, 1)
+    assert tally.median_time_to_win == 4.0
+    assert tally.win_rate.value == 0.5
+    assert tally.to_dict()["win_rate_ci95"] == list(tally.win_rate.ci95)
+
+
+def test_who_won_nothing_or_played_nothing_has_no_time() -> None:
+    assert Tally.of("x", []).to_dict()["median_time_to_win_s"] is None
+    assert Tally.of("x", []).win_rate.value == 0.0
+    assert Tally.of("x", [Bout(1, 1, BoutOutcome.LOSS, 1.0, 1)]).median_time_to_win is None

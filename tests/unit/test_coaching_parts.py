@@ -1,0 +1,197 @@
+"""The coaching loop on paper: what counts, what is saved when, what a cut leaves."""
+
+from __future__ import annotations
+
+import json
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from paper_ring import PaperRing, engagement
+
+from firmware_protocol.errors import LinkClosedError, RefusedError
+from firmware_protocol.messages import BoutOutcome, Reason
+from firmware_protocol.vocabulary import Outcome
+from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
+from hil.ring import RingError
+from hil.seeds import Branch, bout_seed
+from pal_advisor.maneuvers import Objective, PalSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from hil.bouts import Bout
+    from hil.ring import Engagement
+    from pal_advisor.maneuvers import GenerationRecord, Performance, Trial
+
+SETTINGS = PalSettings(budget=20, population=4, elite=1)
+
+
+class Notes:
+    """An observer that keeps everything."""
+
+    def __init__(self) -> None:
+        self.trials: list[Performance] = []
+        self.bouts: list[Bout] = []
+        self.generations: list[GenerationRecord] = []
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+        self.trials.append(performance)
+
+    def generation(self, record: GenerationRecord) -> None:
+        self.generations.append(record)
+
+    def bout(self, bout: Bout) -> None:
+        self.bouts.append(bout)
+
+
+def coaching(ring: PaperRing, path: Path | None = None, *, save_on_cut: bool = False) -> tuple[Coaching, Notes]:
+    notes = Notes()
+    pal = new_pal(SETTINGS, 1)
+    return Coaching(ring, pal, seed=1, checkpoint=path, observers=(notes,), save_on_cut=save_on_cut), notes
+
+
+def test_the_budget_is_used_to_the_last_maneuver_and_no_further() -> None:
+    ring = PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN))  # the third decides, and all that follow
+    run, notes = coaching(ring)
+    run.run()
+    assert len(ring.performed) == len(notes.trials) == run.pal.used == 20
+    assert run.progress.wins == len(notes.bouts) == 18
+    assert [performance.over for performance in notes.trials[:3]] == [False, False, True]
+    assert run.progress.robot_seconds == pytest.approx(20 * 0.25)
+    assert ring.begun == [bout_seed(1, Branch.COACHING_BOUTS, number) for number in range(1, 19)]
+
+
+def test_a_maneuver_that_was_cut_short_by_silence_is_not_rated() -> None:
+    silent = engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
+    run, notes = coaching(PaperRing(silent, silent, engagement()))
+    run.run()
+    assert len(notes.trials) == run.pal.used == 20
+
+
+def test_one_that_the_end_of_the_bout_cut_short_is_rated() -> None:
+    run, notes = coaching(PaperRing(engagement(BoutOutcome.LOSS, ended=Outcome.STOPPED, reason=Reason.BY_COMMAND)))
+    run.run()
+    assert notes.trials[0].lost
+    assert run.progress.losses == 20
+
+
+def test_an_emergency_stop_ends_the_run() -> None:
+    ring = PaperRing(engagement(), engagement(ended=Outcome.STOPPED, reason=Reason.EMERGENCY_STOP))
+    run, notes = coaching(ring)
+    with pytest.raises(RefusedError, match="emergency stop"):
+        run.run()
+    assert len(notes.trials) == 1
+
+
+@pytest.mark.parametrize("error", [LinkClosedError("tcp://x", "gone"), KeyboardInterrupt()])
+@pytest.mark.parametrize(("save_on_cut", "kept"), [(True, 2), (False, 0)])
+def test_a_cut_run_leaves_its_checkpoint(tmp_path: Path, error: BaseException, save_on_cut: bool, kept: int) -> None:  # noqa: FBT001
+    path = tmp_path / "x.checkpoint.json"
+    run, _ = coaching(PaperRing(engagement(), engagement(), error), path, save_on_cut=save_on_cut)
+    with pytest.raises(type(error)):
+        run.run()
+    saved = load_checkpoint(path)
+    assert (saved.pal.used, saved.seed, saved.opponent) == (kept, 1, "flat-light")
+    assert saved.progress.bouts == 0
+
+
+def test_without_a_referee_the_checkpoint_is_written_between_maneuvers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.coaching.CHECKPOINT_EVERY", 1.0)
+    path = tmp_path / "x.json"
+    alone = PalSettings(budget=20, population=4, elite=1, objective=Objective.CONTACT)
+    script: list[Engagement | BaseException] = [engagement(elapsed=None)] * 7
+    ring = PaperRing(*script, LinkClosedError("tcp://x", "gone"), refereed=False)
+    with pytest.raises(LinkClosedError):
+        Coaching(ring, new_pal(alone, 1), seed=1, checkpoint=path).run()
+    assert load_checkpoint(path).pal.used == 4  # after 4 x 0.25 s
+
+
+def test_a_checkpoint_that_cannot_be_written_is_told_before_anything_moves(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    ring = PaperRing(engagement())
+    run, _ = coaching(ring, blocked / "x.json")
+    with pytest.raises(CheckpointError, match="cannot write the checkpoint"):
+        run.run()
+    assert ring.performed == []
+
+
+@pytest.mark.parametrize(
+    ("damage", "words"),
+    [
+        ({"version": 99}, "no checkpoint of version"),
+        ({"bouts": "many"}, "damaged"),
+        ({"pal": {}}, "damaged"),
+        ({"pal": None}, "damaged"),
+        ({"robot_seconds": None}, "damaged"),
+    ],
+)
+def test_a_checkpoint_with_a_wrong_field_is_refused(tmp_path: Path, damage: dict[str, object], words: str) -> None:
+    path = tmp_path / "x.json"
+    run, _ = coaching(PaperRing(engagement(BoutOutcome.WIN)), path)
+    run.run()
+    path.write_text(json.dumps({**json.loads(path.read_text()), **damage}))
+    with pytest.raises(CheckpointError, match=words):
+        load_checkpoint(path)
+
+
+@pytest.mark.parametrize("content", [b"\xff\xfe", b"[" * 100_000, b"{", b'"x"', b""])
+def test_what_is_no_checkpoint_is_refused(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "x.json"
+    path.write_bytes(content)
+    with pytest.raises(CheckpointError, match=r"x\.json"):
+        load_checkpoint(path)
+
+
+def test_a_folder_or_nothing_is_no_checkpoint(tmp_path: Path) -> None:
+    with pytest.raises(CheckpointError, match="cannot read"):
+        load_checkpoint(tmp_path)
+    with pytest.raises(CheckpointError, match="run without --resume first"):
+        load_checkpoint(tmp_path / "none.json")
+
+
+def test_only_the_outcome_needs_a_referee() -> None:
+    alone = PaperRing(engagement(), refereed=False)
+    with pytest.raises(RingError, match="--objective contact"):
+        check_objective(Objective.OUTCOME, alone)
+    check_objective(Objective.CONTACT, alone)
+    check_objective(Objective.EFFECTIVE, alone)
+    check_objective(Objective.OUTCOME, PaperRing(engagement()))
+
+
+def test_a_checkpoint_damaged_anywhere_is_refused_or_makes_sense(tmp_path: Path) -> None:
+    """Every value in turn is replaced by others: never anything but a checkpoint or a CheckpointError."""
+    path = tmp_path / "x.json"
+    run, _ = coaching(PaperRing(engagement(BoutOutcome.WIN)), path)
+    run.run()
+    whole = json.loads(path.read_text())
+    refused = 0
+    for place in places(whole):
+        others: tuple[object, ...] = (None, "x", -1, 1e999, [], {}, [[1]], True)
+        for value in others:
+            damaged = deepcopy(whole)
+            at: Any = damaged
+            for step in place[:-1]:
+                at = at[step]
+            at[place[-1]] = value
+            path.write_text(json.dumps(damaged))
+            try:
+                load_checkpoint(path)
+            except CheckpointError:
+                refused += 1
+    assert refused > 100
+
+
+def places(data: object, path: tuple[str | int, ...] = (), *, most: int = 2) -> Iterator[tuple[str | int, ...]]:
+    """Where values stand in plain data; of a long list only the first `most` elements."""
+    if path:
+        yield path
+    items: Iterable[tuple[str | int, object]] = ()
+    if isinstance(data, dict):
+        items = data.items()
+    elif isinstance(data, list):
+        items = list(enumerate(data))[:most]
+    for key, value in items:
+        yield from places(value, (*path, key))
