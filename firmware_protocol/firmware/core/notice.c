@@ -15,6 +15,14 @@ void notice_raise(struct junior *robot, uint8_t notice)
     robot->notices.pending |= (uint8_t)(1U << notice);
 }
 
+/* Moves a time that has passed to now: 24 days later it would lie ahead again. */
+static void keep_up(const struct junior *robot, uint32_t *time)
+{
+    if (time_due(robot, *time)) {
+        *time = robot->time.now;
+    }
+}
+
 static void watch_battery(struct junior *robot)
 {
     struct sensing *sensing = &robot->sensing;
@@ -33,6 +41,8 @@ void notice_step(struct junior *robot)
     mavlink_statustext_t text;
     uint8_t notice = 0;
 
+    keep_up(robot, &robot->notices.next);
+    keep_up(robot, &robot->notices.battery_next);
     watch_battery(robot);
     if (robot->notices.pending == 0 || !time_due(robot, robot->notices.next)) {
         return;
