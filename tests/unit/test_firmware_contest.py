@@ -143,6 +143,19 @@ def test_it_never_ends_when_told_so() -> None:
     assert bench.state() is State.CONTEST
 
 
+@pytest.mark.parametrize(("before", "after"), [(0.0, 3.0), (3.0, 2.0), (2.0, 3.0)])
+def test_its_time_counts_from_its_beginning_when_it_is_changed_meanwhile(before: float, after: float) -> None:
+    bench = taught((ANY_STIMULUS, 0, Action.FF))
+    bench.tick(ParamSet(1, 1, "CONTEST_MAX", before))
+    start(bench, 1.0)
+    bench.run(1995, alive=False)
+    bench.tick(ParamSet(1, 1, "CONTEST_MAX", after))
+    bench.run(round(after * 1000) - 1005, alive=False)
+    assert bench.state() is State.CONTEST
+    bench.tick()
+    assert bench.state() is State.READY
+
+
 @pytest.mark.parametrize(
     ("command", "param", "state"),
     [(Command.ARM_DISARM, 0.0, State.DISARMED), (Command.FLIGHT_TERMINATION, 1.0, State.STOPPED)],
@@ -182,6 +195,30 @@ def test_the_start_module_plays_with_no_host_at_all() -> None:
     bench.tick()
     assert bench.state() is State.DISARMED
     assert bench.wheels == (0, 0)
+
+
+def test_the_start_module_switched_off_disarms_also_when_the_contest_was_over() -> None:
+    bench = taught((ANY_STIMULUS, 0, Action.FF))
+    bench.tick(ParamSet(1, 1, "CONTEST_MAX", 1.0))
+    bench = FirmwareBench(bench.nvm)
+    bench.io.start = 1
+    bench.run(7000, alive=False)
+    assert bench.state() is State.READY
+    bench.io.start = 0
+    bench.tick()
+    assert bench.state() is State.DISARMED
+
+
+def test_the_start_module_does_not_end_an_emergency_stop() -> None:
+    bench = taught((ANY_STIMULUS, 0, Action.FF))
+    bench.io.start = 1
+    bench.run(6000)
+    bench.stop()
+    for signal in (0, 1, 0, 1):
+        bench.io.start = signal
+        bench.run(6000)
+        assert bench.state() is State.STOPPED
+        assert bench.wheels == (0, 0)
 
 
 def test_the_start_module_being_on_at_power_on_is_no_start() -> None:

@@ -59,6 +59,21 @@ def test_a_new_session_stops_and_disarms_the_same_one_does_nothing() -> None:
     assert bench.state() is State.READY
 
 
+def test_a_new_host_is_not_told_what_the_one_before_asked_for() -> None:
+    bench = FirmwareBench().armed()
+    bench.perform((Action.FF,), 0.05)
+    bench.run(100)
+    old = bench.sequence
+    bench.open(99)
+    bench.session = 99
+    bench.clear()
+    message = bench.maneuver_message((Action.FF,), sequence=old)
+    assert bench.ask(message) is Reason.DISARMED
+    assert bench.ask(message) is Reason.DISARMED
+    bench.run(300)
+    assert not bench.got(JuniorManeuverResult)
+
+
 def test_a_reboot_ends_the_session() -> None:
     bench = FirmwareBench().armed()
     bench.power_on()

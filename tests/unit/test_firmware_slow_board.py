@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from firmware_bench import HOST, TICK, FirmwareBench
 
@@ -9,6 +11,7 @@ from firmware_protocol.firmware._host import lib
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
+    CommandResult,
     Heartbeat,
     JuniorAck,
     JuniorManeuverResult,
@@ -88,6 +91,23 @@ def test_a_write_that_finds_the_memory_busy_is_done_when_it_is_repeated(bench: F
         assert bench.latest(ParamValue).param_value == 300.0 + i
 
 
+def test_what_was_being_stored_for_one_host_is_not_answered_to_the_next(bench: FirmwareBench) -> None:
+    taken = bench.write_message((Action.FF,), current=1)
+    assert bench.ask(taken) is None, "not yet"
+    bench.session = 99
+    bench.open(99)
+    bench.clear()
+    other = replace(bench.write_message((Action.SF,), current=2), sequence=taken.sequence)
+    assert bench.ask(other) is None, "the memory is busy"
+    bench.run(300)
+    assert not bench.got(JuniorAck), "what the new host asked for has not been stored"
+    bench.tick(other)
+    bench.run(300)
+    assert bench.latest(JuniorAck).reason == Reason.NONE
+    bench.tick(bench.read_message(255, current=2))
+    assert bench.latest(JuniorMemoryEntry).actions[0] == Action.SF
+
+
 def test_an_emergency_stop_does_not_wait_for_the_memory(bench: FirmwareBench) -> None:
     bench.perform((Action.FF,), 5.0)
     bench.tick(bench.write_message((Action.FF,), current=1))
@@ -106,3 +126,13 @@ def test_a_reboot_waits_for_what_is_being_stored(bench: FirmwareBench) -> None:
     bench.power_on()
     bench.tick(ParamSet(1, 1, "EYE_L_ON", -1.0))
     assert bench.latest(ParamValue).param_value == 321.0
+
+
+def test_a_robot_about_to_reboot_does_not_arm(bench: FirmwareBench) -> None:
+    bench.tick(ParamSet(1, 1, "EYE_L_ON", 321.0))
+    bench.command(Command.PREFLIGHT_REBOOT, 1.0)
+    while not bench.io.reboot:
+        assert bench.command(Command.ARM_DISARM, 1.0) is CommandResult.TEMPORARILY_REJECTED
+    assert bench.command(Command.ARM_DISARM, 1.0) is CommandResult.TEMPORARILY_REJECTED, "it may take a moment"
+    bench.power_on()
+    bench.arm()

@@ -17,7 +17,7 @@ uint8_t contest_begin(struct junior *robot, uint16_t countdown)
     }
     reason = states_fire(robot, EVENT_CONTEST, JUNIOR_REASON_BY_COMMAND);
     if (reason == JUNIOR_REASON_NONE) {
-        robot->contest.deadline = robot->time.now + countdown;
+        robot->contest.begins = robot->time.now + countdown;
     }
     return reason;
 }
@@ -52,17 +52,18 @@ static void choose(struct junior *robot, struct maneuver_plan *plan)
 
 static bool time_over(const struct junior *robot)
 {
-    return params_get(robot, PARAM_CONTEST_MAX) != 0 && time_due(robot, robot->contest.deadline);
+    uint32_t longest = (uint32_t)params_get(robot, PARAM_CONTEST_MAX) * 1000U;
+
+    return longest != 0 && robot->time.now - robot->contest.begins >= longest;
 }
 
 void contest_step(struct junior *robot)
 {
     struct maneuver_plan plan;
 
-    if (robot->state == JUNIOR_STATE_COUNTDOWN && time_due(robot, robot->contest.deadline)) {
+    if (robot->state == JUNIOR_STATE_COUNTDOWN && time_due(robot, robot->contest.begins)) {
         states_fire(robot, EVENT_GO, JUNIOR_REASON_NONE);
         robot->contest.previous = 0;
-        robot->contest.deadline += (uint32_t)params_get(robot, PARAM_CONTEST_MAX) * 1000U;
     }
     if (robot->state != JUNIOR_STATE_CONTEST) {
         return;
@@ -75,7 +76,7 @@ void contest_step(struct junior *robot)
     }
 }
 
-/* The start module: go arms and begins the countdown, stop disarms. */
+/* The start module: go arms and begins the countdown, stop disarms. Neither ends an e-stop. */
 void contest_input(struct junior *robot)
 {
     uint8_t input = hal_start(robot->board) != 0;
@@ -88,7 +89,7 @@ void contest_input(struct junior *robot)
         if (robot->memory.used > 0 && states_fire(robot, EVENT_ARM, JUNIOR_REASON_NONE) == JUNIOR_REASON_NONE) {
             contest_begin(robot, SUMO_COUNTDOWN);
         }
-    } else if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST) {
+    } else if (states_armed(robot)) {
         states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
     }
 }

@@ -33,6 +33,6 @@ uint8_t hal_nvm_read(void *board, uint16_t address);
 bool hal_nvm_ready(void *board);                  /* a write now would not block */
 void hal_nvm_write(void *board, uint16_t address, uint8_t value);
 
-void hal_reboot(void *board);                     /* asks for a reset; may return */
+void hal_reboot(void *board);                     /* asks for a reset; may return, and is called again */
 
 #endif

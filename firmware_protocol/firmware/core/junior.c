@@ -44,7 +44,6 @@ static void store(struct junior *robot)
 static void restart(struct junior *robot)
 {
     if (robot->reboot && time_due(robot, robot->reboot_at) && nvm_idle(robot)) {
-        robot->reboot = false;
         hal_reboot(robot->board);
     }
 }

@@ -139,13 +139,14 @@ struct memory {
     uint8_t job;      /* memory_job */
     uint8_t slot;     /* being written or erased */
     uint8_t old;      /* slot to be erased afterwards, or 0xFF */
-    uint16_t sequence; /* of the command to be answered */
+    bool asked;       /* the command is to be answered: its session is still open */
+    uint16_t sequence; /* of the command */
 };
 
 /* --- contest.c --------------------------------------------------------------------------------------------------- */
 
 struct contest {
-    uint32_t deadline;   /* ms: end of the countdown, or of the contest */
+    uint32_t begins;     /* ms: end of the countdown */
     uint8_t previous;    /* stimulus that the last maneuver answered */
     uint8_t start_input; /* last reading of the start module */
 };
@@ -185,7 +186,7 @@ struct junior {
     uint8_t system;   /* id on the network */
     uint8_t state;    /* State */
     uint8_t armed_by; /* system; 0 by the start module */
-    bool reboot;
+    bool reboot; /* asked for: nothing arms any more */
     uint32_t reboot_at;
     uint32_t host_heard; /* ms: last valid frame of the system that armed */
     struct time time;

@@ -217,6 +217,7 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
         return JUNIOR_REASON_BUSY;
     }
     memory->sequence = request->sequence;
+    memory->asked = true;
     if (request->count == 0 && request->previous == ANY_STIMULUS && request->current == ANY_STIMULUS) {
         memory->job = JOB_ERASE_ALL;
         return ANSWER_PENDING;
@@ -250,7 +251,9 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
 static void answer(struct junior *robot, uint8_t reason)
 {
     robot->memory.job = JOB_NONE;
-    numbered_finish(robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, robot->memory.sequence, reason);
+    if (robot->memory.asked) {
+        numbered_finish(robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, robot->memory.sequence, reason);
+    }
 }
 
 /* Goes on with a write as far as the hardware lets it. */

@@ -53,7 +53,9 @@ static void open_session(struct junior *robot, const mavlink_junior_session_t *r
     }
     if (!session->open || session->id != request->session) {
         states_fire(robot, EVENT_SESSION, JUNIOR_REASON_BY_COMMAND);
-        robot->maneuver.result_pending = false;
+        robot->maneuver.result_pending = false; /* the new host has asked for nothing yet */
+        robot->maneuver.reported = false;
+        robot->memory.asked = false;
         memset(session, 0, sizeof *session);
         session->open = true;
         session->id = request->session;

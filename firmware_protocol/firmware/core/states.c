@@ -35,6 +35,9 @@ uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason)
     if (cell & NO) {
         return (uint8_t)(cell & ~NO);
     }
+    if (event == EVENT_ARM && robot->reboot) {
+        return JUNIOR_REASON_BUSY;
+    }
     if (robot->maneuver.phase != PHASE_IDLE && (cell != before || event == EVENT_PERFORM)) {
         bool replaced = event == EVENT_PERFORM || event == EVENT_DRIVE;
         maneuver_end(robot, replaced ? JUNIOR_OUTCOME_REPLACED : JUNIOR_OUTCOME_STOPPED, reason);
