@@ -228,6 +228,23 @@ def test_a_power_cut_leaves_the_old_parameter_or_the_new_one(changes: int) -> No
     cut_everywhere(bench.nvm, change, lambda bench: parameter(bench, "EYE_L_ON"))
 
 
+@pytest.mark.parametrize("changes", [2, 3, 4])
+def test_a_torn_turn_does_not_bring_an_older_parameter_back(changes: int) -> None:
+    bench = connected()
+    for i in range(changes):
+        bench.tick(ParamSet(1, 1, "EYE_L_ON", 300.0 + i))
+    nvm = bench.nvm
+    first = next(i for i in range(14, 496) if nvm[i] != 0xFF)
+    older, newer = (first, first + 7) if changes % 2 == 0 else (first + 7, first)
+    for turn in range(256):
+        torn = bytearray(nvm)
+        torn[older + 6] = turn
+        assert parameter(connected(bytes(torn)), "EYE_L_ON") == 300.0 + changes - 1
+        torn = bytearray(nvm)
+        torn[newer + 6] = turn
+        assert parameter(connected(bytes(torn)), "EYE_L_ON") in {300.0 + changes - 1, 300.0 + changes - 2}
+
+
 def test_parameters_survive_and_are_written_only_when_they_change() -> None:
     bench = connected()
     for name, value in (("SPD_TURN", 0.123), ("REFLEX_TURN", 400.0), ("SYS_ID", 9.0)):

@@ -4,6 +4,7 @@
  * must not wait for it). The last byte of what is written is its mark: it is blanked first and set last, and what has a
  * blank mark is not there. A record is four bytes kept twice: value, checksum, and as the mark a turn number 0..2 that
  * tells which copy is newer. The older copy is the one that is overwritten: a cut leaves the old value or the new one.
+ * The turn is in the checksum, because a byte that is torn itself may read as anything.
  */
 #include "core.h"
 
@@ -60,14 +61,14 @@ static uint16_t copy_address(uint8_t index, uint8_t copy)
     return (uint16_t)(index * RECORD_SIZE + copy * COPY_SIZE);
 }
 
-static uint16_t crc_of(const uint8_t value[4], uint16_t seed)
+static uint16_t crc_of(const uint8_t value[4], uint8_t turn, uint16_t seed)
 {
     uint8_t i;
 
     for (i = 0; i < 4; i++) {
         seed = wire_crc(seed, value[i]);
     }
-    return seed;
+    return wire_crc(seed, turn);
 }
 
 static uint8_t read_copy(struct junior *robot, uint16_t address, uint16_t seed, uint8_t value[4], uint8_t *turn)
@@ -84,7 +85,7 @@ static uint8_t read_copy(struct junior *robot, uint16_t address, uint16_t seed, 
     if (*turn == BLANK) {
         return RECORD_BLANK; /* never written, or being written when the power went */
     }
-    return *turn < TURNS && crc == crc_of(value, seed) ? RECORD_GOOD : RECORD_SPOILT;
+    return *turn < TURNS && crc == crc_of(value, *turn, seed) ? RECORD_GOOD : RECORD_SPOILT;
 }
 
 /* The copy that holds: 0 or 1; *state says whether any does. */
@@ -120,7 +121,7 @@ void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const 
 {
     uint8_t present[4], turn, state, copy;
     uint8_t *data = robot->nvm.data;
-    uint16_t crc = crc_of(value, seed);
+    uint16_t crc;
 
     copy = newest_copy(robot, index, seed, present, &turn, &state);
     if (state == RECORD_GOOD) {
@@ -132,6 +133,7 @@ void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const 
     } else {
         turn = 0;
     }
+    crc = crc_of(value, turn, seed);
     memcpy(data, value, 4);
     data[AT_CRC] = (uint8_t)crc;
     data[AT_CRC + 1] = (uint8_t)(crc >> 8);
