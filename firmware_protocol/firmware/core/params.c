@@ -1,7 +1,8 @@
 /* Parameters: REAL32 on the wire and in memory that survives power-off, integers for whoever uses them. */
 #include "core.h"
 
-enum { NAME = 16, NO_INDEX = 0xFFFF };
+enum { NAME = 16 };
+#define NO_INDEX 0xFFFFU
 
 struct param_row {
     char name[NAME];

@@ -1,7 +1,8 @@
 /* Messages sent at intervals, and on request. */
 #include "core.h"
 
-enum { SHORTEST_MS = TICK_MS, LONGEST_MS = 60000 };
+#define SHORTEST_MS ((int32_t)TICK_MS)
+#define LONGEST_MS 60000L
 
 static const uint16_t messages[STREAMS] HAL_FLASH = {
     [STREAM_HEARTBEAT] = MAVLINK_MSG_ID_HEARTBEAT,
@@ -143,7 +144,7 @@ uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t inte
     if (stream == STREAMS) {
         return MAV_RESULT_UNSUPPORTED;
     }
-    if (interval > (int32_t)LONGEST_MS * 1000 || (stream == STREAM_HEARTBEAT && interval < 0)) {
+    if (interval > LONGEST_MS * 1000 || (stream == STREAM_HEARTBEAT && interval < 0)) {
         return MAV_RESULT_DENIED; /* a robot without a heartbeat is a lost one */
     }
     if (interval < 0) {

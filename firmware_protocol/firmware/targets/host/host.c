@@ -169,7 +169,7 @@ void host_cut_power(host_robot *host, int32_t writes)
 void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick)
 {
     host->nvm_per_tick = nvm_per_tick;
-    host->tx_buffer = tx_buffer;
+    host->tx_buffer = tx_buffer < sizeof host->io.tx ? tx_buffer : (uint32_t)sizeof host->io.tx;
     host->tx_per_tick = tx_per_tick;
     host->tx_backlog = 0;
 }
