@@ -1,4 +1,4 @@
-"""The firmware after it has been on for weeks: its clock of microseconds passes 2**32 every 71 minutes, that of ms after 49 days."""
+"""The firmware after weeks of power: 2**32 us are 71 minutes, 2**31 ms are 24.8 days, 2**32 ms 49.7."""
 
 from __future__ import annotations
 
