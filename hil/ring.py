@@ -122,7 +122,7 @@ class RefereedRing:
         progress = self._clearance - state.clearance
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
-        return Engagement(report, report.after, outcome, state.elapsed, progress, self._junior.now() - started)
+        return Engagement(report, report.after, outcome, state.elapsed, progress, _lasted(started, self._junior.now()))
 
 
 class OpenRing:
@@ -146,7 +146,7 @@ class OpenRing:
         """Have a maneuver performed; see `Ring.engage`."""
         started = self._junior.now()
         report = self._junior.perform(maneuver)
-        return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, self._junior.now() - started)
+        return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(started, self._junior.now()))
 
 
 def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
@@ -157,6 +157,11 @@ def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
         opponent: Name of the opponent; None takes what is there.
     """
     return OpenRing(junior, opponent) if junior.referee is None else RefereedRing(junior, junior.referee, opponent)
+
+
+def _lasted(begun: float, ended: float) -> float:
+    """A time in s, to the microsecond: the difference of two clock readings has a rounding that depends on the hour."""
+    return round(ended - begun, 6)
 
 
 def _code(name: str) -> OpponentCode:
