@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Received
 from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     AckResult,
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 
 REPORT_PERIODS: Final = 10
 """Control periods between two REFEREE_STATE: 20 Hz."""
+_MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, JuniorSession.ID))
+"""Messages that a referee answers."""
 _HALF: Final = 0x8000
 """Sequence numbers this far ahead or more are taken to be behind (serial number arithmetic, RFC 1982)."""
 
@@ -61,8 +64,10 @@ class Referee:
         self._codec = MavlinkCodec(system=self._system, component=REFEREE_COMPONENT)
         self._last: tuple[int, int] | None = None
         self._answer: JuniorAck | None = None
-        self._reported: tuple[int, BoutOutcome] | None = None
+        self._reported = -1
+        self._decided = BoutOutcome.UNDECIDED
         self._countdown = 0
+        self._whole = True
         self.bout = 0
 
     @property
@@ -93,8 +98,13 @@ class Referee:
         Returns:
             Answers.
         """
+        if self._whole and _for_others(data):
+            return b""
         answers: list[Message] = []
-        for event in self._codec.receive(data, now):
+        events = self._codec.receive(data, now)
+        last = events[-1] if events else None
+        self._whole = isinstance(last, Received) and data.endswith(last.raw)
+        for event in events:
             if not isinstance(event, Received):
                 continue
             message = event.message
@@ -146,12 +156,12 @@ class Referee:
             Bytes for the host; empty most of the time.
         """
         self._countdown -= 1
-        seen = (self.bout, self.outcome)
-        if self._countdown > 0 and seen == self._reported:
+        if self._countdown > 0 and self._table.outcome is self._decided and self.bout == self._reported:
             return b""
         if self._countdown <= 0:
             self._countdown = REPORT_PERIODS
-        self._reported = seen
+        self._decided = self._table.outcome
+        self._reported = self.bout
         return self._codec.encode(self.state(now))
 
     def state(self, now: float) -> RefereeState:
@@ -176,3 +186,18 @@ class Referee:
             outcome=self.outcome,
             opponent_code=opponent_code(table.name),
         )
+
+
+def _for_others(data: bytes) -> bool:
+    """Nothing but whole frames of messages that are no referee's business: most of what comes, and not worth decoding.
+
+    Args:
+        data: Bytes that begin where a frame may begin.
+    """
+    at, end = 0, len(data)
+    while at < end:
+        if end - at < HEADER_LENGTH or data[at] != MARKER or int.from_bytes(data[at + 7 : at + 10], "little") in _MINE:
+            return False
+        signature = SIGNATURE_LENGTH if data[at + 2] & FLAG_SIGNED else 0
+        at += HEADER_LENGTH + data[at + 1] + CHECKSUM_LENGTH + signature
+    return at == end
