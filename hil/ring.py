@@ -91,6 +91,7 @@ class RefereedRing:
 
     Raises:
         RingError: There is no opponent of this name.
+        PeerError: The referee does not answer.
     """
 
     def __init__(self, junior: Junior, referee: Referee, opponent: str | None = None) -> None:
@@ -99,6 +100,8 @@ class RefereedRing:
         self._referee = referee
         self._code = OpponentCode.KEEP if opponent is None else _code(opponent)
         self._clearance = 0.0
+        if opponent is None:
+            referee.state()  # who is there
 
     @property
     def opponent(self) -> str:

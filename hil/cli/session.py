@@ -11,7 +11,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import LinkOpenError
+from firmware_protocol.errors import LinkOpenError, PeerLostError
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.connecting import connect
 from hil.recorder import Recorder
@@ -104,7 +104,7 @@ def open_session(
 
     Raises:
         LinkError: The link can't be opened.
-        PeerError: No robot answers.
+        PeerError: No robot answers, or it falls silent.
         LogError: The log can't be written.
     """
     url = link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
@@ -139,7 +139,10 @@ def open_session(
             junior.arm()
         if recorder is not None:
             recorder.metadata("robot", {name: f"{value:g}" for name, value in junior.parameters().items()})
-        yield Session(junior, recorder)
+        try:
+            yield Session(junior, recorder)
+        except PeerLostError as error:
+            raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
 
 
 @contextmanager

@@ -151,6 +151,17 @@ def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Pat
     assert not watch(tmp_path / "second.mcap")[0].truncated
 
 
+def test_a_robot_that_falls_silent_is_told_with_its_address(tmp_path: Path) -> None:
+    with emulator(tmp_path) as robot:
+        url = address_of(robot)
+        with Hil(tmp_path, "coach", url, *COACH, "--budget", "1000", "--log", "run.mcap") as coach:
+            assert "coaches it against flat-light" in coach.until("Connected to Junior")
+            robot.send(signal.SIGSTOP)
+            assert coach.end() == 3
+    assert f"hil: {url}: robot 1 fell silent. Is it switched on" in coach.text
+    assert not watch(tmp_path / "run.mcap")[0].truncated
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_run_leaves_the_robot_stopped_and_disarmed(tmp_path: Path, number: signal.Signals) -> None:
     with served("pty") as (url, robot), Hil(tmp_path, "coach", url, *COACH, "--budget", "1000", "--log", "run.mcap") as coach:

@@ -64,6 +64,7 @@ def test_who_runs_over_the_border_loses_and_the_maneuver_ends_there() -> None:
 def test_the_opponent_that_is_there_is_kept_and_named() -> None:
     with armed("sim://junior?opponent=corner-light") as junior:
         ring = open_ring(junior)
+        assert ring.opponent == "corner-light"  # before anything has begun
         ring.begin(1)
         assert ring.opponent == "corner-light"
         with pytest.raises(RingError, match="choose one of flat-light"):
