@@ -74,6 +74,32 @@ def test_a_new_host_is_not_told_what_the_one_before_asked_for() -> None:
     assert not bench.got(JuniorManeuverResult)
 
 
+@pytest.mark.parametrize("others", [1, 2, 4])
+def test_late_copies_of_an_earlier_session_perform_nothing_again(others: int) -> None:
+    bench = FirmwareBench().armed()
+    message = bench.maneuver_message((Action.FF,), 0.05)
+    assert bench.ask(message) is Reason.NONE
+    bench.run(100)
+    for other in range(others):
+        bench.open(100 + other)
+        bench.arm()
+        assert bench.ask(bench.maneuver_message((Action.S,), 0.05, sequence=1, session=100 + other)) is Reason.NONE
+        bench.run(100)
+    for other in range(others):
+        bench.open(SESSION)
+        bench.arm()
+        assert bench.ask(message) is Reason.OLD_SEQUENCE
+        bench.open(100 + other)
+        bench.arm()
+        repeated = bench.maneuver_message((Action.S,), 0.05, sequence=1, session=100 + other)
+        assert bench.ask(repeated) is Reason.OLD_SEQUENCE
+    assert bench.wheels == (0, 0)
+    assert maneuvers(bench) == 1 + others
+    bench.open(SESSION)
+    bench.arm()
+    assert bench.ask(bench.maneuver_message((Action.FF,), 0.05)) is Reason.NONE, "the host itself goes on"
+
+
 def test_a_reboot_ends_the_session() -> None:
     bench = FirmwareBench().armed()
     bench.power_on()

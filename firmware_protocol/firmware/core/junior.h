@@ -18,7 +18,7 @@
 #define LEFT 0U
 #define RIGHT 1U
 
-enum { HISTORY = 8, SENDERS = 4, FRAME_SIZE = 10 + WIRE_LARGEST_INBOUND + 2 + 13 };
+enum { HISTORY = 8, FORMER = 4, SENDERS = 4, FRAME_SIZE = 10 + WIRE_LARGEST_INBOUND + 2 + 13 };
 
 /* --- time.c ------------------------------------------------------------------------------------------------------ */
 
@@ -165,6 +165,10 @@ struct session {
     bool open;
     uint8_t answers_used, answers_next;
     struct answer answers[HISTORY];
+    struct {
+        uint16_t id, last;
+    } former[FORMER]; /* sessions before this one */
+    uint8_t former_next;
 };
 
 enum stream_id { STREAM_HEARTBEAT, STREAM_SYS_STATUS, STREAM_SENSORS, STREAM_STATUS, STREAM_VERSION, STREAMS };

@@ -1,7 +1,8 @@
 /* Numbered messages: a session, a sequence, an answer, and never the same thing twice.
  *
  * The answers to the last few messages are kept: the same message again gets the same answer and does nothing. What is
- * not newer than the newest (serial numbers, so that they may wrap) and not among those is refused as old.
+ * not newer than the newest (serial numbers, so that they may wrap) and not among those is refused as old. That holds
+ * for the last few sessions, too: late copies of what opened one of them and of what was said in it do nothing again.
  */
 #include "core.h"
 
@@ -43,6 +44,29 @@ static void remember(struct session *session, uint16_t id, uint16_t sequence)
     }
 }
 
+/* Closes the session, remembering how far it came, and opens another: at `last`, or where it was when it was closed. */
+static void change_session(struct session *session, uint16_t id, uint16_t last)
+{
+    uint8_t i = 0;
+
+    while (i < FORMER && session->former[i].id != id) {
+        i++;
+    }
+    if (i < FORMER) {
+        last = session->former[i].last;
+    } else {
+        i = session->former_next;
+        session->former_next = (uint8_t)((i + 1) % FORMER);
+    }
+    session->former[i].id = session->id;
+    session->former[i].last = session->last;
+    session->id = id;
+    session->last = last;
+    session->open = true;
+    session->answers_used = 0;
+    session->answers_next = 0;
+}
+
 static void open_session(struct junior *robot, const mavlink_junior_session_t *request)
 {
     struct session *session = &robot->session;
@@ -56,10 +80,7 @@ static void open_session(struct junior *robot, const mavlink_junior_session_t *r
         robot->maneuver.result_pending = false; /* the new host has asked for nothing yet */
         robot->maneuver.reported = false;
         robot->memory.asked = false;
-        memset(session, 0, sizeof *session);
-        session->open = true;
-        session->id = request->session;
-        session->last = request->sequence;
+        change_session(session, request->session, request->sequence);
     }
     acknowledge(robot, MAVLINK_MSG_ID_JUNIOR_SESSION, request->session, request->sequence, JUNIOR_REASON_NONE);
 }
