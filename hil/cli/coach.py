@@ -69,7 +69,7 @@ def coach(
         str | None,
         typer.Option(
             "--opponent",
-            help="flat-light (default of an emulated robot), flat-heavy, curved-light, corner-light, point-light or junior.",
+            help=f"One of {', '.join(common.OPPONENTS)}; an emulated robot's is flat-light if left out.",
         ),
     ] = None,
     budget: Annotated[

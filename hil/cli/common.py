@@ -112,7 +112,7 @@ def load_config(context: typer.Context, path: Path | None) -> Path | None:
 LinkArgument = Annotated[
     str | None,
     typer.Argument(
-        metavar="[LINK]",
+        metavar="LINK",
         help="Address of the robot: serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
         "sim://junior?opponent=flat-light. Left out: an emulated robot in this process.",
     ),

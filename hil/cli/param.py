@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 def param(
     link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Which parameter; all of them if left out.")] = None,
-    value: Annotated[float | None, typer.Argument(metavar="[VALUE]", help="New value.")] = None,
+    name: Annotated[str | None, typer.Argument(metavar="NAME", help="Which parameter; all of them if left out.")] = None,
+    value: Annotated[float | None, typer.Argument(metavar="VALUE", help="New value.")] = None,
     *,
     save: Annotated[Path | None, typer.Option("--save", metavar="FILE.toml", help="Write all parameters to a file.")] = None,
     load: Annotated[Path | None, typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file.")] = None,
