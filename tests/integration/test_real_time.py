@@ -106,13 +106,21 @@ def watch(log: Path) -> tuple[LogReader, set[str]]:
     return reader, {entry.value.kind for entry in reader.entries({"/events"})}
 
 
-@pytest.mark.parametrize("link", ["pty", "tcp://127.0.0.1:0", "udp://127.0.0.1:0"])
+@pytest.mark.parametrize(
+    ("link", "options"),
+    [
+        ("pty", ""),
+        ("tcp://127.0.0.1:0", ""),
+        ("udp://127.0.0.1:0", ""),
+        ("pty", "?faults=drop:0.05,corrupt:0.01,jitter:0.01&seed=3"),
+    ],
+)
 def test_the_main_job_in_real_time(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, link: str, options: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with served(link) as (url, robot):
-        assert run(["coach", url, *COACH, "--budget", "10", "--json", "--log", "run.mcap"]) == 0
+        assert run(["coach", url + options, *COACH, "--budget", "10", "--json", "--log", "run.mcap"]) == 0
         assert not robot.moving()
     document = json.loads(capsys.readouterr().out)
     assert (document["maneuvers"], document["opponent"], document["objective"]) == (10, "flat-light", "outcome")
