@@ -163,7 +163,7 @@ class LogWriter:
             LogError: As in `write`.
         """
         if self._open:
-            self._write_metadata(name, dict(values))
+            self._write_metadata(name, _text(values))
             self._flush_file()
 
     def flush(self) -> None:
@@ -310,8 +310,13 @@ def _serialize(record: McapRecord) -> bytes:
     return data
 
 
+def _text(values: Mapping[str, str]) -> dict[str, str]:
+    """Values as UTF-8 can carry them: a path may hold bytes that are no text."""
+    return {key: value.encode(errors="backslashreplace").decode() for key, value in values.items()}
+
+
 def _padded(run: Mapping[str, str]) -> dict[str, str]:
     """Fill the record up to a whole number of blocks, so that its length does not tell what it says."""
-    values = {**run, _PADDING: ""}
+    values = {**_text(run), _PADDING: ""}
     short = -len(_serialize(Metadata(name=RUN, metadata=values))) % RUN_BLOCK
     return {**values, _PADDING: " " * short}

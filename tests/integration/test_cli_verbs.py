@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
+import subprocess
+import sys
 import tomllib
 from functools import partial
 from importlib import metadata
@@ -256,6 +259,24 @@ def test_what_is_no_log_is_not_reported_on(capsys: pytest.CaptureFixture[str], f
     if content is None or content == b"no log at all":
         assert status == 2
         assert "x.mcap" in said.err
+
+
+# --- terminals that know few letters -------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(os.name != "posix", reason="paths of bytes are a matter of POSIX")
+def test_a_path_that_is_no_text_is_written_to_and_told_as_well_as_can_be(folder: Path) -> None:
+    name = os.fsdecode("pl\u00e4y\u00ff".encode() + b"\xff.mcap")
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    program = "from hil.cli import main; main()"
+    done = subprocess.run(  # noqa: S603 - our own program
+        [sys.executable, "-c", program, *CHASE, "--log", name], cwd=folder, env=environment, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert b"Log: pl\\xe4y" in done.stdout
+    reader = LogReader(folder / name)
+    assert sum(1 for _ in reader.entries({"/events"})) > 5
+    assert "\u00e4" in reader.metadata["run"]["log"]
 
 
 # --- no robot --------------------------------------------------------------------------------------------------------
