@@ -60,6 +60,16 @@ class Files:
     log: Path | None
     report: Path | None
 
+    def check(self) -> None:
+        """See that none is written over another.
+
+        Raises:
+            UsageError: Two are the same file.
+        """
+        paths = [path for path in (self.advice, self.checkpoint, self.log) if path and (path.is_file() or not path.exists())]
+        if len({path.resolve() for path in paths}) < len(paths):
+            raise common.UsageError("advice, checkpoint and log must be files of their own: two of them are the same")
+
 
 def coach(
     context: typer.Context,
@@ -137,6 +147,7 @@ def coach(
         log=path,
         report=path.with_name(f"{path.stem}-report") if path and report else None,
     )
+    files.check()
     try:
         settings = PalSettings(
             objective=objective or Objective.OUTCOME,

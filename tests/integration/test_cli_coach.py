@@ -162,6 +162,7 @@ def test_a_wrong_configuration_is_named(capsys: pytest.CaptureFixture[str], fold
         (["--log", "a.mcap", "--no-log"], "exclude each other"),
         (["--log", "/dev/null/a.mcap"], "/dev/null"),
         (["--resume", "--checkpoint", "none.json"], "none.json"),
+        (["--advice-out", "x.json", "--checkpoint", "./x.json"], "the same"),
         (["sim://junior?referee=0", "--objective", "outcome"], "referee"),
         (["--checkpoint", "/dev/null/a.json"], "/dev/null/a.json"),
     ],
