@@ -1,0 +1,144 @@
+"""The pages of docs/ as programs: their blocks are run, and `python tests/support/doc_pages.py` takes down what they print.
+
+The word after a block's language says what it is:
+
+    sh run          commands of `hil`, run by the tests; a `text output` block after it must look like what they print
+    sh shown        likewise, but it takes too long for the tests: only the command lines are checked
+    sh              commands of `hil` that need a robot or a second shell: only the command lines are checked
+    python          run by the tests; blocks of a page share their names; one with `def test_` is given to pytest
+    python robot    needs a robot or a second shell: only compiled
+
+Blocks of a page run in order, in one folder of the page's own. A picture `figures/LOG-NAME.png` is NAME.png of the report
+that the page's commands make of logs/LOG.mcap.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer.main
+
+from hil.cli.app import app, run
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.name != "protocol.md"))
+WIDTH = 100
+"""Columns of the terminal whose output the pages show."""
+_BLOCK = re.compile(r"^```([a-z]+)(?: ([a-z]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block.
+
+    Attributes:
+        page: File it stands in.
+        line: Line of its first line of text, from 1.
+        language: Word after the fence.
+        use: Second word; empty for none.
+        text: What stands in it.
+        start: Where its text begins in the page.
+    """
+
+    page: Path
+    line: int
+    language: str
+    use: str
+    text: str
+    start: int
+
+    def __str__(self) -> str:
+        return f"{self.page.name}:{self.line}"
+
+
+def blocks(page: Path) -> list[Block]:
+    """All fenced blocks of a page, in order."""
+    text = page.read_text(encoding="utf-8")
+    return [
+        Block(page, text.count("\n", 0, match.start(3)) + 1, match[1], match[2] or "", match[3], match.start(3))
+        for match in _BLOCK.finditer(text)
+    ]
+
+
+def commands(block: Block) -> Iterator[list[str]]:
+    """Arguments of every `hil` in a shell block."""
+    for line in block.text.replace("\\\n", " ").splitlines():
+        for part in re.split(r"&&|\|\||;|\||\s&(?=\s|$)", line.partition(" #")[0]):
+            words = shlex.split(re.sub(r"\s[12]?>\S*\s*\S+", " ", part))
+            if words and words[0] == "hil":
+                yield words[1:]
+
+
+def parse(arguments: list[str]) -> None:
+    """Check a command line without doing what it says; raises what the parser raises."""
+    group: Any = typer.main.get_command(app)
+    if arguments and not arguments[0].startswith("-"):
+        assert arguments[0] in group.commands, f"there is no hil {arguments[0]}"
+        group.commands[arguments[0]].make_context(arguments[0], arguments[1:])
+
+
+def execute(block: Block) -> str:
+    """Run the commands of a block in the current folder, and return what they print."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        for arguments in commands(block):
+            run(arguments)
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n") + "\n"
+
+
+def shape(text: str) -> list[str]:
+    """What is left of an output when its figures, rules and spaces are taken away: its words."""
+    words = re.sub(r"[\d.]*\d[\d.]*", "#", re.sub(r"[^\w\s.,:;()/%'>#-]|-{2,}", " ", text))
+    return words.split()
+
+
+@contextlib.contextmanager
+def terminal() -> Iterator[None]:
+    """A terminal of the pages' width, without colours."""
+    before = {name: os.environ.get(name) for name in ("COLUMNS", "NO_COLOR", "TERM")}
+    os.environ.update(COLUMNS=str(WIDTH), NO_COLOR="1", TERM="dumb")
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def refresh(page: Path) -> None:
+    """Run a page's commands and put what they print into the page."""
+    text = page.read_text(encoding="utf-8")
+    found = blocks(page)
+    outputs: list[tuple[Block, str]] = []
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), terminal():
+        printed = ""
+        for block in found:
+            if block.language == "sh" and block.use in {"run", "shown"}:
+                printed = execute(block)
+            elif block.language == "text" and block.use == "output":
+                outputs.append((block, printed))
+        for figure, log, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
+            shutil.copyfile(Path("logs") / f"{log}-report" / f"{name}.png", page.parent / figure)
+    for block, new in reversed(outputs):
+        text = text[: block.start] + new + text[block.start + len(block.text) :]
+    page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or [str(page) for page in PAGES]:
+        refresh(Path(name).resolve())
