@@ -9,13 +9,14 @@ import numpy as np
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver
 from pal_advisor.maneuvers.advice import EYES, Advice, AdviceEntry, make_maneuver
-from pal_advisor.maneuvers.fitness import Performance, fitness
-from pal_advisor.maneuvers.names import Engagement, names
+from pal_advisor.maneuvers.credit import Trace, Waiting
+from pal_advisor.maneuvers.fitness import Performance, fitness, full_rate
+from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population
 from pal_advisor.maneuvers.settings import PalSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 STATE_VERSION: Final = 1
 BIT_GENERATORS: Final = ("PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64")
@@ -53,9 +54,9 @@ class GenerationRecord:
         phase: Phase of learning, 1 or 2.
         generation: Number of the generation that has just been rated, from 0 in each phase.
         used: Maneuvers performed by then, all categories together.
-        evaluations: Maneuvers performed by then in this category and phase.
-        best: Highest mean fitness in the generation.
-        mean: Mean fitness of the generation.
+        evaluations: Performances rated by then in this category.
+        best: Highest fitness expected of one of the generation.
+        mean: Mean of the fitness expected of each of the generation.
         maneuver: Names of the actions of the best.
     """
 
@@ -75,6 +76,11 @@ class Pal:
     Args:
         settings: How to coach.
         rng: Source of chance; its state is part of Pal's.
+
+    Attributes:
+        settings: How to coach.
+        history: Every GP step so far.
+        used: Maneuvers performed so far.
     """
 
     def __init__(self, settings: PalSettings, rng: np.random.Generator) -> None:
@@ -84,7 +90,9 @@ class Pal:
         self._rng = rng
         self._asked = 0
         self._open: Trial | None = None
-        self._populations: dict[int, dict[Category, Population]] = {1: {}, 2: {}}
+        self._greedy = False
+        self._trace = Trace(settings.credit, full_rate(settings))
+        self._populations: dict[Category, Population] = {}
 
     @property
     def finished(self) -> bool:
@@ -133,11 +141,36 @@ class Pal:
         if self.finished:
             raise RuntimeError("the budget is used up")
         category = self.category(current, previous)
-        genome = self._next(category)
+        genome = self._next(self._population(category))
         self._asked += 1
         maneuver = make_maneuver(tuple(Action(gene) for gene in genome), self.settings)
         self._open = Trial(self._asked, category, maneuver, self.phase, self.exam)
         return self._open
+
+    def _next(self, population: Population) -> Genome:
+        """The exam tests the promising; learning performs the best known now and then, and else the next to be rated."""
+        settings = self.settings
+        if self.exam:
+            promising = population.promising(settings)
+            if promising is not None:
+                return promising
+        elif self._greedy:
+            for best in population.best(1, settings.caution):
+                return best
+        due = population.due(settings)
+        if due is not None:
+            return due
+        # All have been performed, but not all are rated yet.
+        return min(population.members, key=lambda genome: population.archive[genome].performed)
+
+    def _population(self, category: Category) -> Population:
+        """The population of a situation, in the present phase."""
+        population = self._populations.setdefault(category, Population())
+        if population.phase != self.phase:
+            general = self._populations.get((ANY_STIMULUS, category[1]))
+            ancestors = general.best(self.settings.exam_best, self.settings.caution) if general else []
+            population.begin(self.phase, ancestors, self.settings, self._rng)
+        return population
 
     def tell(self, trial: Trial, performance: Performance) -> list[GenerationRecord]:
         """Take in how a trial went.
@@ -150,21 +183,37 @@ class Pal:
             GP steps made because of it.
 
         Raises:
-            ValueError: The trial is not the one that is open.
+            ValueError: The trial is not the one that is open, or no action was performed.
             ObjectiveError: The objective needs something that nobody measured.
         """
-        self._close(trial)
-        population = self._populations[trial.phase][trial.category]
-        genome = tuple(int(action) for action in trial.maneuver.actions)
+        if not performance.tallies:
+            raise ValueError("a performance has one action at the least; discard a trial that was not performed")
         rating = fitness(performance, self.settings)
-        population.archive[genome].rate(rating, Engagement.of(performance.tallies))
+        self._close(trial)
+        genome = tuple(int(action) for action in trial.maneuver.actions)
+        self._populations[trial.category].perform(genome, performance.tallies)
         self.used += 1
-        if trial.exam or population.due(self.settings) is not None:
+        duration = performance.time(self.settings.period)
+        final = self._trace.add(Waiting(trial.category, genome, len(performance.tallies), rating, duration))
+        if performance.over or performance.won or performance.lost or self.finished:
+            final += self._trace.close(won=performance.won)
+        for waiting in final:
+            self._populations[waiting.category].evidence.add(waiting.genome[: waiting.performed], waiting.fitness)
+        self._greedy = bool(self._rng.random() < self.settings.greedy)
+        if trial.exam:
             return []
-        record = self._record(trial.category, population)
-        self.history.append(record)
-        population.step(self.settings, self._rng)
-        return [record]
+        return self._step([trial.category, *(waiting.category for waiting in final)])
+
+    def _step(self, categories: Iterable[Category]) -> list[GenerationRecord]:
+        """Make a GP step for each of these situations whose generation is done."""
+        records = []
+        for category in dict.fromkeys(categories):
+            population = self._populations[category]
+            if population.phase == self.phase and population.due(self.settings) is None and population.rated():
+                records.append(self._record(category, population))
+                population.step(self.settings, self._rng)
+        self.history += records
+        return records
 
     def discard(self, trial: Trial) -> None:
         """Forget a trial that could not be performed; it uses no budget.
@@ -182,75 +231,45 @@ class Pal:
             raise ValueError(f"trial {trial.id} is not open")
         self._open = None
 
-    def _next(self, category: Category) -> Genome:
-        population = self._population(category)
-        if self.exam:
-            best = population.best(self.settings.exam_best, self.settings.caution)
-            if best:
-                return min(best, key=lambda candidate: candidate.ratings).genome
-        due = population.due(self.settings)
-        if due is None:  # every member is known from earlier generations: rate the least known again
-            due = min(population.members, key=lambda genome: population.archive[genome].ratings)
-        return due
-
-    def _population(self, category: Category) -> Population:
-        phase = self.phase
-        populations = self._populations[phase]
-        if category not in populations:
-            ancestors = self._ancestors(category) if phase == 2 else []
-            if ancestors:
-                populations[category] = Population.refined(ancestors, self.settings, self._rng)
-            else:
-                populations[category] = Population.random(phase, self.settings, self._rng)
-        return populations[category]
-
-    def _ancestors(self, category: Category) -> list[Genome]:
-        """Phase-1 winners of the current stimulus."""
-        first = self._populations[1].get((ANY_STIMULUS, category[1]))
-        return [candidate.genome for candidate in first.best(self.settings.exam_best, self.settings.caution)] if first else []
-
     def _record(self, category: Category, population: Population) -> GenerationRecord:
-        means = [population.archive[genome].mean for genome in population.members]
-        best = int(np.argmax(means))
+        known = population.estimates()
+        values = [known[genome].value for genome in population.members]
+        best = int(np.argmax(values))
         return GenerationRecord(
             category=category,
             phase=population.phase,
             generation=population.generation,
             used=self.used,
-            evaluations=sum(candidate.ratings for candidate in population.archive.values()),
-            best=means[best],
-            mean=float(np.mean(means)),
+            evaluations=population.evidence.count,
+            best=values[best],
+            mean=float(np.mean(values)),
             maneuver=" ".join(Action(gene).name for gene in population.members[best]),
         )
 
     def advice(self, *, opponent: str = "", seed: int | None = None) -> Advice:
-        """The best maneuver of every situation that came up, by cautious fitness; phase 2 goes before phase 1.
+        """The best maneuver of every situation that came up, by cautious fitness.
 
         Args:
             opponent: Against whom, for the record.
             seed: Seed of the coaching, for the record.
         """
-        winners = {}
-        for phase in (1, 2):
-            for category, population in self._populations[phase].items():
-                best = population.best(1, self.settings.caution)
-                if best:
-                    winners[category] = best[0]
         entries = []
-        for (previous, current), candidate in sorted(winners.items(), key=lambda item: (item[0][1], -item[0][0])):
-            actions = tuple(Action(gene) for gene in candidate.genome)
-            entries.append(
-                AdviceEntry(
-                    previous=previous,
-                    current=current,
-                    actions=actions,
-                    fitness=candidate.mean,
-                    evaluations=candidate.ratings,
-                    phase=candidate.phase,
-                    parents=tuple(" ".join(Action(gene).name for gene in parent) for parent in candidate.parents),
-                    names=tuple(names(actions, candidate.engagement)),
+        for (previous, current), population in sorted(self._populations.items(), key=lambda item: (item[0][1], -item[0][0])):
+            for genome in population.best(1, self.settings.caution):
+                candidate = population.archive[genome]
+                actions = tuple(Action(gene) for gene in genome)
+                entries.append(
+                    AdviceEntry(
+                        previous=previous,
+                        current=current,
+                        actions=actions,
+                        fitness=population.estimates()[genome].value,
+                        evaluations=candidate.performed,
+                        phase=candidate.phase,
+                        parents=tuple(" ".join(Action(gene).name for gene in parent) for parent in candidate.parents),
+                        names=tuple(names(actions, candidate.engagement)),
+                    )
                 )
-            )
         return Advice(self.settings, tuple(entries), opponent, seed)
 
     def state_dict(self) -> dict[str, Any]:
@@ -261,11 +280,11 @@ class Pal:
             "rng": _plain(self._rng.bit_generator.state),
             "used": self.used,
             "asked": self._asked,
+            "greedy": self._greedy,
+            "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
             "populations": [
-                {"phase": phase, "category": list(category), **population.to_dict()}
-                for phase, populations in self._populations.items()
-                for category, population in populations.items()
+                {"category": list(category), **population.to_dict()} for category, population in self._populations.items()
             ],
         }
 
@@ -283,8 +302,10 @@ class Pal:
             pal.used = int(state["used"])
             pal._asked = int(state["asked"])
             pal.history = [GenerationRecord(**{**item, "category": tuple(item["category"])}) for item in state["history"]]
+            pal._greedy = bool(state["greedy"])
+            pal._trace.restore(state["trace"])
             for item in state["populations"]:
-                pal._populations[item["phase"]][tuple(item["category"])] = Population.from_dict(item)
+                pal._populations[tuple(item["category"])] = Population.from_dict(item)
         except (KeyError, TypeError, ValueError) as error:
             raise StateError(f"the saved state is damaged: {error!r}") from error
         return pal

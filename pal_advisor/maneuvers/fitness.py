@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pal_advisor.maneuvers.names import CONTROL_PERIOD
 from pal_advisor.maneuvers.settings import Objective, PalSettings
 
 if TYPE_CHECKING:
@@ -51,6 +52,20 @@ class Performance:
         if self.won and self.lost:
             raise ValueError("a bout is won or lost, not both")
 
+    def time(self, period: float) -> float:
+        """Time from its beginning to where the next maneuver counts, in s.
+
+        Actions left undone because the bout was won count in full, so their time counts too.
+
+        Args:
+            period: Time an action lasts, in s.
+        """
+        if self.won:
+            return self.planned * period
+        if self.duration is not None:
+            return self.duration
+        return CONTROL_PERIOD * sum(tally.samples for tally in self.tallies)
+
 
 def action_worth(tally: ActionTally, settings: PalSettings) -> float:
     """Worth of one action: the inner sums of Eq. 10.1, at most `full_worth`.
@@ -81,6 +96,12 @@ def full_worth(settings: PalSettings) -> float:
     return EYES + ARMS + settings.contact_weight * ARMS
 
 
+def full_rate(settings: PalSettings) -> float:
+    """Fitness a second of actions that count in full: what there is after a bout won."""
+    weight = settings.score_weight if settings.objective is Objective.OUTCOME else 1.0
+    return weight * full_worth(settings) / settings.period
+
+
 def fitness(performance: Performance, settings: PalSettings) -> float:
     """Fitness of one performance of a maneuver.
 
@@ -99,6 +120,7 @@ def fitness(performance: Performance, settings: PalSettings) -> float:
         worths += [full_worth(settings)] * (performance.planned - len(worths))
     score = sum(weight * worth for weight, worth in zip(weights, worths, strict=False))  # Eq. 10.1
     if settings.objective is Objective.OUTCOME:
+        score *= settings.score_weight
         if performance.progress is not None:
             score += settings.progress_weight * performance.progress
         score += settings.win * performance.won - settings.loss * performance.lost

@@ -64,11 +64,16 @@ class PalSettings:
         in_family: In phase 2, share of the mutations that stay in the action's family.
         rounds: How often a generation is rated: everyone, then the better half up to two ratings, the best quarter up to
             four, and so on.
-        caution: A maneuver counts as good as its mean less this many standard errors.
+        greedy: While learning, share of the maneuvers that are the best known and not the next to be rated: what is rated
+            is rated in good company, and the best are rated again.
+        credit: What happens one second after a maneuver counts this share as much for it as its own doing; 0 credits it
+            with nothing but its own doing.
+        caution: A maneuver counts as good as its expected fitness less this many standard errors.
         action_weights: w_i of Eq. 10.1, one per action; empty for 1 each.
         contact_weight: Weight of coming into contact (1 in Eq. 10.1) against seeing and holding.
         hold_time: An arm pressed this long without a break holds, in s.
         hold_travel: Ground the robot must gain during an effective hold, in m.
+        score_weight: In the objective `outcome`, weight of the sum of Eq. 10.1 beside the following three.
         progress_weight: Worth of a metre that the opponent came nearer to the border.
         win: Worth of a bout won.
         loss: Cost of a bout lost.
@@ -84,7 +89,7 @@ class PalSettings:
     exam_share: float = 0.2
     exam_best: int = 5
     actions: int = 4
-    period: float = 0.2
+    period: float = 0.15
     floor_reflex: bool = True
     end_on_change: bool = False
     arms_in_stimulus: bool = False
@@ -96,11 +101,14 @@ class PalSettings:
     mutation: float = 0.1
     in_family: float = 0.5
     rounds: int = 2
+    greedy: float = 0.5
+    credit: float = 0.2
     caution: float = 0.5
     action_weights: tuple[float, ...] = ()
-    contact_weight: float = 2.0
+    contact_weight: float = 1.0
     hold_time: float = 0.1
     hold_travel: float = 0.005
+    score_weight: float = 0.25
     progress_weight: float = 120.0
     win: float = 12.0
     loss: float = 12.0
@@ -114,8 +122,9 @@ class PalSettings:
         self._require("elite", 0 <= self.elite < self.population, "less than the population, and not negative")
         for name in ("budget", "exam_best", "tournament", "rounds"):
             self._require(name, getattr(self, name) >= 1, "1 or more")
-        for name in ("crossover", "mutation", "in_family", "exam_share", "phase_share"):
+        for name in ("crossover", "mutation", "in_family", "exam_share", "phase_share", "greedy"):
             self._require(name, 0.0 <= getattr(self, name) <= 1.0, "0 to 1")
+        self._require("credit", 0.0 <= self.credit < 1.0, "0 to less than 1")
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, float):

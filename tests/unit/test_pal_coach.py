@@ -58,7 +58,10 @@ def test_phases_and_exam_get_their_shares() -> None:
     trials = coach(Pal(SMALL, np.random.default_rng(1)), np.random.default_rng(2))
     assert Counter((trial.phase, trial.exam) for trial in trials) == {(1, False): 120, (2, False): 120, (2, True): 60}
     for trial in trials:
-        assert set(trial.maneuver.actions) <= set(BASIC_ACTIONS if trial.phase == 1 else FINE_ACTIONS)
+        known = set(BASIC_ACTIONS) if trial.phase == 1 else {*BASIC_ACTIONS, *FINE_ACTIONS}
+        assert set(trial.maneuver.actions) <= known
+    fresh = [trial for trial in trials if trial.phase == 2 and set(trial.maneuver.actions) <= set(FINE_ACTIONS)]
+    assert len(fresh) > 60
 
 
 def test_a_single_phase_has_its_alphabet_from_the_beginning() -> None:
@@ -69,27 +72,79 @@ def test_a_single_phase_has_its_alphabet_from_the_beginning() -> None:
 
 
 def test_pal_learns_the_toy() -> None:
-    pal = Pal(PalSettings(budget=800, population=8), np.random.default_rng(1))
+    pal = Pal(PalSettings(budget=1600), np.random.default_rng(1))
     coach(pal, np.random.default_rng(2))
     advice = pal.advice()
     for current in (1, 2, 3):
         assert sum(action.family is Family.FORWARD for action in advice.choose(current).actions) >= 3
     assert {entry.current for entry in advice.entries} == {1, 2, 3}
-    assert all(entry.phase == 2 and entry.parents for entry in advice.entries)
+    assert all(entry.parents for entry in advice.entries if entry.phase == 2)
 
 
-def test_the_exam_tests_each_best_about_equally_often() -> None:
-    trials = coach(Pal(SMALL, np.random.default_rng(1)), np.random.default_rng(2))
-    tested = {str(trial.maneuver) for trial in trials if trial.exam and trial.category == (ANY_STIMULUS, 3)}
-    assert SMALL.exam_best <= len(tested) <= 3 * SMALL.exam_best
+def test_the_exam_tests_few() -> None:
+    pal = Pal(SMALL, np.random.default_rng(1))
+    trials = coach(pal, np.random.default_rng(2))
+    tested = {trial.maneuver.actions for trial in trials if trial.exam and trial.category == (ANY_STIMULUS, 3)}
+    learnt = {trial.maneuver.actions for trial in trials if not trial.exam and trial.category == (ANY_STIMULUS, 3)}
+    assert len(tested) < len(learnt) / 2
+
+
+def test_the_best_known_is_performed_in_its_share_of_the_learning() -> None:
+    def repeats(greedy: float) -> int:
+        pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "greedy": greedy}), np.random.default_rng(1))
+        return max(Counter(trial.maneuver for trial in coach(pal, np.random.default_rng(2)) if not trial.exam).values())
+
+    assert repeats(0.8) > 2 * repeats(0.0)
+
+
+def test_what_follows_is_credited_with_fading_weight() -> None:
+    """A turn that earns nothing itself is paid by the push after it, discounted by the time between."""
+    pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.25, "objective": "contact"}), np.random.default_rng(1))
+    nothing = ActionTally(100, (0, 0), (0, 0), (0.0, 0.0), 0.0)
+    push = ActionTally(100, (100, 100), (0, 0), (0.5, 0.5), 0.0)
+    first = pal.ask(1, None)
+    pal.tell(first, Performance((nothing,), 4))
+    second = pal.ask(3, 1)
+    pal.tell(second, Performance((push,), 4, over=True))
+    turn, forward = pal.advice().entries
+    assert turn.fitness == pytest.approx(4.0 * 0.25**0.5)
+    assert forward.fitness == pytest.approx(4.0)
+
+
+def test_without_credit_a_maneuver_has_its_own_fitness_alone() -> None:
+    pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.0, "objective": "contact"}), np.random.default_rng(1))
+    push = ActionTally(100, (100, 100), (0, 0), (0.5, 0.5), 0.0)
+    for current, won in ((1, False), (3, True)):
+        pal.tell(pal.ask(current, None), Performance((push,), 4, won=won))
+    first, second = pal.advice().entries
+    assert first.fitness == pytest.approx(4.0)
+    assert second.fitness == pytest.approx(4.0 + 3 * 6.0)
+
+
+def test_after_a_win_everything_counts_in_full() -> None:
+    """The limit of a bout that goes on for ever with every action worth the most: rate / -ln(credit)."""
+    settings = PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.5, "objective": "contact"})
+    pal = Pal(settings, np.random.default_rng(1))
+    perfect = ActionTally(30, (30, 30), (1, 1), (0.15, 0.15), 0.0)
+    pal.tell(pal.ask(3, None), Performance((perfect,), 4, won=True, duration=0.15))
+    rest = 6.0 / settings.period / np.log(2.0) * 0.5 ** (4 * settings.period)
+    assert pal.advice().entries[0].fitness == pytest.approx(4 * 6.0 + rest)
+
+
+def test_a_performance_without_an_action_is_refused() -> None:
+    pal = Pal(SMALL, np.random.default_rng(1))
+    with pytest.raises(ValueError, match="discard"):
+        pal.tell(pal.ask(3, None), Performance((), 4))
 
 
 def test_curves_are_as_long_as_their_situations_are_frequent() -> None:
     pal = Pal(SMALL, np.random.default_rng(1))
     coach(pal, np.random.default_rng(2))
     steps = Counter(record.category[1] for record in pal.history)
-    assert steps[3] > steps[1] > 0
+    assert steps[3] > 0
     assert 0 not in steps
+    assert max(record.evaluations for record in pal.history if record.category[1] == 3) > 100
+    assert max((record.evaluations for record in pal.history if record.category[1] == 1), default=0) < 80
     first = pal.history[0]
     assert isinstance(first, GenerationRecord)
     assert first.generation == 0

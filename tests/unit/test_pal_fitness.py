@@ -64,10 +64,15 @@ def test_an_effective_hold_is_refused_without_a_ground_odometer(objective: Objec
 
 
 def test_the_outcome_adds_progress_and_the_end_of_the_bout() -> None:
-    outcome = PalSettings(objective=Objective.OUTCOME, contact_weight=1.0)
+    outcome = PalSettings(objective=Objective.OUTCOME, contact_weight=1.0, score_weight=1.0)
     assert fitness(performed(PUSH, progress=0.05), outcome) == pytest.approx(4 + 6)
     assert fitness(performed(PUSH, progress=0.05, won=True), outcome) == pytest.approx(4 + 18 + 6 + 12)
     assert fitness(performed(NOTHING, lost=True), outcome) == -12
+
+
+def test_the_score_can_weigh_less_than_the_outcome() -> None:
+    outcome = PalSettings(objective=Objective.OUTCOME, contact_weight=1.0, score_weight=0.25)
+    assert fitness(performed(PUSH, progress=0.05), outcome) == pytest.approx(1 + 6)
 
 
 def test_a_performance_must_be_possible() -> None:
