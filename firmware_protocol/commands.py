@@ -36,6 +36,8 @@ M = TypeVar("M", bound="Message")
 
 HOLD: Final = 0.15
 """Longest time a late answer to a repeated command may still be under way, in s."""
+MOST_REPETITIONS: Final = 10
+"""A maneuver whose repetitions were acknowledged so often, and still no result came, is given up after the usual tries."""
 RESULT_MARGIN: Final = 0.3
 """How much later than expected the result of a maneuver may come before it is asked for again, in s."""
 
@@ -248,6 +250,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
     def __init__(self, message: JuniorManeuver, numbering: Numbering, extra: float) -> None:
         super().__init__("the maneuver", message, numbering)
         self._duration = message.period * message.count + extra
+        self._repetitions = 0
 
     @property
     def waits_for(self) -> str:
@@ -259,7 +262,9 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
         if self.blocking:
             self.blocking = False
             self.rest(time + self._duration + RESULT_MARGIN)
-        elif self.tries:  # the answer to a repetition: the result, if there is one, is repeated too
+        elif self.tries and self._repetitions < MOST_REPETITIONS:
+            # The answer to a repetition: the robot is there, and the result, if there is one, is repeated too.
+            self._repetitions += 1
             self.tries = 1
 
     def answer(self, received: Received) -> bool:

@@ -181,8 +181,10 @@ class Bridge:
         if self._closed:
             return
         self._closed = True
-        self._pump.close()
-        self.link.close()
+        try:
+            self._pump.close()
+        finally:
+            self.link.close()
 
     def _next_due(self) -> float:
         """When something must be sent next."""

@@ -68,6 +68,7 @@ class Junior:
         self._sensors: JuniorSensors | None = None
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
+        self._emergency = False
 
     def __enter__(self) -> Self:
         return self
@@ -192,14 +193,17 @@ class Junior:
         except RefusedError as error:
             if self.finish(self.peer.request(Heartbeat)).custom_mode != State.STOPPED:
                 raise
+            self._emergency = True
             raise RefusedError("arming", "its emergency stop is engaged; make sure that it may move, then disarm it") from error
 
     def disarm(self) -> None:
         """Stop it, and keep its wheels from turning; ends an emergency stop. Raises as `read_sensors` does."""
         self.finish(self.peer.disarm())
+        self._emergency = False
 
     def emergency_stop(self) -> None:
         """Stop at once; it stays stopped until it is disarmed and armed again. Raises as `read_sensors` does."""
+        self._emergency = True
         self.finish(self.peer.emergency_stop())
 
     def stop(self) -> None:
@@ -351,14 +355,15 @@ class Junior:
     def close(self) -> None:
         """Stop and disarm the robot, and give the link back. Safe to repeat, and when the robot or link is gone.
 
-        A robot that has not been heard for a while is told too: it may hear us.
+        A robot that has not been heard for a while is told too: it may hear us. One whose emergency stop is engaged is left
+        as it is, since to disarm it would release the stop: that is a person's decision.
         """
         if self._closed:
             return
         self._closed = True
         self._listeners.clear()
         try:
-            if hasattr(self, "peer"):
+            if hasattr(self, "peer") and not self._emergency:
                 self._say_stop()
         except (HilError, OSError):
             pass  # the robot stops by its own watchdog

@@ -173,17 +173,19 @@ def coach(
             raise
         document = run.document(tally)
         session.finish(document)
-    if files.report is not None and files.log is not None:
-        from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
-
-        document["report"] = str(write_report(files.log, files.report).page)
-    if as_json:
-        common.print_json(document)
-    else:
+    if not as_json:  # before the report is drawn: should that fail, the outcome has been told
         for line in coaching_summary(
             run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=clock.now()
         ):
             console.print(line, markup=False)
+    if files.report is not None and files.log is not None:
+        from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
+
+        document["report"] = str(write_report(files.log, files.report).page)
+        if not as_json:
+            console.print(f"{'Report:':12}{document['report']}", markup=False)
+    if as_json:
+        common.print_json(document)
     if require is not None and (tally is None or tally.win_rate.value < require):
         none = ": there were none" if tally is None else ""
         console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")

@@ -148,6 +148,19 @@ def test_the_emergency_stop_holds_until_disarmed_and_armed_again() -> None:
     assert watched.wheels == (0.5, 0.5)
 
 
+def test_leaving_does_not_release_an_emergency_stop() -> None:
+    watched = Watched()
+    with driving(watched) as junior:
+        junior.emergency_stop()
+    with connect(watched) as junior, pytest.raises(RefusedError, match="emergency stop is engaged"):
+        junior.arm()
+    with connect(watched) as junior:
+        with pytest.raises(RefusedError, match="emergency stop is engaged"):
+            junior.arm()
+        junior.disarm()
+        junior.arm()
+
+
 class Bang(Exception):  # noqa: N818 - a mistake in the user's program
     """What a user's program may raise."""
 

@@ -347,6 +347,15 @@ def test_a_result_that_never_comes_is_given_up(bench: Bench) -> None:
     assert "never sent the result of the maneuver" in failed(ticket)
 
 
+def test_a_result_that_never_comes_is_given_up_though_every_repetition_is_acknowledged(bench: Bench) -> None:
+    ticket = begin(bench)
+    for _ in range(100):
+        bench.ack(JuniorManeuver, 1)
+        bench.wait(0.5)
+        bench.heartbeat()
+    assert "never sent the result of the maneuver" in failed(ticket)
+
+
 def test_a_maneuver_that_is_performed_does_not_hold_up_the_next_message(bench: Bench) -> None:
     begin(bench)
     bench.ack(JuniorManeuver, 1)
