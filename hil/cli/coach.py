@@ -173,17 +173,13 @@ def coach(
             raise
         document = run.document(tally)
         session.finish(document)
+    wall_seconds = clock.now()
     if not as_json:  # before the report is drawn: should that fail, the outcome has been told
         for line in coaching_summary(
-            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=clock.now()
+            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=wall_seconds
         ):
             console.print(line, markup=False)
-    if files.report is not None and files.log is not None:
-        from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
-
-        document["report"] = str(write_report(files.log, files.report).page)
-        if not as_json:
-            console.print(f"{'Report:':12}{document['report']}", markup=False)
+    _draw(files, document, console, announce=not as_json)
     if as_json:
         common.print_json(document)
     if require is not None and (tally is None or tally.win_rate.value < require):
@@ -191,6 +187,17 @@ def coach(
         console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
         return common.EXIT_FELL_SHORT
     return common.EXIT_DONE
+
+
+def _draw(files: Files, document: dict[str, object], console: Console, *, announce: bool) -> None:
+    """Draw the report, if there is to be one, and say where it is."""
+    if files.report is None or files.log is None:
+        return
+    from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
+
+    document["report"] = str(write_report(files.log, files.report).page)
+    if announce:
+        console.print(f"{'Report:':12}{document['report']}", markup=False)
 
 
 def _beside(name: str, seed: int, kind: str) -> Path:
