@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from firmware_protocol.links.faulty import FaultSpec
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
@@ -34,6 +35,10 @@ def emulate(
     referee: Annotated[
         bool, typer.Option("--referee/--no-referee", help="A referee sees the ring; without, it is as with a physical robot.")
     ] = True,
+    faults: Annotated[
+        str | None,
+        typer.Option("--faults", metavar="SPEC", help="A bad line, each way: drop:0.05,corrupt:0.01,jitter:0.02,unplug:30."),
+    ] = None,
     memory: Annotated[
         Path | None, typer.Option("--memory", metavar="FILE", help="Keep the robot's EEPROM in this file between runs.")
     ] = None,
@@ -47,7 +52,8 @@ def emulate(
 
     Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
     """
-    from simdevice.endpoints import open_endpoint  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
     from simdevice.server import Server  # noqa: PLC0415
     from simdevice.world import junior_world  # noqa: PLC0415
 
@@ -57,9 +63,10 @@ def emulate(
         world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=_load(memory))
     except ValueError as error:
         raise common.UsageError(f"{memory}: {error}") from error
+    served = world if faults is None else DisturbedWorld(world, _parse(faults), seed)
     endpoint = open_endpoint(link, public=public)
     with terminate_as_interrupt():
-        server = Server(world, endpoint, MonotonicClock(), speed=speed)
+        server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
             common.print_json({"robot": str(what), "url": endpoint.url, "opponent": opponent, "pid": os.getpid()})
         else:
@@ -75,6 +82,13 @@ def emulate(
                 replace_file(memory, world.device.nvm)
             if server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
+
+
+def _parse(faults: str) -> FaultSpec:
+    try:
+        return FaultSpec.parse(faults)
+    except ValueError as error:
+        raise common.UsageError(f"--faults: {error}") from error
 
 
 def _load(memory: Path | None) -> bytes | None:

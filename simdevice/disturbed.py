@@ -1,0 +1,59 @@
+"""A world behind a bad line: what it is sent and what it sends is lost, damaged or late, in its own time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.links.faulty import FaultSpec, FaultyLink
+from firmware_protocol.links.memory import MemoryLink, Steppable
+from firmware_protocol.mavlink import split_frames
+from simdevice.period import PERIOD
+
+if TYPE_CHECKING:
+    from firmware_protocol.links.faulty import FaultCounts
+
+_SLACK: Final = PERIOD / 2
+"""Less than a control period by far more than rounding, in s."""
+
+
+class DisturbedWorld:
+    """Steps a world behind a line with faults, each way.
+
+    Args:
+        world: The world.
+        spec: What befalls the frames.
+        seed: The same seed does the same to the same frames.
+    """
+
+    def __init__(self, world: Steppable, spec: FaultSpec, seed: int) -> None:
+        self._world = world
+        self._link = FaultyLink(MemoryLink(world), spec, seed=seed, clock=world, split=split_frames)
+
+    @property
+    def down(self) -> FaultCounts:
+        """What was done on the way to the robot."""
+        return self._link.down
+
+    def now(self) -> float:
+        """Time of the world, in s."""
+        return self._world.now()
+
+    def step(self, inbound: bytes) -> bytes:
+        """One control period.
+
+        Args:
+            inbound: Bytes from the host.
+
+        Returns:
+            Bytes for the host, as they leave the bad line.
+
+        Raises:
+            LinkClosedError: The line is dead, as the specification asked for.
+        """
+        end = self._world.now() + PERIOD
+        if inbound:
+            self._link.write(inbound)
+        out = b""
+        while self._world.now() < end - _SLACK:
+            out += self._link.read(_SLACK)  # the link steps whole periods
+        return out
