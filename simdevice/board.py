@@ -24,30 +24,37 @@ _WRAP: Final = 0xFFFFFFFF
 """Encoders and ground odometer count micrometres in 32 bits: after 2147 m they go on from the other end."""
 
 
-class _Library(Protocol):
-    """The functions of the firmware's host build."""
+class HostLibrary(Protocol):
+    """The functions of a host build of the firmware."""
 
     def host_power_on(self, robot: object, micros: int) -> None: ...
     def host_tick(self, robot: object, micros: int, rx: bytes, rx_len: int) -> int: ...
 
 
-class _Host(Protocol):
-    """The extension module that holds the firmware's host build."""
+class Host(Protocol):
+    """A host build of the firmware, as cffi hands it over: the extension module, or another build of the same sources."""
 
-    ffi: Any
-    lib: _Library
+    @property
+    def ffi(self) -> Any:  # noqa: ANN401 - cffi's own, which has no stubs for what it makes
+        """Makes the C structs."""
+        ...
+
+    @property
+    def lib(self) -> HostLibrary:
+        """Its functions."""
+        ...
 
 
-def _load() -> _Host:
+def _load() -> Host:
     """Import the extension module and check that its struct is the one packed here."""
-    host = cast("_Host", importlib.import_module("firmware_protocol.firmware._host"))
+    host = cast("Host", importlib.import_module("firmware_protocol.firmware._host"))
     offset = host.ffi.offsetof
     if offset("host_io", "start") != _INPUTS.size - 1 or offset("host_io", "travel_um") != struct.calcsize("@2H2HH2B2B0I"):
         raise ImportError("the firmware's host build does not match this version of simdevice: build the package again")
     return host
 
 
-_HOST: Final = _load()
+_HOST: Final[Host] = _load()
 
 
 class Board:
@@ -58,6 +65,7 @@ class Board:
         nvm: Image of its EEPROM; None is blank.
         encoders: Wheel encoders are fitted.
         ground_odometer: A ground odometer is fitted.
+        host: Build of the firmware that it runs; None is the one that comes with the package.
 
     Attributes:
         wheel_left: Effort the firmware commands, in permille, -1000..1000.
@@ -69,9 +77,18 @@ class Board:
         ValueError: The image has another size than the EEPROM.
     """
 
-    def __init__(self, *, uid: int, nvm: bytes | None = None, encoders: bool = True, ground_odometer: bool = True) -> None:
+    def __init__(
+        self,
+        *,
+        uid: int,
+        nvm: bytes | None = None,
+        encoders: bool = True,
+        ground_odometer: bool = True,
+        host: Host | None = None,
+    ) -> None:
         if nvm is not None and len(nvm) != NVM_SIZE:
             raise ValueError(f"the EEPROM holds {NVM_SIZE} bytes, the image {len(nvm)}")
+        self._host = host if host is not None else _HOST
         self._uid = uid
         self._fitted = (int(encoders), int(ground_odometer))
         self.start = False
@@ -79,7 +96,7 @@ class Board:
 
     def _wire(self, nvm: bytes) -> None:
         """Working memory as after power-off: all zero, but for the EEPROM."""
-        ffi = _HOST.ffi
+        ffi = self._host.ffi
         self._robot = ffi.new("host_robot *")
         io = self._robot.io
         io.uid = self._uid
@@ -101,7 +118,7 @@ class Board:
     def power_on(self) -> None:
         """Cut the power and give it back: only the EEPROM is kept, and the clock starts at 0."""
         self._wire(self.nvm)
-        _HOST.lib.host_power_on(self._robot, 0)
+        self._host.lib.host_power_on(self._robot, 0)
 
     def tick(self, micros: int, rx: bytes, sensors: Sensors, motors: Motors, ground: float) -> bytes:
         """Run one control period of the firmware.
@@ -132,7 +149,7 @@ class Board:
             int(ground * 1e6) & _WRAP,
             self.start,
         )
-        count = _HOST.lib.host_tick(self._robot, micros, rx, len(rx))
+        count = self._host.lib.host_tick(self._robot, micros, rx, len(rx))
         self.wheel_left, self.wheel_right = self._wheel
         if self._io.reboot:
             self.reboot = True

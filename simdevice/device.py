@@ -9,6 +9,7 @@ from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
+    from simdevice.board import Host
     from simdevice.sumo import Robot
 
 _SYSTEM_BYTE = 5
@@ -22,6 +23,7 @@ class VirtualDevice:
         robot: Its hardware on the table.
         uid: Unique id of its board.
         nvm: Image of its EEPROM; None is blank.
+        host: Build of the firmware that it runs; None is the one that comes with the package.
 
     Attributes:
         robot: Its hardware on the table.
@@ -29,12 +31,14 @@ class VirtualDevice:
         system: System id it uses on the wire, as its frames say.
     """
 
-    def __init__(self, robot: Robot, *, uid: int, nvm: bytes | None = None) -> None:
+    def __init__(self, robot: Robot, *, uid: int, nvm: bytes | None = None, host: Host | None = None) -> None:
         profile = robot.profile
         self.robot = robot
         self.other: Piece | None = None
         self.system = 1
-        self._board = Board(uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer)
+        self._board = Board(
+            uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host
+        )
         self._micros = 0
         self._fresh = True
         self.power_cycle()

@@ -12,6 +12,7 @@ from simdevice.second import Keeper
 from simdevice.sumo import Stream, Table, stream
 
 if TYPE_CHECKING:
+    from simdevice.board import Host
     from simdevice.sumo import Robot
 
 
@@ -26,6 +27,7 @@ class World:
         referee: There is a referee on the wire; without one it is as with a physical robot.
         profile: The device's numbers.
         nvm: Image of Junior's EEPROM, as `device.nvm` gave it; None is a new robot.
+        host: Build of the firmware that Junior runs; None is the one that comes with the package.
 
     Attributes:
         table: Bodies and rules.
@@ -44,23 +46,24 @@ class World:
         referee: bool = True,
         profile: JuniorProfile | None = None,
         nvm: bytes | None = None,
+        host: Host | None = None,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
         self.table = Table(opponent, seed, self._profile)
-        self.device = self._device(self.table.robot, nvm)
+        self.device = self._device(self.table.robot, nvm, host)
         self.referee = Referee(self.table, self._placed) if referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
 
-    def _device(self, robot: Robot, nvm: bytes | None = None) -> VirtualDevice:
+    def _device(self, robot: Robot, nvm: bytes | None = None, host: Host | None = None) -> VirtualDevice:
         """Put a board into a robot."""
         first = robot is self.table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
-        return VirtualDevice(robot, uid=uid, nvm=nvm)
+        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
