@@ -27,8 +27,13 @@ _WRAP: Final = 0xFFFFFFFF
 class HostLibrary(Protocol):
     """The functions of a host build of the firmware."""
 
-    def host_power_on(self, robot: object, micros: int) -> None: ...
-    def host_tick(self, robot: object, micros: int, rx: bytes, rx_len: int) -> int: ...
+    def host_power_on(self, robot: object, micros: int) -> None:
+        """Boot, at this time in us."""
+        ...
+
+    def host_tick(self, robot: object, micros: int, rx: bytes, rx_len: int) -> int:
+        """Run one control period at this time in us, in which these bytes arrive; returns how many are sent."""
+        ...
 
 
 class Host(Protocol):

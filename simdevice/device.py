@@ -36,9 +36,7 @@ class VirtualDevice:
         self.robot = robot
         self.other: Piece | None = None
         self.system = 1
-        self._board = Board(
-            uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host
-        )
+        self._board = Board(uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host)
         self._micros = 0
         self._fresh = True
         self.power_cycle()

@@ -1,0 +1,186 @@
+"""Sessions and sequences: what is done once, what is refused, and what a repetition gets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.messages import (
+    PROTOCOL_MAJOR,
+    ROBOT_COMPONENT,
+    Command,
+    JuniorManeuver,
+    JuniorManeuverResult,
+    JuniorMemoryRead,
+    JuniorSession,
+    Reason,
+    State,
+)
+from firmware_protocol.vocabulary import Action
+from hil.conformance.orders import named
+from hil.conformance.registry import Group, given, require
+from hil.conformance.subject import BY_STIMULI
+
+if TYPE_CHECKING:
+    from hil.conformance.subject import Subject
+
+GROUP: Final = Group("sessions and sequences")
+STAY: Final = (Action.S,)
+"""A maneuver that stands still."""
+
+
+@GROUP.check("other-session-refused", rule="Numbered messages")
+def other_session(robot: Subject) -> str:
+    """A numbered message of another session is refused."""
+    robot.arm()
+    actions = robot.maneuver(STAY).actions
+    other = robot.session ^ 1
+    message = robot.numbered(JuniorManeuver, session=other, period=0.1, options=0, count=1, actions=actions)
+    robot.expect(message, Reason.WRONG_SESSION, "of another session")
+    robot.expect_state(State.READY, "after a maneuver of another session")
+    return "JUNIOR_MANEUVER"
+
+
+@GROUP.check("same-session-only-acknowledged", rule="JUNIOR_SESSION")
+def same_session(robot: Subject) -> str:
+    """Opening the same session again is acknowledged and changes nothing."""
+    robot.arm()
+    robot.open_session(robot.session)
+    robot.expect_state(State.READY, "after its own session was opened again")
+    return "it stays armed"
+
+
+@GROUP.check("new-session-disarms", rule="Numbered messages")
+def new_session(robot: Subject) -> str:
+    """Opening a new session stops and disarms the robot."""
+    robot.arm()
+    robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+    robot.open_session()
+    robot.expect_state(State.DISARMED, "after a new session was opened")
+    return "from driving to disarmed"
+
+
+@GROUP.check("new-session-keeps-stop", rule="JUNIOR_SESSION")
+def session_keeps_stop(robot: Subject) -> str:
+    """An emergency stop stays engaged when a new session is opened."""
+    robot.order(Command.FLIGHT_TERMINATION, 1)
+    robot.open_session()
+    robot.expect_state(State.STOPPED, "after a new session was opened")
+    return "still stopped"
+
+
+@GROUP.check("other-version-refused", rule="In a minute")
+def other_version(robot: Subject) -> str:
+    """A host of another major version gets no session."""
+    before = robot.session
+    message = JuniorSession(before ^ 2, 0, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR + 1, 0)
+    robot.expect(message, Reason.BAD_VALUE, f"of version {PROTOCOL_MAJOR + 1}")
+    found = robot.status().session
+    require(found == before, f"the session is {found}, not {before}")
+    newer = JuniorSession(before, 0, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, 255)
+    robot.expect(newer, Reason.NONE, "of a newer minor version")
+    return f"version {PROTOCOL_MAJOR + 1} refused, {PROTOCOL_MAJOR}.255 taken"
+
+
+@GROUP.check("same-sequence-performs-once", rule="Numbered messages")
+def performs_once(robot: Subject) -> str:
+    """The same message again repeats the answer, and never does the thing twice."""
+    robot.arm()
+    before = robot.status().maneuvers
+    maneuver = robot.maneuver(STAY, 0.05)
+    for _ in range(4):
+        start = len(robot.heard)
+        robot.send(maneuver)
+        reason = given(robot.answered(maneuver, start=start), "a repetition was not answered")
+        require(reason == Reason.NONE, f"a repetition was refused by {named(Reason, reason)}")
+        robot.spend(0.1)
+    count = robot.status().maneuvers - before
+    require(count == 1, f"one maneuver, sent 4 times, was performed {count} times by JUNIOR_STATUS.maneuvers")
+    return "sent 4 times, performed once"
+
+
+@GROUP.check("same-sequence-repeats-refusal", rule="Numbered messages")
+def repeats_refusal(robot: Subject) -> str:
+    """A refusal is repeated too, whatever has changed meanwhile."""
+    maneuver = robot.maneuver(STAY)
+    robot.expect(maneuver, Reason.DISARMED, "while disarmed")
+    robot.arm()
+    robot.expect(maneuver, Reason.DISARMED, "sent again when armed")
+    robot.expect_state(State.READY, "after a refused message came again")
+    return "DISARMED, and DISARMED again"
+
+
+@GROUP.check("finished-result-repeated", rule="A maneuver")
+def finished_result(robot: Subject) -> str:
+    """A maneuver that comes again when it is over gets its result again."""
+    robot.arm()
+    maneuver = robot.maneuver(STAY, 0.05)
+    robot.expect(maneuver, Reason.NONE)
+    first = robot.result(maneuver, 0.05)
+    robot.spend(0.3)
+    start = len(robot.heard)
+    robot.send(maneuver)
+    again = robot.wait(JuniorManeuverResult, timeout=0.3, start=start)
+    require(again == first, "the result did not come again" if again is None else f"first {first}, then {again}")
+    robot.acknowledge(first)
+    return "the same result"
+
+
+@GROUP.check("older-sequence-refused", rule="Numbered messages")
+def older(robot: Subject) -> str:
+    """A message older than what was accepted is refused."""
+    robot.arm()
+    before = robot.status().maneuvers
+    robot.expect(robot.maneuver(STAY, 0.02, sequence=100), Reason.NONE)
+    for sequence in (99, 50, 1):
+        robot.expect(robot.maneuver(STAY, 0.02, sequence=sequence), Reason.OLD_SEQUENCE, f"with sequence {sequence} after 100")
+    count = robot.status().maneuvers - before
+    require(count == 1, f"{count} maneuvers were performed")
+    return "99, 50 and 1 after 100"
+
+
+@GROUP.check("old-answers-forgotten", rule="Numbered messages")
+def long_past(robot: Subject) -> str:
+    """A repetition of what is long past is refused, or answered as before; it is never done again."""
+    robot.arm()
+    first = robot.maneuver(STAY, 0.02)
+    robot.expect(first, Reason.NONE)
+    for _ in range(40):
+        robot.expect(robot.wheels(0.0, 0.0, 0.0), Reason.NONE)
+    before = robot.status().maneuvers
+    reason = robot.request(first)
+    require(reason in {Reason.OLD_SEQUENCE, Reason.NONE}, f"it was refused by {named(Reason, reason)}")
+    count = robot.status().maneuvers - before
+    require(count == 0, "it was performed again")
+    return "after 40 others"
+
+
+@GROUP.check("sequence-wraps", rule="Numbered messages")
+def wraps(robot: Subject) -> str:
+    """A sequence may wrap."""
+    robot.arm()
+    for sequence in (30_000, 60_000, 65_535, 0, 7):
+        robot.expect(robot.maneuver(STAY, 0.02, sequence=sequence), Reason.NONE, f"with sequence {sequence}")
+    return "65535, 0, 7"
+
+
+@GROUP.check("same-sequence-other-message-refused", rule="Numbered messages")
+def other_message(robot: Subject) -> str:
+    """Another message with a sequence that was used is refused."""
+    robot.arm()
+    maneuver = robot.maneuver(STAY, 0.02)
+    robot.expect(maneuver, Reason.NONE)
+    read = robot.numbered(JuniorMemoryRead, maneuver.sequence, index=BY_STIMULI)
+    robot.expect(read, Reason.OLD_SEQUENCE, "with the sequence of another message")
+    return "JUNIOR_MEMORY_READ after JUNIOR_MANEUVER"
+
+
+@GROUP.check("status-tells-session", rule="JUNIOR_STATUS")
+def tells_session(robot: Subject) -> str:
+    """JUNIOR_STATUS says the session and the last sequence accepted."""
+    robot.arm()
+    wheels = robot.wheels(0.0, 0.0, 0.0)
+    robot.expect(wheels, Reason.NONE)
+    status = robot.status()
+    found = (status.session, status.sequence)
+    require(found == (robot.session, wheels.sequence), f"{found}, not {(robot.session, wheels.sequence)}")
+    return f"session {status.session}, sequence {status.sequence}"

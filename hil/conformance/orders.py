@@ -1,0 +1,202 @@
+"""What any MAVLink host says to a vehicle: commands, requests, parameters; and a robot's state, watched closely."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from firmware_protocol.messages import (
+    ROBOT_COMPONENT,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    Heartbeat,
+    JuniorSensors,
+    JuniorStatus,
+    ParamRequestList,
+    ParamRequestRead,
+    ParamSet,
+    ParamValue,
+    State,
+    Timesync,
+)
+from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.wire import Message
+from hil.conformance.probe import Probe
+from hil.conformance.registry import CheckFailedError, require
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from enum import IntEnum
+
+M = TypeVar("M", bound=Message)
+
+WATCH: Final = 0.01
+"""Interval of JUNIOR_STATUS while a state is watched, in s."""
+SLACK: Final = 0.025
+"""How much later than it happens a change of state may be seen, in s: the interval, two control periods, and a full line."""
+LIST_WAIT: Final = 0.4
+"""A list of parameters is over when nothing has come for so long, in s."""
+_MOTION: Final = ("SPD_FAST", "SPD_MODERATE", "SPD_SLOW", "SPD_TURN", "REFLEX_SPEED")
+
+
+def named(kind: type[IntEnum], code: int) -> str:
+    """The name of a code, or the code itself where nobody knows it."""
+    return kind(code).name if code in set(kind) else str(code)
+
+
+class Orders(Probe):
+    """A probe that knows the standard commands; the same arguments and attributes."""
+
+    # --- standard commands -------------------------------------------------------------------------------------------
+
+    def command(self, command: int, param1: float = 0.0, param2: float = 0.0, *, tries: int = 4) -> int | None:
+        """Send COMMAND_LONG until it is answered.
+
+        Returns:
+            The result; None where there is no answer.
+        """
+        message = CommandLong(self.system, ROBOT_COMPONENT, command, param1=float(param1), param2=float(param2))
+        answer = self.ask(message, CommandAck, lambda ack: ack.command == command, tries=tries)
+        return None if answer is None else answer.result
+
+    def order(self, command: int, param1: float = 0.0, param2: float = 0.0) -> None:
+        """Send a command that must be accepted.
+
+        Raises:
+            CheckFailedError: It is not.
+        """
+        result = self.command(command, param1, param2)
+        words = "not answered" if result is None else f"answered by {named(CommandResult, result)}"
+        require(result == CommandResult.ACCEPTED, f"command {command} with {param1:g} was {words}")
+
+    def arm(self) -> None:
+        """Arm; it must be accepted."""
+        self.order(Command.ARM_DISARM, 1)
+
+    def requested(self, kind: type[M]) -> M | None:
+        """Ask for one message of a kind.
+
+        Returns:
+            The first that comes after the command's answer; None where there is none.
+        """
+        start = len(self.heard)
+        if self.command(Command.REQUEST_MESSAGE, kind.ID) != CommandResult.ACCEPTED:
+            return None
+        for at in range(start, len(self.heard)):
+            if isinstance(self.heard[at].message, CommandAck):
+                return self.wait(kind, start=at)
+        return None
+
+    def status(self) -> JuniorStatus:
+        """The robot's counters, as they are now."""
+        status = self.requested(JuniorStatus)
+        if status is None:
+            raise CheckFailedError("JUNIOR_STATUS was requested and did not come")
+        return status
+
+    def state(self) -> int:
+        """What the robot is doing, as its HEARTBEAT says now."""
+        heartbeat = self.requested(Heartbeat)
+        if heartbeat is None:
+            raise CheckFailedError("HEARTBEAT was requested and did not come")
+        return heartbeat.custom_mode
+
+    def expect_state(self, state: State, when: str) -> None:
+        """See that the robot is in a state.
+
+        Args:
+            state: Which.
+            when: What has happened before, in words.
+        """
+        found = self.state()
+        require(found == state, f"{when} it is {named(State, found)}, not {state.name}")
+
+    def clock_reading(self) -> float:
+        """The robot's own time, since boot in s, at which it took in the question."""
+        stamp = int(self.now() * 1e9) + 1
+        answer = self.ask(Timesync(0, stamp), Timesync, lambda m: m.tc1 != 0 and m.ts1 == stamp)
+        if answer is None:
+            raise CheckFailedError("TIMESYNC was not answered")
+        return answer.tc1 * 1e-9
+
+    @contextmanager
+    def watching(self) -> Iterator[None]:
+        """Inside, JUNIOR_STATUS comes every 10 ms, and the sensors every 100 ms: a line of 115200 baud has room for that."""
+        self.order(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 100_000)
+        self.order(Command.SET_MESSAGE_INTERVAL, JuniorStatus.ID, WATCH * 1e6)
+        try:
+            yield
+        finally:
+            self.command(Command.SET_MESSAGE_INTERVAL, JuniorStatus.ID, 0)
+            self.command(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 0)
+
+    def entered(self, state: State, *, after: float, timeout: float) -> float | None:
+        """Wait until the robot is seen in a state; only while it is watched.
+
+        Args:
+            state: Which.
+            after: Robot time before which nothing counts, in s.
+            timeout: Longest wait, in s.
+
+        Returns:
+            Robot time at which it was first seen there, in s; None where it was not.
+        """
+        found = self.wait(JuniorStatus, lambda status: status.time >= after and status.state == state, timeout=timeout, start=0)
+        return None if found is None else found.time
+
+    # --- parameters --------------------------------------------------------------------------------------------------
+
+    def list_parameters(self) -> list[ParamValue]:
+        """Ask for all parameters, once.
+
+        Returns:
+            What came, in order.
+        """
+        start = len(self.heard)
+        self.send(ParamRequestList(self.system, ROBOT_COMPONENT))
+        while self.wait(ParamValue, timeout=LIST_WAIT) is not None:
+            if len(self.got(ParamValue, start)) >= 2 * len(PARAMETERS):
+                break
+        return self.got(ParamValue, start)
+
+    def parameter(self, name: str) -> ParamValue:
+        """Read one parameter by name."""
+        answer = self.ask(ParamRequestRead(self.system, ROBOT_COMPONENT, name), ParamValue, lambda m: m.param_id == name)
+        if answer is None:
+            raise CheckFailedError(f"reading {name} was not answered")
+        return answer
+
+    def set_parameter(self, name: str, value: float) -> float:
+        """Set one parameter.
+
+        Returns:
+            The value in force, as the answer says.
+        """
+        answer = self.ask(ParamSet(self.system, ROBOT_COMPONENT, name, value), ParamValue, lambda m: m.param_id == name)
+        if answer is None:
+            raise CheckFailedError(f"setting {name} was not answered")
+        return answer.param_value
+
+    @contextmanager
+    def parameters(self, **values: float) -> Iterator[None]:
+        """Inside, these parameters have other values."""
+        before = {name: self.parameter(name).param_value for name in values}
+        try:
+            for name, value in values.items():
+                require(self.set_parameter(name, value) == value, f"{name} did not take {value:g}")
+            yield
+        finally:
+            for name, value in before.items():
+                self.set_parameter(name, value)
+
+    @contextmanager
+    def still(self, **values: float) -> Iterator[None]:
+        """Inside, no action and no reflex turns a wheel: their speeds are 0.
+
+        Args:
+            **values: Further parameters.
+        """
+        with self.parameters(**dict.fromkeys(_MOTION, 0.0), **values):
+            yield

@@ -1,0 +1,281 @@
+"""Our end of the wire: it says what it is told to and nothing else, and remembers all it hears.
+
+No peer and no bridge: a check must be able to be silent, to repeat itself, and to send what no good host would. Only the
+heartbeats that keep an armed robot alive go out by themselves, and `silence` turns these off.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final, Protocol, TypeVar
+
+from firmware_protocol.errors import NoRobotError, PeerLostError
+from firmware_protocol.events import Received, Rejected
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
+from firmware_protocol.peer import HOST_HEARTBEAT
+from hil.conformance.registry import NotRunError
+from hil.pump import InlinePump, ThreadedPump
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from firmware_protocol.clock import Clock
+    from firmware_protocol.link import Link
+    from firmware_protocol.wire import Message
+    from hil.bridge import Tap
+    from hil.pump import Pump
+
+M = TypeVar("M", bound="Message")
+
+PATIENCE: Final = 0.5
+"""How long an answer may take before it is asked for again, in s."""
+QUIET: Final = 0.1
+"""How long to listen for an answer that must not come, in s."""
+TRIES: Final = 4
+"""How often something is asked that is not answered."""
+LOST_AFTER: Final = 5.0
+"""A robot that has said nothing for so long is gone, in s."""
+_KEEP_ALIVE: Final = 0.04
+"""Between our heartbeats, in s."""
+_GROUND_STATION: Final = 6
+"""MAV_TYPE_GCS: not a robot."""
+
+
+class Codec(Protocol):
+    """What makes wire data of messages, and back."""
+
+    def encode(self, message: Message) -> bytes:
+        """The wire data of a message."""
+        ...
+
+    def receive(self, data: bytes, now: float) -> list[Received | Rejected]:
+        """What a chunk of wire data holds."""
+        ...
+
+
+class Probe:
+    """One link, one robot.
+
+    Args:
+        link: An open link; closed with the probe.
+        clock: Tells the time.
+        system: System id of the robot; None takes the first that is heard.
+        codec: Speaks the link's language; None is MAVLink.
+        taps: What sees everything.
+
+    Attributes:
+        system: System id of the robot; 0 while none has been heard.
+        heard: Everything the robot has said since `forget`, in order.
+        rejected: What came that was no good message, since `forget`.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        *,
+        system: int | None = None,
+        codec: Codec | None = None,
+        taps: Sequence[Tap] = (),
+    ) -> None:
+        self.system = system or 0
+        self.heard: list[Received] = []
+        self.rejected: list[Rejected] = []
+        self.now = clock.now
+        self._link = link
+        self._codec: Codec = codec if codec is not None else MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
+        self._taps = tuple(taps)
+        self._alive = True
+        self._alive_due = clock.now()
+        self._last = clock.now()
+        self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
+
+    def close(self) -> None:
+        """Close the link."""
+        self._pump.close()
+        self._link.close()
+
+    # --- speaking ----------------------------------------------------------------------------------------------------
+
+    def send(self, *messages: Message) -> None:
+        """Send messages, in one piece.
+
+        Raises:
+            LinkError: The link is gone.
+        """
+        self._write(b"".join(self._codec.encode(message) for message in messages))
+        for tap in self._taps:
+            for message in messages:
+                tap.sent(self.now(), message)
+
+    def frame(self, message: Message) -> bytes:
+        """The bytes of a message, not sent.
+
+        Raises:
+            NotRunError: The link does not carry MAVLink bytes.
+        """
+        if not isinstance(self._codec, MavlinkCodec):
+            raise NotRunError("only on links that carry MAVLink bytes")
+        return self._codec.encode(message)
+
+    def raw(self, data: bytes) -> None:
+        """Send bytes as they are.
+
+        Raises:
+            LinkError: The link is gone.
+        """
+        self._write(data)
+
+    def _write(self, data: bytes) -> None:
+        self._link.write(data)
+        for tap in self._taps:
+            tap.wire_tx(self.now(), data)
+
+    @contextmanager
+    def silence(self) -> Iterator[None]:
+        """Inside, no heartbeat goes out by itself."""
+        before = self._alive
+        self._alive = False
+        try:
+            yield
+        finally:
+            self._alive = before
+
+    # --- listening ---------------------------------------------------------------------------------------------------
+
+    def step(self, wait: float) -> None:
+        """Wait for bytes and take them in.
+
+        Args:
+            wait: Longest wait, in s.
+
+        Raises:
+            LinkError: The link is gone.
+            PeerLostError: The robot has been silent for too long.
+        """
+        now = self.now()
+        if self._alive and now >= self._alive_due:
+            self._alive_due = now + _KEEP_ALIVE
+            self.send(HOST_HEARTBEAT)
+        chunks = self._pump.take(wait, self._alive_due if self._alive else float("inf"))
+        for tap in self._taps:
+            tap.step(self.now(), chunks)
+        for stamp, data in chunks:
+            for tap in self._taps:
+                tap.wire_rx(stamp, data)
+            for event in self._codec.receive(data, stamp):
+                self._take(event)
+        if not chunks and self._pump.error is not None:
+            raise self._pump.error
+        if self.system and self.now() - self._last > LOST_AFTER:
+            raise PeerLostError(f"{self._link.url}: the robot has been silent for {LOST_AFTER:g} s")
+
+    def _take(self, event: Received | Rejected) -> None:
+        for tap in self._taps:
+            tap.received(event)
+        if isinstance(event, Rejected):
+            self.rejected.append(event)
+            return
+        if not self.system and isinstance(event.message, Heartbeat) and event.message.type != _GROUND_STATION:
+            self.system = event.system
+        if event.system == self.system and event.component == ROBOT_COMPONENT:
+            self.heard.append(event)
+            self._last = event.time
+
+    def spend(self, seconds: float) -> None:
+        """Listen for a while.
+
+        Args:
+            seconds: How long.
+        """
+        end = self.now() + seconds
+        while (left := end - self.now()) > 1e-9:  # sums of control periods are not exact
+            self.step(left)
+
+    def forget(self) -> None:
+        """Forget what was heard."""
+        self.heard.clear()
+        self.rejected.clear()
+
+    def got(self, kind: type[M], start: int = 0) -> list[M]:
+        """What was heard of one kind.
+
+        Args:
+            kind: A message class.
+            start: Index in `heard` to begin at.
+        """
+        return [event.message for event in self.heard[start:] if isinstance(event.message, kind)]
+
+    def wait(
+        self, kind: type[M], match: Callable[[M], bool] = lambda _: True, *, timeout: float = PATIENCE, start: int | None = None
+    ) -> M | None:
+        """Wait for a message.
+
+        Args:
+            kind: A message class.
+            match: What else it must be.
+            timeout: Longest wait, in s.
+            start: Index in `heard` to begin at; None is what is yet to come.
+
+        Returns:
+            The first that matches; None where none came.
+        """
+        at = len(self.heard) if start is None else start
+        end = self.now() + timeout
+        while True:
+            for event in self.heard[at:]:
+                if isinstance(event.message, kind) and match(event.message):
+                    return event.message
+            at = len(self.heard)
+            left = end - self.now()
+            if left <= 1e-9:
+                return None
+            self.step(left)
+
+    def ask(
+        self,
+        message: Message,
+        kind: type[M],
+        match: Callable[[M], bool] = lambda _: True,
+        *,
+        timeout: float = PATIENCE,
+        tries: int = TRIES,
+    ) -> M | None:
+        """Send a message until it is answered.
+
+        Args:
+            message: What to send; it must be safe to repeat.
+            kind: What the answer is.
+            match: What else it must be.
+            timeout: How long to wait for it each time, in s.
+            tries: How often to send it.
+
+        Returns:
+            The answer; None where none came.
+        """
+        start = len(self.heard)
+        for _ in range(tries):
+            self.send(message)
+            answer = self.wait(kind, match, timeout=timeout, start=start)
+            if answer is not None:
+                return answer
+        return None
+
+    def find(self, timeout: float) -> None:
+        """Wait for a robot.
+
+        Args:
+            timeout: Longest wait, in s.
+
+        Raises:
+            NoRobotError: None was heard.
+            LinkError: The link is gone.
+        """
+        end = self.now() + timeout
+        while not self.heard and (left := end - self.now()) > 0:
+            self.step(left)
+        if not self.heard:
+            spoke = "what came was no MAVLink: is the baud rate right?" if self.rejected else "is it switched on?"
+            whom = f"robot with system id {self.system}" if self.system else "robot"
+            raise NoRobotError(f"{self._link.url}: no {whom} answered within {timeout:g} s; {spoke}")

@@ -1,0 +1,101 @@
+"""What a check is, and how the groups of checks are put together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hil.conformance.subject import Subject
+
+    Run = Callable[[Subject], str]
+    """Performs a check; returns what was found, in words; raises CheckFailedError or NotRunError."""
+
+T = TypeVar("T")
+
+
+class CheckFailedError(Exception):
+    """The robot does not do what the protocol demands; the text says what it did instead."""
+
+
+class NotRunError(Exception):
+    """The check cannot be performed with this robot or over this link; the text says why."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One demand of the protocol, and how to see whether it is met.
+
+    Attributes:
+        name: Stable name, in kebab case.
+        group: Title of the group it belongs to.
+        demands: What the protocol demands, in a sentence.
+        rule: Where the protocol page says so: a paragraph's first words, a message or a parameter.
+        run: Performs it.
+        moving: The wheels turn.
+        needs: Checks that must not have failed: what they look at is taken for granted here.
+    """
+
+    name: str
+    group: str
+    demands: str
+    rule: str
+    run: Run
+    moving: bool = False
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Group:
+    """Checks of one part of the protocol.
+
+    Attributes:
+        title: What they are about.
+        checks: Filled by `check`, in the order of the source.
+    """
+
+    title: str
+    checks: list[Check] = field(default_factory=list)
+
+    def check(self, name: str, *, rule: str, moving: bool = False, needs: tuple[str, ...] = ()) -> Callable[[Run], Run]:
+        """Register the decorated function as a check; see `Check` for the arguments. Its docstring is what is demanded."""
+
+        def register(run: Run) -> Run:
+            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs))
+            return run
+
+        return register
+
+
+def require(condition: object, detail: str) -> None:
+    """See that something holds.
+
+    Args:
+        condition: What must be true.
+        detail: What was found instead, in words.
+
+    Raises:
+        CheckFailedError: It does not hold.
+    """
+    if not condition:
+        raise CheckFailedError(detail)
+
+
+def given(value: T | None, detail: str) -> T:
+    """See that something came.
+
+    Args:
+        value: What came; None where nothing did.
+        detail: What was found instead, in words.
+
+    Returns:
+        The value.
+
+    Raises:
+        CheckFailedError: Nothing came.
+    """
+    if value is None:
+        raise CheckFailedError(detail)
+    return value

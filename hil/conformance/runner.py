@@ -1,0 +1,99 @@
+"""Runs checks one after the other, and leaves the robot as it was found on every way out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from hil.conformance.registry import CheckFailedError, NotRunError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from hil.conformance.registry import Check
+    from hil.conformance.subject import Subject
+
+
+class Outcome(Enum):
+    """How a check ended."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    NOT_RUN = "not run"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of a check.
+
+    Attributes:
+        check: Which.
+        outcome: How it ended.
+        detail: What was found, in words.
+    """
+
+    check: Check
+    outcome: Outcome
+    detail: str
+
+    @property
+    def passed(self) -> bool | None:
+        """None where it was not run."""
+        return None if self.outcome is Outcome.NOT_RUN else self.outcome is Outcome.PASSED
+
+
+def perform(
+    robot: Subject,
+    checks: Sequence[Check],
+    last: Check,
+    *,
+    moving: bool = False,
+    told: Callable[[Verdict], None] = lambda _: None,
+) -> list[Verdict]:
+    """Run checks.
+
+    Args:
+        robot: The robot; it has been greeted.
+        checks: Which, in order.
+        last: Run after all others, and on every other way out: it puts the robot back.
+        moving: Run those in which the wheels turn, too.
+        told: Called with every verdict as it is known.
+
+    Returns:
+        The verdicts.
+
+    Raises:
+        LinkError: The link is gone.
+        PeerLostError: The robot is gone.
+    """
+    verdicts: list[Verdict] = []
+    failed: set[str] = set()
+
+    def note(verdict: Verdict) -> None:
+        verdicts.append(verdict)
+        if verdict.outcome is Outcome.FAILED:
+            failed.add(verdict.check.name)
+        told(verdict)
+
+    try:
+        for check in checks:
+            if check.moving and not moving:
+                note(Verdict(check, Outcome.NOT_RUN, "turns the wheels: --moving"))
+            elif missing := [name for name in check.needs if name in failed]:
+                note(Verdict(check, Outcome.NOT_RUN, f"makes no sense as long as {missing[0]} fails"))
+            else:
+                note(_judge(check, robot))
+    finally:
+        note(_judge(last, robot))
+    return verdicts
+
+
+def _judge(check: Check, robot: Subject) -> Verdict:
+    try:
+        robot.fresh()
+        return Verdict(check, Outcome.PASSED, check.run(robot))
+    except CheckFailedError as failure:
+        return Verdict(check, Outcome.FAILED, str(failure))
+    except NotRunError as reason:
+        return Verdict(check, Outcome.NOT_RUN, str(reason))

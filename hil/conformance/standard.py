@@ -1,0 +1,197 @@
+"""What every MAVLink vehicle does: heartbeat, version, commands and their answers, clocks."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ROBOT_COMPONENT,
+    AutopilotVersion,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    Heartbeat,
+    JuniorSensors,
+    JuniorStatus,
+    ParamRequestRead,
+    ParamSet,
+    ParamValue,
+    Ping,
+    State,
+    SysStatus,
+    Timesync,
+)
+from hil.conformance.orders import named
+from hil.conformance.probe import QUIET
+from hil.conformance.registry import Group, given, require
+
+if TYPE_CHECKING:
+    from hil.conformance.subject import Subject
+
+GROUP: Final = Group("identity and commands")
+_ARMED, _STANDBY, _ACTIVE, _EMERGENCY = 128, 3, 4, 6
+_MAVLINK_2, _PARAM_FLOAT = 8192, 2
+_NO_COMMAND: Final = 31_010
+"""MAV_CMD_USER_1: nothing of ours."""
+
+
+@GROUP.check("heartbeat-once-a-second", rule="HEARTBEAT")
+def heartbeat_rate(robot: Subject) -> str:
+    """HEARTBEAT comes once a second."""
+    robot.spend(4.3)
+    stamps = [event.time for event in robot.heard if isinstance(event.message, Heartbeat)]
+    gaps = [after - before for before, after in pairwise(stamps)]
+    require(len(gaps) >= 2 and all(0.8 <= gap <= 1.2 for gap in gaps), f"intervals of {[round(gap, 2) for gap in gaps]} s")
+    return f"{sum(gaps) / len(gaps):.3f} s"
+
+
+@GROUP.check("heartbeat-tells-state", rule="HEARTBEAT")
+def heartbeat_state(robot: Subject) -> str:
+    """HEARTBEAT says what the robot is, whether it is armed, and in which state."""
+
+    def look(state: State, *, armed: bool, status: int) -> None:
+        beat = given(robot.requested(Heartbeat), "no HEARTBEAT on request")
+        who = (beat.type, beat.autopilot, beat.mavlink_version)
+        require(who == (10, 0, 3), f"type, autopilot and MAVLink version are {who}, not (10, 0, 3)")
+        found = (beat.custom_mode, bool(beat.base_mode & _ARMED), beat.system_status)
+        require(found == (state, armed, status), f"{state.name}: (custom_mode, armed, system_status) is {found}")
+
+    look(State.DISARMED, armed=False, status=_STANDBY)
+    robot.arm()
+    look(State.READY, armed=True, status=_ACTIVE)
+    robot.order(Command.FLIGHT_TERMINATION, 1)
+    look(State.STOPPED, armed=False, status=_EMERGENCY)
+    return "disarmed, ready, stopped"
+
+
+@GROUP.check("version-on-request", rule="AUTOPILOT_VERSION")
+def version(robot: Subject) -> str:
+    """AUTOPILOT_VERSION comes on request and names a protocol that we speak."""
+    answer = given(robot.requested(AutopilotVersion), "it was requested and did not come")
+    major, minor = answer.middleware_sw_version >> 24, answer.middleware_sw_version >> 16 & 0xFF
+    require(major == PROTOCOL_MAJOR, f"protocol {major}.{minor}, not {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}")
+    wanted = _MAVLINK_2 | _PARAM_FLOAT
+    require(answer.capabilities & wanted == wanted, f"capabilities {answer.capabilities:#x} lack MAVLink 2 or float parameters")
+    return f"protocol {major}.{minor}, firmware {answer.flight_sw_version:#010x}, uid {answer.uid:#x}"
+
+
+@GROUP.check("unknown-command-unsupported", rule="COMMAND_ACK")
+def unknown_command(robot: Subject) -> str:
+    """A command that the robot does not know is answered by UNSUPPORTED."""
+    result = robot.command(_NO_COMMAND)
+    require(result == CommandResult.UNSUPPORTED, f"answered by {_result(result)}")
+    return f"command {_NO_COMMAND}"
+
+
+@GROUP.check("command-ack-addressed", rule="COMMAND_ACK")
+def ack_addressed(robot: Subject) -> str:
+    """COMMAND_ACK is addressed to who asked."""
+    robot.command(_NO_COMMAND)
+    to = {(ack.target_system, ack.target_component) for ack in robot.got(CommandAck)}
+    require(to == {(HOST_SYSTEM, HOST_COMPONENT)}, f"addressed to {to}")
+    return f"system {HOST_SYSTEM}, component {HOST_COMPONENT}"
+
+
+@GROUP.check("command-values-denied", rule="What is not understood")
+def command_values(robot: Subject) -> str:
+    """A command with a value that it does not know is denied."""
+    for command, value, other in (
+        (Command.ARM_DISARM, 0.5, 0.0),
+        (Command.ARM_DISARM, math.nan, 0.0),
+        (Command.FLIGHT_TERMINATION, 0.0, 0.0),
+        (Command.PREFLIGHT_REBOOT, 7.0, 0.0),
+        (Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, -2.0),
+        (Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, math.nan),
+        (Command.SET_MESSAGE_INTERVAL, Heartbeat.ID, -1.0),
+    ):
+        result = robot.command(command, value, other)
+        require(result == CommandResult.DENIED, f"{command.name} {value:g} {other:g} was answered by {_result(result)}")
+    robot.expect_state(State.DISARMED, "after denied commands")
+    return "7 values"
+
+
+@GROUP.check("message-on-request", rule="COMMAND_LONG")
+def on_request(robot: Subject) -> str:
+    """Each of the robot's streams comes on request; any other message is UNSUPPORTED."""
+    for kind in (Heartbeat, SysStatus, JuniorSensors, JuniorStatus, AutopilotVersion):
+        require(robot.requested(kind) is not None, f"{kind.NAME} was requested and did not come")
+    result = robot.command(Command.REQUEST_MESSAGE, ParamValue.ID)
+    require(result == CommandResult.UNSUPPORTED, f"PARAM_VALUE was answered by {_result(result)}")
+    return "5 messages"
+
+
+@GROUP.check("ping-answered", rule="PING")
+def ping(robot: Subject) -> str:
+    """PING is answered with its own time and number; an answer to somebody is not."""
+    answer = robot.ask(Ping(time_usec=2**53 + 1, seq=77), Ping)
+    require(answer == Ping(2**53 + 1, 77, HOST_SYSTEM, HOST_COMPONENT), f"the answer was {answer}")
+    robot.forget()
+    robot.send(Ping(time_usec=1, seq=78, target_system=robot.system, target_component=ROBOT_COMPONENT))
+    robot.spend(QUIET)
+    require(not robot.got(Ping), "an answer was answered")
+    return "same time, same number"
+
+
+@GROUP.check("timesync-answered", rule="TIMESYNC")
+def timesync(robot: Subject) -> str:
+    """TIMESYNC is answered with the robot's time since boot."""
+    before = robot.status()
+    reading = robot.clock_reading()
+    after = robot.status()
+    require(before.time <= reading <= after.time, f"{reading:.3f} s is not between {before.time:.3f} and {after.time:.3f} s")
+    robot.forget()
+    robot.send(Timesync(tc1=1, ts1=1))
+    robot.spend(QUIET)
+    require(not robot.got(Timesync), "an answer was answered")
+    return "the clock of JUNIOR_STATUS.time"
+
+
+@GROUP.check("other-target-ignored", rule="Addresses")
+def other_target(robot: Subject) -> str:
+    """What is addressed to another system or component is ignored."""
+    other = robot.system % 254 + 1
+    for system, component in ((other, ROBOT_COMPONENT), (robot.system, 99)):
+        robot.forget()
+        robot.send(
+            CommandLong(system, component, Command.ARM_DISARM, param1=1.0),
+            ParamRequestRead(system, component, "SYS_ID"),
+            ParamSet(system, component, "SPD_SLOW", 0.123),
+        )
+        robot.spend(QUIET)
+        require(not robot.got(CommandAck), f"a command to system {system}, component {component} was answered")
+        require(not robot.got(ParamValue), f"a parameter asked of system {system}, component {component} was answered")
+    robot.expect_state(State.DISARMED, "after somebody else was armed")
+    return "another system, another component"
+
+
+@GROUP.check("all-means-stop-only", rule="Addresses", needs=("other-target-ignored",))
+def broadcast(robot: Subject) -> str:
+    """System 0 means all, and is honoured for stopping alone."""
+
+    def say(command: Command, value: float) -> None:
+        robot.send(CommandLong(0, 0, command, param1=value))
+        robot.spend(QUIET)
+
+    say(Command.ARM_DISARM, 1.0)
+    robot.expect_state(State.DISARMED, "after all were told to arm")
+    robot.forget()
+    robot.send(ParamRequestRead(0, 0, "SYS_ID"))
+    robot.spend(QUIET)
+    require(not robot.got(ParamValue), "a parameter asked of all was answered")
+    robot.arm()
+    say(Command.ARM_DISARM, 0.0)
+    robot.expect_state(State.DISARMED, "after all were told to disarm")
+    say(Command.FLIGHT_TERMINATION, 1.0)
+    robot.expect_state(State.STOPPED, "after an emergency stop to all")
+    return "disarm and emergency stop"
+
+
+def _result(result: int | None) -> str:
+    return "nothing" if result is None else named(CommandResult, result)

@@ -1,0 +1,266 @@
+"""Arming, stopping, and everything that stops by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    Command,
+    CommandLong,
+    CommandResult,
+    JuniorContest,
+    JuniorManeuverResult,
+    JuniorStatus,
+    ManualControl,
+    Reason,
+    State,
+    Timesync,
+)
+from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.vocabulary import Action, Outcome
+from hil.conformance.numbering import STAY
+from hil.conformance.orders import SLACK, named
+from hil.conformance.registry import Group, given, require
+
+if TYPE_CHECKING:
+    from hil.conformance.subject import Subject
+
+GROUP: Final = Group("stopping")
+_STRANGER: Final = 253
+"""System id of a host that did not arm the robot."""
+_EARLY: Final = 0.006
+"""How much too early a deadline may be seen to act, in s: a control period, and rounding."""
+_TICK: Final = 0.005
+LONG: Final = 2.0
+"""Longer than anything that is to end earlier, in s."""
+
+
+def _limits(seconds: float) -> tuple[float, float]:
+    return seconds - _EARLY, seconds + SLACK
+
+
+def _in_time(what: str, found: float, wanted: float) -> str:
+    """See that something took as long as it must.
+
+    Returns:
+        How long it took, in words.
+    """
+    low, high = _limits(wanted)
+    require(low <= found <= high, f"{what} after {found * 1e3:.0f} ms, not after {wanted * 1e3:.0f} ms")
+    return f"after {found * 1e3:.0f} ms"
+
+
+@GROUP.check("disarmed-refuses-motion", rule="Stopping")
+def disarmed(robot: Subject) -> str:
+    """A disarmed robot refuses everything that would turn its wheels."""
+    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.DISARMED, "while disarmed")
+    robot.expect(robot.maneuver(STAY), Reason.DISARMED, "while disarmed")
+    robot.send(ManualControl(robot.system, x=0, r=0))
+    robot.expect_state(State.DISARMED, "after MANUAL_CONTROL while disarmed")
+    return "JUNIOR_WHEELS, JUNIOR_MANEUVER, MANUAL_CONTROL"
+
+
+@GROUP.check("arms-and-disarms", rule="In a minute")
+def arms(robot: Subject) -> str:
+    """Command 400 arms and disarms."""
+    for value, state in ((1, State.READY), (1, State.READY), (0, State.DISARMED), (0, State.DISARMED)):
+        robot.order(Command.ARM_DISARM, value)
+        robot.expect_state(state, f"after command 400 with {value}")
+    return "ready and disarmed, each twice"
+
+
+@GROUP.check("emergency-stop-latched", rule="Stopping")
+def latched(robot: Subject) -> str:
+    """An emergency stop is latched: only disarming clears it, then arming is possible."""
+    robot.arm()
+    for _ in range(2):
+        robot.order(Command.FLIGHT_TERMINATION, 1)
+        robot.expect_state(State.STOPPED, "after an emergency stop")
+    result = robot.command(Command.ARM_DISARM, 1)
+    refused = CommandResult.TEMPORARILY_REJECTED
+    require(result == refused, f"arming was answered by {'nothing' if result is None else named(CommandResult, result)}")
+    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.EMERGENCY_STOP, "after an emergency stop")
+    robot.expect(robot.maneuver(STAY), Reason.EMERGENCY_STOP, "after an emergency stop")
+    robot.expect_state(State.STOPPED, "after arming was refused")
+    robot.order(Command.ARM_DISARM, 0)
+    robot.arm()
+    robot.expect_state(State.READY, "after disarming and arming")
+    return "until disarmed"
+
+
+@GROUP.check("emergency-stop-at-once", rule="Stopping")
+def at_once(robot: Subject) -> str:
+    """An emergency stop acts in the control period in which it arrives."""
+    robot.arm()
+    with robot.watching():
+        maneuver = robot.maneuver(STAY, 5.0)
+        robot.expect(maneuver, Reason.NONE)
+        robot.send(CommandLong(robot.system, 1, Command.FLIGHT_TERMINATION, param1=1.0), Timesync(0, 55))
+        answer = given(robot.wait(Timesync, lambda m: m.ts1 == 55 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
+        seen = given(robot.entered(State.STOPPED, after=answer.tc1 * 1e-9 - _TICK, timeout=LONG), "it never stopped")
+        late = max(0.0, seen - answer.tc1 * 1e-9)
+        require(late <= SLACK, f"it stopped {late * 1e3:.0f} ms after the order")
+        result = robot.result(maneuver, 1.0)
+    _stopped(result, Reason.EMERGENCY_STOP)
+    return f"within {max(late, _TICK) * 1e3:.0f} ms"
+
+
+def _stopped(result: JuniorManeuverResult, reason: Reason) -> None:
+    found = (named(Outcome, result.outcome), named(Reason, result.reason))
+    wanted = (Outcome.STOPPED.name, reason.name)
+    require(found == wanted, f"the maneuver's outcome is {', '.join(found)}, not {', '.join(wanted)}")
+
+
+@GROUP.check("disarming-ends-maneuver", rule="A maneuver")
+def disarming(robot: Subject) -> str:
+    """Disarming stops a maneuver, and its result says so."""
+    robot.arm()
+    maneuver = robot.maneuver(STAY, 5.0)
+    robot.expect(maneuver, Reason.NONE)
+    robot.order(Command.ARM_DISARM, 0)
+    _stopped(robot.result(maneuver, 0.5), Reason.DISARMED)
+    robot.expect_state(State.DISARMED, "after disarming")
+    return "STOPPED, DISARMED"
+
+
+def _silent(robot: Subject, maneuver_period: float = 5.0) -> tuple[float, JuniorManeuverResult]:
+    """Perform a maneuver that stands still, fall silent, and see when the robot ends it, in s of its own time."""
+    robot.arm()
+    with robot.watching():
+        maneuver = robot.maneuver(STAY, maneuver_period)
+        robot.expect(maneuver, Reason.NONE)
+        with robot.silence():
+            last = robot.clock_reading()
+            seen = robot.entered(State.READY, after=last, timeout=LONG)
+        end = given(seen, f"it went on for {LONG:g} s with no word from its host")
+        return end - last, robot.result(maneuver, 0.5)
+
+
+@GROUP.check("watchdog-stops", rule="WATCHDOG")
+def watchdog(robot: Subject) -> str:
+    """An armed robot that hears nothing from who armed it for WATCHDOG ms stops."""
+    with robot.parameters(WATCHDOG=250.0):
+        after, result = _silent(robot)
+    _stopped(result, Reason.WATCHDOG)
+    return _in_time("it stopped", after, 0.25)
+
+
+@GROUP.check("watchdog-follows-parameter", rule="WATCHDOG", needs=("watchdog-stops",))
+def watchdog_parameter(robot: Subject) -> str:
+    """The watchdog's time is the parameter WATCHDOG."""
+    with robot.parameters(WATCHDOG=500.0):
+        after, _ = _silent(robot)
+    return _in_time("with WATCHDOG at 500 it stopped", after, 0.5)
+
+
+@GROUP.check("watchdog-stops-driving", rule="WATCHDOG", needs=("watchdog-stops",))
+def watchdog_driving(robot: Subject) -> str:
+    """The watchdog stops JUNIOR_WHEELS before its time is over."""
+    with robot.parameters(WATCHDOG=250.0):
+        robot.arm()
+        with robot.watching():
+            robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+            with robot.silence():
+                last = robot.clock_reading()
+                seen = robot.entered(State.READY, after=last, timeout=LONG)
+    return _in_time("it stopped", given(seen, "it went on driving with no word from its host") - last, 0.25)
+
+
+@GROUP.check("watchdog-hears-who-armed", rule="WATCHDOG", needs=("watchdog-stops",))
+def watchdog_stranger(robot: Subject) -> str:
+    """Only who armed the robot keeps it going."""
+    robot.frame(HOST_HEARTBEAT)
+    stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
+    robot.arm()
+    maneuver = robot.maneuver(STAY, 5.0)
+    robot.expect(maneuver, Reason.NONE)
+    with robot.silence():
+        for _ in range(12):
+            robot.raw(stranger.encode(HOST_HEARTBEAT))
+            robot.spend(0.04)
+    result = robot.result(maneuver, 0.0)
+    _stopped(result, Reason.WATCHDOG)
+    return "stopped, though a stranger was heard every 40 ms"
+
+
+@GROUP.check("watchdog-lets-heard-host-be", rule="In a minute")
+def heard(robot: Subject) -> str:
+    """A robot that hears its host every 40 ms goes on."""
+    robot.arm()
+    maneuver = robot.maneuver(STAY, 1.0)
+    robot.expect(maneuver, Reason.NONE)
+    result = robot.result(maneuver, 1.0)
+    require(result.outcome == Outcome.COMPLETED, f"a maneuver of 1 s ended with {named(Outcome, result.outcome)}")
+    return "1 s"
+
+
+@GROUP.check("wheels-run-out", rule="JUNIOR_WHEELS")
+def run_out(robot: Subject) -> str:
+    """JUNIOR_WHEELS holds for its time and no longer."""
+    robot.arm()
+    words = ""
+    with robot.watching():
+        for duration in (0.1, 0.4):
+            robot.forget()
+            robot.send(wheels := robot.wheels(0.0, 0.0, duration), Timesync(0, 66))
+            reading = given(robot.wait(Timesync, lambda m: m.ts1 == 66 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
+            require(robot.answered(wheels, start=0) == Reason.NONE, "JUNIOR_WHEELS was not accepted")
+            begun = reading.tc1 * 1e-9
+            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=LONG), "it did not drive")
+            ended = given(robot.entered(State.READY, after=driven, timeout=LONG), "it did not end")
+            words = _in_time("it ended", ended - begun, duration)
+    return words
+
+
+@GROUP.check("manual-control-dead-man", rule="MANUAL_CONTROL")
+def manual(robot: Subject) -> str:
+    """MANUAL_CONTROL holds for 250 ms."""
+    with robot.parameters(WATCHDOG=2000.0):
+        robot.arm()
+        with robot.watching():
+            robot.send(ManualControl(robot.system, x=0, r=0), Timesync(0, 44))
+            reading = given(robot.wait(Timesync, lambda m: m.ts1 == 44 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
+            begun = reading.tc1 * 1e-9
+            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=0.5), "it did not drive")
+            ended = given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s")
+    return _in_time("it ended", ended - begun, 0.25)
+
+
+@GROUP.check("manual-control-from-who-armed", rule="MANUAL_CONTROL")
+def manual_stranger(robot: Subject) -> str:
+    """MANUAL_CONTROL is taken from the system that armed the robot."""
+    stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
+    robot.frame(HOST_HEARTBEAT)
+    robot.arm()
+    robot.raw(stranger.encode(ManualControl(robot.system, x=0, r=0)))
+    robot.expect_state(State.READY, "after MANUAL_CONTROL from a stranger")
+    robot.send(ManualControl(robot.system, x=0, r=0))
+    robot.expect_state(State.DRIVING, "after MANUAL_CONTROL from who armed it")
+    return "a stranger is ignored"
+
+
+@GROUP.check("reboot-comes-up-disarmed", rule="JUNIOR_STATUS")
+def reboot(robot: Subject) -> str:
+    """After a reboot the robot is disarmed, its clock begins anew, and the boot is counted."""
+    robot.arm()
+    before = robot.status()
+    after: JuniorStatus = robot.reboot()
+    robot.expect_state(State.DISARMED, "after a reboot")
+    count = after.boot_count - before.boot_count
+    require(count == 1, f"JUNIOR_STATUS.boot_count rose by {count}")
+    require(after.maneuvers == 0, f"JUNIOR_STATUS.maneuvers is {after.maneuvers}")
+    return f"boot {after.boot_count}"
+
+
+@GROUP.check("contest-stop-changes-nothing-else", rule="JUNIOR_CONTEST")
+def idle_contest(robot: Subject) -> str:
+    """Ending a contest that is not going on changes nothing."""
+    robot.expect(robot.numbered(JuniorContest, command=0, countdown=0.0), Reason.NONE, "that ends no contest")
+    robot.expect_state(State.DISARMED, "after the end of no contest")
+    robot.arm()
+    robot.expect(robot.maneuver((Action.S, Action.S), 0.3), Reason.NONE)
+    robot.expect(robot.numbered(JuniorContest, command=0, countdown=0.0), Reason.NONE, "that ends no contest")
+    robot.expect_state(State.PERFORMING, "after the end of no contest")
+    return "disarmed, performing"

@@ -1,0 +1,43 @@
+"""The whole suite, in the order in which it is run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from hil.conformance import (
+    contest,
+    framing,
+    maneuvers,
+    memory,
+    numbering,
+    parameters,
+    standard,
+    stopping,
+    streams,
+    values,
+    wheels,
+)
+from hil.conformance.registry import Check, Group, require
+
+if TYPE_CHECKING:
+    from hil.conformance.subject import Subject
+
+_AFTERWARDS: Final = Group("afterwards")
+
+
+@_AFTERWARDS.check("left-as-found", rule="Stopping")
+def left_as_found(robot: Subject) -> str:
+    """The suite leaves the robot disarmed, its parameters and its memory as they were."""
+    left = robot.restore()
+    require(not left, f"not restored: {'; '.join(left)}")
+    return f"{len(robot.parameters_found)} parameters, {len(robot.memory_found or ())} maneuvers"
+
+
+LAST: Final[Check] = _AFTERWARDS.checks[0]
+"""Run after all others."""
+CHECKS: Final[tuple[Check, ...]] = tuple(
+    check
+    for module in (framing, standard, streams, parameters, numbering, values, stopping, maneuvers, memory, contest, wheels)
+    for check in module.GROUP.checks
+)
+"""All others."""
