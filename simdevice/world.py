@@ -112,6 +112,7 @@ def junior_world(
     referee: bool = True,
     profile: JuniorProfile | None = None,
     nvm: bytes | None = None,
+    host: Host | None = None,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -121,6 +122,7 @@ def junior_world(
         referee: There is a referee on the wire.
         profile: The device's numbers; None are the defaults.
         nvm: Image of Junior's EEPROM; None is a new robot.
+        host: Build of the firmware that Junior runs; None is the one that comes with the package.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -128,4 +130,4 @@ def junior_world(
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
-    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm)
+    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host)

@@ -90,7 +90,7 @@ def impossible_length(robot: Subject) -> str:
     """A header whose length its message cannot have is refused at once."""
     with robot.silence():
         first, second = (robot.frame(Timesync(0, stamp)) for stamp in (101, 102))
-        robot.raw(header(_ping(robot, 0), length=payload_length(Ping) + 1) + first)
+        robot.raw(header(_ping(robot, 0), length=payload_length(CommandLong)) + first)
         robot.spend(0.01)
         robot.raw(second)
         robot.wait(Timesync, lambda m: m.ts1 == 102, start=0)

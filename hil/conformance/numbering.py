@@ -138,7 +138,7 @@ def older(robot: Subject) -> str:
     return "99, 50 and 1 after 100"
 
 
-@GROUP.check("old-answers-forgotten", rule="Numbered messages")
+@GROUP.check("old-answers-forgotten", rule="Numbered messages", needs=("older-sequence-refused",))
 def long_past(robot: Subject) -> str:
     """A repetition of what is long past is refused, or answered as before; it is never done again."""
     robot.arm()

@@ -57,7 +57,7 @@ def status_rate(robot: Subject) -> str:
     return "both once a second"
 
 
-@GROUP.check("interval-obeyed", rule="COMMAND_LONG")
+@GROUP.check("interval-obeyed", rule="COMMAND_LONG", needs=("sensors-50-hz",))
 def interval(robot: Subject) -> str:
     """SET_MESSAGE_INTERVAL sets the interval of a stream, stops it, and gives its default back."""
 

@@ -81,64 +81,6 @@ def as_told(robot: Subject) -> str:
     return _words(found)
 
 
-@GROUP.check("actions-turn-wheels", rule="JUNIOR_MANEUVER", moving=True, needs=("wheels-turn-as-told",))
-def actions(robot: Subject) -> str:
-    """Each action turns the wheels its own way."""
-    robot.arm()
-    pairs = ((Action.L, Action.R), (Action.SF, Action.SB), (Action.LSRF, Action.LSRB), (Action.LFRS, Action.LBRS))
-    for action in (action for pair in pairs for action in pair):
-
-        def act(action: Action = action) -> None:
-            maneuver = robot.maneuver((action,), 0.2)
-            robot.expect(maneuver, Reason.NONE)
-            robot.result(maneuver, 0.2)
-
-        found = _moved(robot, act)
-        wanted = action.spec.left, action.spec.right
-        if 0 in wanted:  # a stalled wheel may be dragged along
-            turning = wanted.index(max(wanted, key=abs))
-            require(found[turning] * wanted[turning] >= _MOVED, f"{action.name}: {_words(found)}")
-        else:
-            _expect_signs(found, wanted, action.name)
-    return f"{2 * len(pairs)} actions"
-
-
-@GROUP.check("repeated-maneuver-moves-once", rule="Numbered messages", moving=True, needs=("same-sequence-performs-once",))
-def moves_once(robot: Subject) -> str:
-    """A maneuver that is sent again moves the robot once."""
-    robot.arm()
-    maneuver: JuniorManeuver = robot.maneuver((Action.L,), 0.2)
-
-    def repeat() -> None:
-        robot.request(maneuver)
-
-    def first() -> None:
-        robot.expect(maneuver, Reason.NONE)
-        robot.result(maneuver, 0.2)
-
-    once = _moved(robot, first)
-    again = _moved(robot, repeat)
-    require(max(map(abs, once)) >= _MOVED, f"the first time: {_words(once)}")
-    require(max(map(abs, again)) <= _STILL, f"the second time: {_words(again)}")
-    return f"first {_words(once)}; then {_words(again)}"
-
-
-@GROUP.check("disarmed-wheels-stand", rule="Stopping", moving=True)
-def disarmed(robot: Subject) -> str:
-    """Disarmed wheels never turn."""
-
-    def order() -> None:
-        robot.send(robot.wheels(-_TURN, _TURN, 0.5))
-        robot.send(robot.maneuver((Action.L,), 0.5))
-        for _ in range(5):
-            robot.send(ManualControl(robot.system, x=0, r=350))
-            robot.spend(0.04)
-
-    found = _moved(robot, order)
-    require(max(map(abs, found)) <= _STILL, _words(found))
-    return _words(found)
-
-
 @GROUP.check(
     "wheels-stand-when-stopped",
     rule="Stopping",
@@ -176,7 +118,70 @@ def stopped(robot: Subject) -> str:
     return "emergency stop, disarming, new session, time, watchdog, end of a maneuver"
 
 
-@GROUP.check("stick-turns-wheels", rule="MANUAL_CONTROL", moving=True)
+@GROUP.check("actions-turn-wheels", rule="JUNIOR_MANEUVER", moving=True, needs=("wheels-turn-as-told",))
+def actions(robot: Subject) -> str:
+    """Each action turns the wheels its own way."""
+    robot.arm()
+    pairs = ((Action.L, Action.R), (Action.SF, Action.SB), (Action.LSRF, Action.LSRB), (Action.LFRS, Action.LBRS))
+    for action in (action for pair in pairs for action in pair):
+
+        def act(action: Action = action) -> None:
+            maneuver = robot.maneuver((action,), 0.2)
+            robot.expect(maneuver, Reason.NONE)
+            robot.result(maneuver, 0.2)
+
+        found = _moved(robot, act)
+        wanted = action.spec.left, action.spec.right
+        if 0 in wanted:  # a stalled wheel may be dragged along
+            turning = wanted.index(max(wanted, key=abs))
+            require(found[turning] * wanted[turning] >= _MOVED, f"{action.name}: {_words(found)}")
+        else:
+            _expect_signs(found, wanted, action.name)
+    return f"{2 * len(pairs)} actions"
+
+
+@GROUP.check(
+    "repeated-maneuver-moves-once",
+    rule="Numbered messages",
+    moving=True,
+    needs=("same-sequence-performs-once", "wheels-stand-when-stopped"),
+)
+def moves_once(robot: Subject) -> str:
+    """A maneuver that is sent again moves the robot once."""
+    robot.arm()
+    maneuver: JuniorManeuver = robot.maneuver((Action.L,), 0.2)
+
+    def repeat() -> None:
+        robot.request(maneuver)
+
+    def first() -> None:
+        robot.expect(maneuver, Reason.NONE)
+        robot.result(maneuver, 0.2)
+
+    once = _moved(robot, first)
+    again = _moved(robot, repeat)
+    require(max(map(abs, once)) >= _MOVED, f"the first time: {_words(once)}")
+    require(max(map(abs, again)) <= _STILL, f"the second time: {_words(again)}")
+    return f"first {_words(once)}; then {_words(again)}"
+
+
+@GROUP.check("disarmed-wheels-stand", rule="Stopping", moving=True, needs=("wheels-stand-when-stopped",))
+def disarmed(robot: Subject) -> str:
+    """Disarmed wheels never turn."""
+
+    def order() -> None:
+        robot.send(robot.wheels(-_TURN, _TURN, 0.5))
+        robot.send(robot.maneuver((Action.L,), 0.5))
+        for _ in range(5):
+            robot.send(ManualControl(robot.system, x=0, r=350))
+            robot.spend(0.04)
+
+    found = _moved(robot, order)
+    require(max(map(abs, found)) <= _STILL, _words(found))
+    return _words(found)
+
+
+@GROUP.check("stick-turns-wheels", rule="MANUAL_CONTROL", moving=True, needs=("wheels-turn-as-told",))
 def stick(robot: Subject) -> str:
     """MANUAL_CONTROL: x is forward, r turns clockwise."""
     robot.arm()
@@ -189,7 +194,12 @@ def stick(robot: Subject) -> str:
     return "forward, backward, left, right"
 
 
-@GROUP.check("countdown-stands-then-plays", rule="JUNIOR_CONTEST", moving=True, needs=("contest-countdown",))
+@GROUP.check(
+    "countdown-stands-then-plays",
+    rule="JUNIOR_CONTEST",
+    moving=True,
+    needs=("contest-countdown", "actions-turn-wheels", "wheels-stand-when-stopped"),
+)
 def plays(robot: Subject) -> str:
     """In the countdown the wheels stand; then the robot plays what the memory says."""
     with robot.emptied_memory(), robot.parameters(STIM_ARMS=0.0):

@@ -1,0 +1,295 @@
+"""Deliberately broken firmwares: the real sources with one thing changed, built into a library beside the real one."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import cffi
+
+from firmware_protocol.firmware import _host
+from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+_FOLDER: Final = ROOT / FIRMWARE
+_REST: Final = _host.ffi.sizeof("host_robot") - _host.ffi.sizeof("host_io")
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One broken firmware.
+
+    Attributes:
+        caught_by: Name of the check that must fail, alone.
+        fault: What is wrong with it.
+        source: File of the core that is changed.
+        before: Text in it, that is there once.
+        after: What stands there instead.
+    """
+
+    caught_by: str
+    fault: str
+    source: str
+    before: str
+    after: str
+
+    def text(self) -> str:
+        """The changed source."""
+        text = (_FOLDER / "core" / self.source).read_text(encoding="utf-8")
+        assert text.count(self.before) == 1, f"{self.source} does not hold {self.before!r} once"
+        return text.replace(self.before, self.after)
+
+
+@dataclass(frozen=True)
+class Build:
+    """A build of the firmware, as `Board` takes it."""
+
+    ffi: Any
+    lib: Any
+
+
+class Workshop:
+    """Builds firmwares.
+
+    Args:
+        folder: Where to.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._compiler = shlex.split(os.environ.get("CC", "")) or [shutil.which("cc") or "gcc"]
+        self._includes = [f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")]
+
+    def build(self, mutants: Iterable[Mutant]) -> list[Build]:
+        """Build the mutants, and the unchanged sources once."""
+        sources = [*sorted((_FOLDER / "core").glob("*.c")), _FOLDER / "targets/host/host.c"]
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            objects = dict(zip((source.name for source in sources), pool.map(self._object, sources), strict=True))
+            return list(pool.map(lambda pair: self._mutant(pair[0], pair[1], objects), enumerate(mutants)))
+
+    def _run(self, *arguments: object) -> None:
+        done = subprocess.run([*self._compiler, *map(str, arguments)], check=False, capture_output=True, text=True)  # noqa: S603
+        assert done.returncode == 0, done.stderr
+
+    def _object(self, source: Path) -> Path:
+        target = self._folder / f"{source.parent.name}-{source.stem}.o"
+        self._run("-std=c99", "-O0", "-fPIC", "-w", *self._includes, "-c", source, "-o", target)
+        return target
+
+    def _mutant(self, number: int, mutant: Mutant, objects: dict[str, Path]) -> Build:
+        folder = self._folder / f"mutant{number}"
+        folder.mkdir()
+        source = folder / mutant.source
+        source.write_text(mutant.text(), encoding="utf-8")
+        changed = folder / f"{source.stem}.o"
+        self._run("-std=c99", "-O0", "-fPIC", "-w", *self._includes, "-c", source, "-o", changed)
+        library = folder / "firmware.so"
+        self._run("-shared", *{**objects, mutant.source: changed}.values(), "-o", library)
+        ffi = cffi.FFI()
+        ffi.cdef(DECLARATIONS.replace("host_io io; ...;", f"host_io io; uint8_t rest[{_REST}];"))
+        return Build(ffi, ffi.dlopen(str(library)))
+
+
+MUTANTS: Final = (
+    Mutant(
+        "bad-checksum-dropped",
+        "takes frames whatever their checksum",
+        "frame.c",
+        "return bytes[HEADER + length] == (uint8_t)crc && bytes[HEADER + length + 1] == (uint8_t)(crc >> 8);",
+        "return true;",
+    ),
+    Mutant(
+        "partial-frame-dropped",
+        "waits for the rest of a frame for ever",
+        "frame.c",
+        "robot->time.now - frame->heard >= SILENCE_MS",
+        "false",
+    ),
+    Mutant(
+        "impossible-length-refused",
+        "believes any length, and waits for what is not coming",
+        "frame.c",
+        "if (row == NULL || bytes[AT_LENGTH] > flash_u8(&row->length)) {",
+        "if (row == NULL) {",
+    ),
+    Mutant(
+        "unknown-message-counted",
+        "does not count what it does not know",
+        "frame.c",
+        "            count_sequence(robot, from, bytes[AT_SEQUENCE], false);\n            robot->counters.unknown++;",
+        "            count_sequence(robot, from, bytes[AT_SEQUENCE], false);",
+    ),
+    Mutant(
+        "other-target-ignored",
+        "does what is said to other robots",
+        "frame.c",
+        "if (direct && message.bytes[system_at] != robot->system) {",
+        "if (false) {",
+    ),
+    Mutant(
+        "all-means-stop-only",
+        "does whatever is said to all",
+        "protocol.c",
+        "if (!direct && !for_all(id, message)) {",
+        "if (false) {",
+    ),
+    Mutant(
+        "heartbeat-tells-state",
+        "never says that it is armed",
+        "stream.c",
+        "heartbeat.base_mode |= MAV_MODE_FLAG_SAFETY_ARMED;",
+        ";",
+    ),
+    Mutant(
+        "sensors-50-hz",
+        "sends its sensors at 25 Hz",
+        "stream.c",
+        "[STREAM_SENSORS] = 20,",
+        "[STREAM_SENSORS] = 40,",
+    ),
+    Mutant(
+        "parameters-refuse-nan",
+        "takes NaN for a number within any limits",
+        "params.c",
+        "if (!(value >= flash_float(&rows[index].minimum) && value <= flash_float(&rows[index].maximum))) {",
+        "if (value < flash_float(&rows[index].minimum) || value > flash_float(&rows[index].maximum)) {",
+    ),
+    Mutant(
+        "parameters-whole",
+        "takes fractions where whole numbers are asked for",
+        "params.c",
+        "return !(flash_u8(&rows[index].flags) & PARAM_FLAG_WHOLE) || (float)(int16_t)value == value;",
+        "return true;",
+    ),
+    Mutant(
+        "parameters-read-only",
+        "lets its own parameters be set",
+        "params.c",
+        "if (!(flash_u8(&rows[index].flags) & PARAM_FLAG_READ_ONLY) && allowed(",
+        "if (allowed(",
+    ),
+    Mutant(
+        "same-sequence-performs-once",
+        "performs a message as often as it comes",
+        "numbered.c",
+        "    if (answer != NULL) {\n        repeat(robot, id, message, answer);\n        return;\n    }\n",
+        "    if (answer != NULL && id == MAVLINK_MSG_ID_JUNIOR_MANEUVER && answer->reason == 0) {\n"
+        "        numbered_finish(robot, id, sequence, act(robot, id, message));\n        return;\n    }\n"
+        "    if (answer != NULL) {\n        repeat(robot, id, message, answer);\n        return;\n    }\n",
+    ),
+    Mutant(
+        "older-sequence-refused",
+        "takes messages in any order",
+        "numbered.c",
+        "if ((int16_t)(uint16_t)(sequence - session->last) <= 0) {",
+        "if (sequence == session->last) {",
+    ),
+    Mutant(
+        "new-session-disarms",
+        "stays armed when a new host comes",
+        "states.c",
+        "    /* DRV */ {DRV,    DIS,   STP,  DIS,",
+        "    /* DRV */ {DRV,    DIS,   STP,  DRV,",
+    ),
+    Mutant(
+        "emergency-stop-latched",
+        "lets itself be armed after an emergency stop",
+        "states.c",
+        "/* STP */ {NO_EST,",
+        "/* STP */ {RDY,",
+    ),
+    Mutant(
+        "watchdog-stops",
+        "goes on when its host is gone",
+        "states.c",
+        "robot->time.now - robot->host_heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)",
+        "false",
+    ),
+    Mutant(
+        "watchdog-hears-who-armed",
+        "is kept going by anybody",
+        "frame.c",
+        "if (from.system == robot->armed_by) {",
+        "if (true) {",
+    ),
+    Mutant(
+        "manual-control-dead-man",
+        "holds the stick for a second",
+        "protocol.c",
+        "MANUAL_MS = 250",
+        "MANUAL_MS = 1000",
+    ),
+    Mutant(
+        "wheels-run-out",
+        "drives for twice the time",
+        "numbered.c",
+        "request->speed[RIGHT], request->duration);",
+        "request->speed[RIGHT], (uint16_t)(2U * request->duration));",
+    ),
+    Mutant(
+        "result-repeated",
+        "says a result once",
+        "maneuver.c",
+        "        maneuver->result_due = robot->time.now + REPEAT_MS;",
+        "        maneuver->result_pending = false;",
+    ),
+    Mutant(
+        "end-on-change",
+        "does not care for a change of stimulus",
+        "maneuver.c",
+        "    return robot->time.now - maneuver->changing_since >= STEADY_MS;",
+        "    return false;",
+    ),
+    Mutant(
+        "memory-checksum",
+        "keeps an old checksum",
+        "memory.c",
+        "    uint16_t slot_key = key(robot, slot);\n    uint8_t at = memory->used++;\n\n    memory->checked = false;\n",
+        "    uint16_t slot_key = key(robot, slot);\n    uint8_t at = memory->used++;\n\n",
+    ),
+    Mutant(
+        "memory-survives-reboot",
+        "forgets the last slots of its memory at power-off",
+        "memory.c",
+        "    for (slot = 0; slot < PHYSICAL; slot++) {\n        if (intact",
+        "    for (slot = 0; slot < 1; slot++) {\n        if (intact",
+    ),
+    Mutant(
+        "contest-needs-memory",
+        "starts a contest with nothing to play",
+        "contest.c",
+        "if (robot->memory.used == 0) {",
+        "if (false) {",
+    ),
+    Mutant(
+        "contest-countdown",
+        "is too keen to wait for the end of the countdown",
+        "contest.c",
+        "robot->contest.deadline = robot->time.now + countdown;",
+        "robot->contest.deadline = robot->time.now + countdown / 2U;",
+    ),
+    Mutant(
+        "wheels-stand-when-stopped",
+        "stays in motion when it says that it is stopped",
+        "states.c",
+        "    if (cell != JUNIOR_STATE_DRIVING && cell != JUNIOR_STATE_PERFORMING && cell != JUNIOR_STATE_CONTEST) {",
+        "    if (cell == JUNIOR_STATE_DISARMED || cell == JUNIOR_STATE_READY) {",
+    ),
+    Mutant(
+        "actions-turn-wheels",
+        "has its actions' wheels crossed",
+        "maneuver.c",
+        "    wheels_set(robot, (int16_t)((int8_t)flash_u8(&actions[action].left) * speed),\n"
+        "               (int16_t)((int8_t)flash_u8(&actions[action].right) * speed));",
+        "    wheels_set(robot, (int16_t)((int8_t)flash_u8(&actions[action].right) * speed),\n"
+        "               (int16_t)((int8_t)flash_u8(&actions[action].left) * speed));",
+    ),
+)
