@@ -54,7 +54,7 @@ def connect(
     """
     address = parse_address(url)
     link, clock, session = open_address(address)
-    system = system if system is not None else _number(address, "system")
+    system = system if system is not None else number_option(address, "system")
     robots = None if system is None else [system]
     junior = Junior(Bridge(link, clock, taps=taps, robots=robots, session=session), clock.now, limits)
     try:
@@ -78,7 +78,7 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         AddressError: The URL is no address we know.
         LinkOpenError: The link could not be opened.
     """
-    seed = _number(address, "seed") or 0
+    seed = number_option(address, "seed") or 0
     if address.scheme == "sim":
         link, clock = _emulated(address, seed)
         numbers = generator(seed, Branch.SESSION)
@@ -120,7 +120,19 @@ def _emulated(address: Address, seed: int) -> tuple[Link, Clock]:
     return MemoryLink(world, address.url), world
 
 
-def _number(address: Address, name: str) -> int | None:
+def number_option(address: Address, name: str) -> int | None:
+    """A whole number among the options of an address.
+
+    Args:
+        address: The address, taken apart.
+        name: Which option.
+
+    Returns:
+        Its value; None where it is not given.
+
+    Raises:
+        AddressError: It is no whole number.
+    """
     text = address.options.get(name)
     if text is None:
         return None

@@ -113,20 +113,7 @@ def open_session(
         stack.enter_context(terminate_as_interrupt())
         recorder = None
         if log is not None:
-            described = {key: str(value) for key, value in config.items()}
-            described |= {
-                "version": metadata.version("junior-hil"),
-                "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
-                "link": url,
-            }
-            run = {
-                "started": datetime.now(UTC).isoformat(),
-                "command": shlex.join(["hil", *sys.argv[1:]]),
-                "log": str(log),
-                "python": sys.version.split()[0],
-                "platform": sys.platform,
-            }
-            recorder = Recorder(log, run=run, config=described, link=url, lockstep=address.scheme == "sim")
+            recorder = open_recorder(log, url, config, lockstep=address.scheme == "sim")
             stack.callback(recorder.close)
         try:
             junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else []))
@@ -143,6 +130,37 @@ def open_session(
             yield Session(junior, recorder)
         except PeerLostError as error:
             raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
+
+
+def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:
+    """Begin a log.
+
+    Args:
+        log: Where it goes.
+        url: Address of the robot.
+        config: What the run was asked to do.
+        lockstep: The link is in lock-step.
+
+    Returns:
+        What writes it; to be closed.
+
+    Raises:
+        LogError: It can't be written.
+    """
+    described = {key: str(value) for key, value in config.items()}
+    described |= {
+        "version": metadata.version("junior-hil"),
+        "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
+        "link": url,
+    }
+    run = {
+        "started": datetime.now(UTC).isoformat(),
+        "command": shlex.join(["hil", *sys.argv[1:]]),
+        "log": str(log),
+        "python": sys.version.split()[0],
+        "platform": sys.platform,
+    }
+    return Recorder(log, run=run, config=described, link=url, lockstep=lockstep)
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from firmware_protocol.errors import VersionError
+from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
@@ -91,7 +91,7 @@ class Subject(Orders):
         """Find the robot, stop it, and take down its parameters and its memory.
 
         Raises:
-            NoRobotError: None was heard.
+            NoRobotError: None was heard, or what was heard is no Junior.
             VersionError: It speaks a protocol we do not.
             LinkError: The link is gone.
         """
@@ -100,7 +100,10 @@ class Subject(Orders):
         if version is not None and version.middleware_sw_version >> 24 != PROTOCOL_MAJOR:
             major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
             raise VersionError(f"the robot speaks version {major}.{minor} of the protocol, we speak {PROTOCOL_MAJOR}")
-        self.fresh()
+        try:
+            self.fresh()
+        except CheckFailedError as failure:
+            raise NoRobotError(f"system {self.system} speaks MAVLink, but not as a Junior: {failure}") from failure
         self.parameters_found = {value.param_id: value.param_value for value in self.list_parameters()}
         try:
             self.memory_found = self.read_memory()

@@ -1,0 +1,130 @@
+"""`hil check`: conformance of a robot against the protocol."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from firmware_protocol.address import parse_address
+from hil.cli import common
+from hil.cli.session import open_recorder, terminate_as_interrupt
+from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, perform
+from hil.connecting import DEFAULT_URL, number_option, open_address
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+_COLOURS = {Outcome.PASSED: "green", Outcome.FAILED: "bold red", Outcome.NOT_RUN: "dim"}
+_NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
+
+
+def check(
+    link: common.LinkArgument = None,
+    *,
+    moving: Annotated[
+        bool, typer.Option("--moving", help="Also run the checks in which the wheels turn: give it room.")
+    ] = False,
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="NAME", help="Run this check; may be given several times.")
+    ] = None,
+    listing: Annotated[
+        bool, typer.Option("--list", help="Print the checks and what each demands; no robot is needed.")
+    ] = False,
+    system: Annotated[
+        int | None, typer.Option("--system", min=1, max=254, help="System id of the robot; the first that answers if left out.")
+    ] = None,
+    timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
+    seed: common.SeedOption = 1,
+    log: common.LogOption = None,
+    no_log: common.NoLogOption = False,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+) -> int:
+    """Check that a robot, physical or emulated, keeps the protocol. It is left disarmed, its parameters and memory as found.
+
+    No wheel turns without --moving. Exit status 1: a check failed.
+
+    Example: hil check serial:///dev/ttyACM0:115200 --moving
+    """
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    chosen = _chosen(only)
+    if listing:
+        _list(chosen, console, as_json=as_json)
+        return common.EXIT_DONE
+    path = common.log_path("check", log, no_log=no_log or (log is None and not moving))
+    url = link or f"{DEFAULT_URL}?seed={seed}"
+    address = parse_address(url)
+
+    def told(verdict: Verdict) -> None:
+        if not as_json and (not quiet or verdict.outcome is Outcome.FAILED):
+            _tell(console, verdict)
+
+    with ExitStack() as stack:
+        stack.enter_context(terminate_as_interrupt())
+        wire, clock, session = open_address(address)
+        stack.callback(wire.close)
+        taps = []
+        if path is not None:
+            config_told = {"verb": "check", "moving": moving, "seed": seed}
+            taps.append(stack.enter_context(open_recorder(path, url, config_told, lockstep=wire.lockstep)))
+        robot = Subject(wire, clock, session=session, system=system or number_option(address, "system"), taps=taps)
+        stack.callback(robot.close)
+        robot.greet(timeout)
+        verdicts = perform(robot, chosen, LAST, moving=moving, told=told)
+    if as_json:
+        common.print_json([_plain(verdict) for verdict in verdicts])
+    else:
+        console.print(_summary(verdicts))
+        if path is not None and not quiet:
+            console.print(f"Log: {path}", markup=False)
+    failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)
+    return common.EXIT_FELL_SHORT if failed else common.EXIT_DONE
+
+
+def _chosen(only: list[str] | None) -> list[Check]:
+    """The checks that were asked for, in the suite's order."""
+    if not only:
+        return list(CHECKS)
+    known = {check.name for check in CHECKS}
+    for name in only:
+        if name not in known:
+            raise common.UsageError(f"there is no check {name!r}: hil check --list names them all")
+    return [check for check in CHECKS if check.name in only]
+
+
+def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
+    if as_json:
+        common.print_json(
+            [
+                {"name": check.name, "group": check.group, "demands": check.demands, "rule": check.rule, "moving": check.moving}
+                for check in checks
+            ]
+        )
+        return
+    table = Table(box=None)
+    for head in ("check", "about", "wheels turn", "what the protocol demands"):
+        table.add_column(head)
+    for check in checks:
+        table.add_row(check.name, check.group, "yes" if check.moving else "", check.demands)
+    console.print(table)
+
+
+def _tell(console: Console, verdict: Verdict) -> None:
+    word = f"{verdict.outcome.value:8}"
+    console.print(f"{verdict.check.name:{_NAME_WIDTH}}  [{_COLOURS[verdict.outcome]}]{word}[/]  ", end="")
+    console.print(verdict.detail, markup=False)
+    if verdict.outcome is Outcome.FAILED:
+        console.print(f"{'':{_NAME_WIDTH}}  demanded: {verdict.check.demands} ({verdict.check.rule})", markup=False)
+
+
+def _summary(verdicts: list[Verdict]) -> str:
+    counts = {outcome: sum(verdict.outcome is outcome for verdict in verdicts) for outcome in Outcome}
+    return ", ".join(f"{count} {outcome.value}" for outcome, count in counts.items() if count)
+
+
+def _plain(verdict: Verdict) -> dict[str, object]:
+    return {"name": verdict.check.name, "passed": verdict.passed, "detail": verdict.detail}
