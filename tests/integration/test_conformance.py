@@ -1,0 +1,319 @@
+"""The conformance suite: the emulated robot keeps the protocol, and each broken firmware fails the one check that names it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import signal
+import threading
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from mutants import MUTANTS, Mutant, Workshop
+
+from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
+from firmware_protocol.vocabulary import Action
+from hil.cli.app import run
+from hil.clock import MonotonicClock
+from hil.conformance import CHECKS, LAST, Outcome, Subject, perform
+from hil.connecting import DEFAULT_URL
+from hil.mcaplog import LogReader
+from simdevice.endpoints import open_endpoint
+from simdevice.server import Server
+from simdevice.world import junior_world
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from mutants import Build
+
+    from hil.conformance import Verdict
+    from simdevice.world import World
+
+NAMES: Final = [check.name for check in CHECKS]
+STILL: Final = [check.name for check in CHECKS if not check.moving]
+TAUGHT: Final = {(255, 0): (Action.L,), (255, 3): (Action.FF, Action.FF), (2, 1): (Action.LSRF, Action.SF, Action.SF)}
+SET: Final = {"SPD_FAST": 0.9, "WATCHDOG": 400.0, "EYE_L_ON": 200.0, "STIM_ARMS": 1.0}
+PATIENCE: Final = 60.0
+
+
+def subject(world: World) -> Subject:
+    numbers = count(4711)
+    return Subject(MemoryLink(world), world, session=lambda: next(numbers))
+
+
+def failed(verdicts: list[Verdict]) -> list[str]:
+    return [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.FAILED]
+
+
+class Watched:
+    """A world that remembers whether a wheel was ever commanded."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.turned = 0
+
+    def now(self) -> float:
+        return self._world.now()
+
+    def step(self, inbound: bytes) -> bytes:
+        out = self._world.step(inbound)
+        self.turned += self._world.device.wheels != (0.0, 0.0)
+        return out
+
+
+# --- the emulated robot ----------------------------------------------------------------------------------------------
+
+
+def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
+    world = junior_world()
+    watched = Watched(world)
+    numbers = count(1)
+    robot = Subject(MemoryLink(watched), watched, session=lambda: next(numbers))
+    robot.greet()
+    verdicts = perform(robot, CHECKS, LAST)
+    assert failed(verdicts) == []
+    assert watched.turned == 0, "without --moving no wheel was ever given any effort"
+    assert [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.PASSED] == [*STILL, LAST.name]
+
+
+@pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "point-light")])
+def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str) -> None:
+    world = junior_world(seed=seed, opponent=opponent, referee=seed != 2)
+    robot = subject(world)
+    robot.greet()
+    told: list[Verdict] = []
+    verdicts = perform(robot, CHECKS, LAST, moving=True, told=told.append)
+    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
+    assert told == verdicts
+    assert world.device.wheels == (0.0, 0.0)
+
+
+def contents(nvm: bytes) -> tuple[list[ParamValue], list[JuniorMemoryEntry]]:
+    """What a robot with this EEPROM says that it holds."""
+    robot = subject(junior_world(nvm=nvm))
+    robot.greet()
+    entries = [dataclasses.replace(entry, session=0, sequence=0) for entry in robot.read_memory()]
+    return robot.list_parameters(), entries
+
+
+def taught() -> bytes:
+    """The EEPROM of a robot that has been used: parameters set, maneuvers stored."""
+    world = junior_world()
+    robot = subject(world)
+    robot.greet()
+    for name, value in SET.items():
+        robot.set_parameter(name, value)
+    for (previous, current), actions in TAUGHT.items():
+        assert robot.request(robot.write(actions, current, previous, period=0.2, options=5)) == 0
+    robot.spend(0.1)
+    return world.device.nvm
+
+
+def test_parameters_and_memory_are_left_as_they_were_found() -> None:
+    nvm = taught()
+    world = junior_world(nvm=nvm)
+    robot = subject(world)
+    robot.greet()
+    verdicts = perform(robot, CHECKS, LAST, moving=True)
+    assert failed(verdicts) == []
+    robot.spend(0.1)
+    after = world.device.nvm
+    parameters, memory = contents(nvm)
+    assert {value.param_id: value.param_value for value in parameters}["WATCHDOG"] == 400.0
+    assert len(memory) == len(TAUGHT)
+    assert contents(after) == (parameters, memory), "every value and every slot, checksum included"
+
+
+def test_an_interrupted_run_leaves_the_robot_as_it_was_found() -> None:
+    nvm = taught()
+    world = junior_world(nvm=nvm)
+    robot = subject(world)
+    robot.greet()
+    send, left = robot._link.write, count(400)
+
+    def write(data: bytes) -> None:
+        if next(left) == 2500:
+            raise KeyboardInterrupt
+        send(data)
+
+    robot._link.write = write  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        perform(robot, CHECKS, LAST, moving=True)
+    robot.spend(0.1)
+    assert robot.state() == State.DISARMED
+    assert world.device.wheels == (0.0, 0.0)
+    assert contents(world.device.nvm) == contents(nvm)
+
+
+def test_checks_have_names_demands_and_rules_of_the_protocol_page() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
+    names = [*NAMES, LAST.name]
+    assert len(set(names)) == len(names) >= 100
+    for check in (*CHECKS, LAST):
+        assert check.name.replace("-", "").isalnum()
+        assert check.name == check.name.lower()
+        assert check.demands.endswith(".")
+        assert check.rule in page, f"{check.name}: the protocol page has no {check.rule!r}"
+        assert all(NAMES.index(need) < NAMES.index(check.name) for need in check.needs)
+
+
+def test_what_rests_on_a_failed_check_is_not_run() -> None:
+    robot = subject(junior_world())
+    robot.greet()
+
+    def refuse(_: Subject) -> str:
+        robot.expect_state(State.READY, "though nobody armed it")
+        return ""
+
+    first = dataclasses.replace(CHECKS[0], run=refuse)
+    second = dataclasses.replace(CHECKS[1], needs=(first.name,))
+    verdicts = perform(robot, [first, second], LAST)
+    assert [verdict.outcome for verdict in verdicts] == [Outcome.FAILED, Outcome.NOT_RUN, Outcome.PASSED]
+    assert verdicts[0].detail == "though nobody armed it it is DISARMED, not READY"
+    assert first.name in verdicts[1].detail
+
+
+# --- broken firmwares ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Build]:
+    """All mutants, built."""
+    made = Workshop(tmp_path_factory.mktemp("mutants")).build(MUTANTS)
+    return {mutant.caught_by: build for mutant, build in zip(MUTANTS, made, strict=True)}
+
+
+@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.caught_by)
+def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(mutant: Mutant, builds: dict[str, Build]) -> None:
+    robot = subject(junior_world(host=builds[mutant.caught_by]))
+    robot.greet()
+    assert failed(perform(robot, CHECKS, LAST, moving=True)) == [mutant.caught_by], f"it {mutant.fault}"
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+def test_the_command_prints_a_table_and_moves_only_when_told(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    assert run(["check"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    rows = {line.split()[0]: line for line in lines[:-1]}
+    assert list(rows) == [*NAMES, LAST.name]
+    assert "not run" in rows["stick-turns-wheels"]
+    assert "after 250 ms" in rows["watchdog-stops"]
+    assert lines[-1] == f"{len(STILL) + 1} passed, {len(NAMES) - len(STILL)} not run"
+    assert list(folder.iterdir()) == [], "what moves nothing leaves no log unless asked"
+
+
+def test_json_names_every_check(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "--json", "--only", "stick-turns-wheels", "--only", "watchdog-stops"]) == 0
+    first, second, third = json.loads(capsys.readouterr().out)
+    assert first == {"name": "watchdog-stops", "passed": True, "detail": "after 250 ms"}
+    assert (second["name"], second["passed"]) == ("stick-turns-wheels", None)
+    assert (third["name"], third["passed"]) == (LAST.name, True)
+
+
+def test_a_moving_run_is_logged(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "--moving", "--only", "wheels-turn-as-told", "--quiet"]) == 0
+    assert capsys.readouterr().out == "2 passed\n"
+    (log,) = Path("logs").glob("*-check.mcap")
+    assert list(LogReader(log).entries({"/junior/wheels"}))
+
+
+def test_a_failed_check_is_the_exit_status(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[str, Build]
+) -> None:
+    world = junior_world(host=builds["watchdog-stops"])
+    numbers = count(1)
+    monkeypatch.setattr("hil.cli.check.open_address", lambda _: (MemoryLink(world), world, lambda: next(numbers)))
+    assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
+    said = capsys.readouterr().out
+    assert "failed" in said
+    assert "demanded: An armed robot that hears nothing" in said
+    assert "(WATCHDOG)" in said
+
+
+def test_the_list_needs_no_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "serial:///dev/ttyNobody:115200", "--list", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [entry["name"] for entry in listed] == NAMES
+    assert run(["check", "--list"]) == 0
+    assert "emergency-stop-latched" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        (["--only", "nonsense"], 2, "there is no check 'nonsense'"),
+        (["serial:///dev/ttyNobody:115200"], 3, "there is no port"),
+        (["sim://junior?system=7", "--timeout", "0.3"], 3, "no robot with system id 7 answered within 0.3 s"),
+        ([DEFAULT_URL, "--system", "9", "--timeout", "0.3"], 3, "no robot with system id 9"),
+    ],
+)
+def test_no_robot_and_wrong_usage(capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, said: str) -> None:
+    assert run(["check", *arguments]) == status
+    assert said in capsys.readouterr().err
+
+
+# --- real time -------------------------------------------------------------------------------------------------------
+
+REAL_TIME: Final = (
+    "frame-in-pieces",
+    "bad-checksum-dropped",
+    "impossible-length-refused",
+    "partial-frame-dropped",
+    "good-frames-counted",
+    "version-on-request",
+    "timesync-answered",
+    "sensors-50-hz",
+    "parameters-listed",
+    "parameters-whole",
+    "same-sequence-performs-once",
+    "emergency-stop-latched",
+    "emergency-stop-at-once",
+    "watchdog-stops",
+    "wheels-run-out",
+    "reboot-comes-up-disarmed",
+    "result-repeated",
+    "memory-checksum",
+    "contest-countdown",
+    "wheels-turn-as-told",
+)
+
+
+@contextmanager
+def served(link: str) -> Iterator[str]:
+    """An emulated robot in real time, in a thread of this process."""
+    endpoint, stop = open_endpoint(link), threading.Event()
+    server = Server(junior_world(), endpoint, MonotonicClock())
+    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
+    thread.start()
+    try:
+        yield endpoint.url
+    finally:
+        stop.set()
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+        endpoint.close()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a pty")
+def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = [argument for name in REAL_TIME for argument in ("--only", name)]
+    with served("pty") as url:
+        status = run(["check", url, "--moving", "--no-log", "--json", *wanted])
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [verdict for verdict in verdicts if not verdict["passed"]] == []
+    assert status == 0
+    assert len(verdicts) == len(REAL_TIME) + 1
