@@ -1,0 +1,47 @@
+"""The table of checks in docs/check.md: `python -m hil.conformance.page` writes it anew."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+from typing import Final
+
+from hil.conformance.suite import CHECKS, LAST
+
+PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "check.md"
+"""The page, in the source tree."""
+BEGIN: Final = "<!-- checks: python -m hil.conformance.page -->\n"
+"""The table stands between this and `END`."""
+END: Final = "<!-- end of checks -->\n"
+
+
+def table() -> str:
+    """All checks, group by group, as Markdown."""
+    lines: list[str] = []
+    for title, checks in groupby((*CHECKS, LAST), key=lambda check: check.group):
+        lines += [f"### {title[0].upper()}{title[1:]}", "", "| check | what the protocol demands | says |", "|---|---|---|"]
+        for check in checks:
+            wheels = " *Wheels turn.*" if check.moving else ""
+            lines.append(f"| `{check.name}` | {check.demands}{wheels} | {check.rule} |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def renewed(page: str) -> str:
+    """A page with the table as it must be.
+
+    Args:
+        page: The page as it is.
+
+    Raises:
+        ValueError: It has no place for a table.
+    """
+    head, begin, rest = page.partition(BEGIN)
+    _, end, tail = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"the page lacks {BEGIN.strip()} or {END.strip()}")
+    return f"{head}{begin}\n{table()}\n{end}{tail}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
