@@ -154,6 +154,24 @@ def long_past(robot: Subject) -> str:
     return "after 40 others"
 
 
+@GROUP.check("former-session-not-repeated", rule="Numbered messages", needs=("older-sequence-refused",))
+def former_session(robot: Subject) -> str:
+    """Late copies of what opened an earlier session, and of what was said in it, do nothing again."""
+    robot.arm()
+    former, maneuver = robot.session, robot.maneuver(STAY, 0.02)
+    robot.expect(maneuver, Reason.NONE)
+    robot.open_session()
+    robot.open_session(former)
+    robot.arm()
+    before = robot.status().maneuvers
+    start = len(robot.heard)
+    robot.send(maneuver)
+    reason = given(robot.answered(maneuver, start=start), "a late copy was not answered")
+    count = robot.status().maneuvers - before
+    require(count == 0, "a maneuver of an earlier session was performed again")
+    return f"answered by {named(Reason, reason)}"
+
+
 @GROUP.check("sequence-wraps", rule="Numbered messages")
 def wraps(robot: Subject) -> str:
     """A sequence may wrap."""

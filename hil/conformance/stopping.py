@@ -180,8 +180,8 @@ def watchdog_stranger(robot: Subject) -> str:
         for _ in range(12):
             robot.raw(stranger.encode(HOST_HEARTBEAT))
             robot.spend(0.04)
-    result = robot.result(maneuver, 0.0)
-    _stopped(result, Reason.WATCHDOG)
+    robot.expect_state(State.READY, "after 0.48 s in which only a stranger was heard")
+    _stopped(robot.result(maneuver, 0.0), Reason.WATCHDOG)
     return "stopped, though a stranger was heard every 40 ms"
 
 

@@ -81,6 +81,7 @@ class Subject(Orders):
         super().__init__(link, clock, system=system, codec=codec, taps=taps)
         self._draw_session = session
         self._sequence = 0
+        self._opened: set[int] = set()
         self.session = 0
         self.parameters_found: dict[str, float] = {}
         self.memory_found: list[JuniorMemoryEntry] | None = None
@@ -180,10 +181,11 @@ class Subject(Orders):
     # --- numbered messages -------------------------------------------------------------------------------------------
 
     def open_session(self, session: int | None = None) -> None:
-        """Open a session; another one than the last unless told which."""
-        while session is None or (session == self.session and session == 0):
+        """Open a session; one that was not open before, unless told which."""
+        while session is None:
             drawn = self._draw_session()
-            session = drawn if drawn != self.session else None
+            session = None if drawn in self._opened else drawn
+        self._opened.add(session)
         message = JuniorSession(session, 0, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)

@@ -193,6 +193,13 @@ MUTANTS: Final = (
         "if (sequence == session->last) {",
     ),
     Mutant(
+        "former-session-not-repeated",
+        "forgets what it has done when a session is opened",
+        "numbered.c",
+        "        last = session->former[i].last;",
+        "        ;",
+    ),
+    Mutant(
         "new-session-disarms",
         "stays armed when a new host comes",
         "states.c",
@@ -273,8 +280,8 @@ MUTANTS: Final = (
         "contest-countdown",
         "is too keen to wait for the end of the countdown",
         "contest.c",
-        "robot->contest.deadline = robot->time.now + countdown;",
-        "robot->contest.deadline = robot->time.now + countdown / 2U;",
+        "robot->contest.begins = robot->time.now + countdown;",
+        "robot->contest.begins = robot->time.now + countdown / 2U;",
     ),
     Mutant(
         "wheels-stand-when-stopped",
