@@ -79,6 +79,11 @@ def check(
         common.print_json([_plain(verdict) for verdict in verdicts])
     else:
         console.print(_summary(verdicts))
+        if robot.lost or robot.spoilt:
+            console.print(
+                f"On the way {robot.lost} frames were lost and {robot.spoilt} pieces damaged: on a bad line a check may fail "
+                "that the robot would pass."
+            )
         if path is not None and not quiet:
             console.print(f"Log: {path}", markup=False)
     failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)

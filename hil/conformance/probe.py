@@ -68,6 +68,8 @@ class Probe:
         system: System id of the robot; 0 while none has been heard.
         heard: Everything the robot has said since `forget`, in order.
         rejected: What came that was no good message, since `forget`.
+        spoilt: Pieces of wire input that were no good message, in all.
+        lost: Frames of the robot that did not arrive, by their numbers, in all.
     """
 
     def __init__(
@@ -82,6 +84,8 @@ class Probe:
         self.system = system or 0
         self.heard: list[Received] = []
         self.rejected: list[Rejected] = []
+        self.spoilt = 0
+        self.lost = 0
         self.now = clock.now
         self._link = link
         self._codec: Codec = codec if codec is not None else MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
@@ -89,6 +93,7 @@ class Probe:
         self._alive = True
         self._alive_due = clock.now()
         self._last = clock.now()
+        self._next: int | None = None
         self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
 
     def close(self) -> None:
@@ -176,12 +181,17 @@ class Probe:
             tap.received(event)
         if isinstance(event, Rejected):
             self.rejected.append(event)
+            self.spoilt += 1
             return
         if not self.system and isinstance(event.message, Heartbeat) and event.message.type != _GROUND_STATION:
             self.system = event.system
         if event.system == self.system and event.component == ROBOT_COMPONENT:
             self.heard.append(event)
             self._last = event.time
+            gap = 0 if self._next is None else (event.sequence - self._next) % 256
+            if gap < 128:  # more is one that comes late, or again
+                self.lost += gap
+                self._next = event.sequence + 1
 
     def spend(self, seconds: float) -> None:
         """Listen for a while.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.errors import NoRobotError, VersionError
@@ -29,6 +29,7 @@ from firmware_protocol.messages import (
     Reason,
     State,
 )
+from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire import Message
 from hil.conformance.orders import Orders, named
@@ -105,7 +106,7 @@ class Subject(Orders):
             self.fresh()
         except CheckFailedError as failure:
             raise NoRobotError(f"system {self.system} speaks MAVLink, but not as a Junior: {failure}") from failure
-        self.parameters_found = {value.param_id: value.param_value for value in self.list_parameters()}
+        self.parameters_found = self._values()
         try:
             self.memory_found = self.read_memory()
         except CheckFailedError:
@@ -129,18 +130,33 @@ class Subject(Orders):
             What is not as it was found, in words.
         """
         self.fresh()
-        left: list[str] = []
-        found = self.parameters_found
-        for value in self.list_parameters():
-            name = value.param_id
-            if name in found and value.param_value != found[name] and self.set_parameter(name, found[name]) != found[name]:
-                left.append(f"{name} was {found[name]:g}")
+        present = self._values()
+        left = [
+            f"{name} was {value:g}"
+            for name, value in self.parameters_found.items()
+            if present.get(name) != value and not self._put_back(name, value)
+        ]
         if self.memory_found is not None and not self._restore_memory(self.memory_found):
             left.append(f"the memory held {len(self.memory_found)} maneuvers")
         self.command(Command.ARM_DISARM, 0)
         if self.state() != State.DISARMED:
             left.append("it is not disarmed")
         return left
+
+    def _values(self) -> dict[str, float]:
+        """All parameters; those that a bad line swallows from the list are asked for one by one."""
+        values = {value.param_id: value.param_value for value in self.list_parameters()}
+        for parameter in PARAMETERS:
+            if parameter.name not in values:
+                with suppress(CheckFailedError):
+                    values[parameter.name] = self.parameter(parameter.name).param_value
+        return values
+
+    def _put_back(self, name: str, value: float) -> bool:
+        try:
+            return self.set_parameter(name, value) == value
+        except CheckFailedError:
+            return False
 
     def _restore_memory(self, found: list[JuniorMemoryEntry]) -> bool:
         try:
@@ -172,9 +188,11 @@ class Subject(Orders):
             Its status after the restart.
         """
         before = self.status()
+        lost = self.lost
         self.order(Command.PREFLIGHT_REBOOT, 1)
         again = self.wait(JuniorStatus, lambda status: status.time < before.time, timeout=REBOOT_WAIT)
         require(again is not None, f"it was not back {REBOOT_WAIT:g} s after the order to reboot")
+        self.lost = lost  # its frames are counted anew
         self.open_session()
         return self.status()
 

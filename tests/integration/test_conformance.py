@@ -216,6 +216,15 @@ def test_the_command_prints_a_table_and_moves_only_when_told(capsys: pytest.Capt
     assert list(folder.iterdir()) == [], "what moves nothing leaves no log unless asked"
 
 
+def test_a_bad_line_is_told_and_the_robot_is_put_back_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = ["--only", "parameters-take-their-limits", "--only", "memory-checksum", "--only", "frames-numbered"]
+    assert run(["check", "sim://junior?faults=drop:0.1&seed=3", "--quiet", *wanted]) == 1
+    said = capsys.readouterr().out
+    assert "gaps in the numbers" in said
+    assert "frames were lost" in said
+    assert LAST.name not in said, "it did not fail"
+
+
 def test_json_names_every_check(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "--json", "--only", "stick-turns-wheels", "--only", "watchdog-stops"]) == 0
     first, second, third = json.loads(capsys.readouterr().out)
