@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 EXAMPLES = (
-    "serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, udpout://127.0.0.1:14550 or sim://junior"
+    "serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, udpout://127.0.0.1:14550, "
+    "can://socketcan/can0 or sim://junior"
 )
 DEFAULT_BAUD = 115200
 

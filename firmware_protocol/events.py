@@ -90,4 +90,12 @@ class PeerBack:
     rebooted: bool
 
 
-Event = Received | Rejected | PeerFound | PeerLost | PeerBack
+@dataclass(frozen=True, slots=True)
+class LinkNews:
+    """Something has happened to the link that is worth telling a person: a CAN bus in trouble, or well again."""
+
+    text: str
+    time: float
+
+
+Event = Received | Rejected | PeerFound | PeerLost | PeerBack | LinkNews

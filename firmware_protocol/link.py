@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from firmware_protocol.address import EXAMPLES, parse_address
 from firmware_protocol.errors import AddressError
+from firmware_protocol.wire import MAVLINK
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -22,10 +23,16 @@ class Link(ABC):
         url: Address it was opened with.
         lockstep: True when time passes only inside `read` (an in-process link): such a link must be read
             by the thread that uses it, never by a pump thread.
+        wire: What the bytes are: `MAVLINK`, or `CAN`, where every read and write is of whole CAN frames.
     """
 
     url: str
     lockstep: bool = False
+    wire: str = MAVLINK
+
+    def news(self) -> list[str]:
+        """What has happened to the link since the last call, in words: a bus in trouble, or well again."""
+        return []
 
     @abstractmethod
     def write(self, data: bytes) -> None:
@@ -70,8 +77,9 @@ def open_link(url: str) -> Link:
     The options `system` and `node`, which select a robot, are allowed and mean nothing here.
 
     Args:
-        url: `serial://PORT:BAUD`, `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak first) or
-            `udpout://HOST:PORT`. `sim://` and `replay://` are the business of `hil.connect`.
+        url: `serial://PORT:BAUD`, `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak first),
+            `udpout://HOST:PORT` or `can://INTERFACE/CHANNEL?bitrate=RATE`. `sim://` and `replay://` are the business of
+            `hil.connect`.
 
     Returns:
         The open link; close it after use (it is a context manager).
@@ -86,6 +94,10 @@ def open_link(url: str) -> Link:
     from firmware_protocol.links.udp import UdpLink  # noqa: PLC0415
 
     address = parse_address(url)
+    if address.scheme == "can":
+        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can is optional
+
+        return open_can(address)
     address.only("system", "node")
     match address.scheme:
         case "serial":

@@ -283,7 +283,7 @@ class Peer(Requests):
             return True
         step = (received.sequence - stream.sequence) & 255
         if step != 1:
-            if received.raw in stream.recent:
+            if not 0 < step < 128 and received.raw in stream.recent:  # a number already used, and the same frame
                 self.counters.duplicates += 1
                 return False
             if step:

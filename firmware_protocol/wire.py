@@ -10,6 +10,11 @@ from dataclasses import dataclass, fields
 from enum import Enum, IntEnum, IntFlag
 from typing import Any, ClassVar, Final, Literal, get_args, get_type_hints
 
+MAVLINK: Final = "mavlink"
+"""A wire of bytes: MAVLink 2 frames."""
+CAN: Final = "can"
+"""A wire of CAN frames, each in its serial form of 16 bytes (`firmware_protocol.can_frame`)."""
+
 EnumType = type[IntEnum] | type[IntFlag]
 WireType = Literal["u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "char"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import secrets
 from typing import TYPE_CHECKING, Final, Protocol, Self
 
+from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
-from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.events import LinkNews, Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
 from hil.pump import InlinePump, Pump, ThreadedPump
@@ -105,7 +105,7 @@ class Bridge:
         self._robots = robots
         self._open_sessions = open_sessions
         self._session = session
-        self._codec = MavlinkCodec(system=system, component=component)
+        self._codec = open_codec(link.wire, system=system, component=component)
         self._hello_due = self.now
         self._ended: LinkError | None = None
         self._told = False
@@ -153,6 +153,10 @@ class Bridge:
                 self._take(self._codec.receive(data, stamp), events)
         elif rest := self._codec.flush(now):
             self._take(rest, events)
+        for text in self.link.news():
+            news = LinkNews(text, now)
+            events.append(news)
+            self._tell(news)
         if now >= self._next_due() and self._ended is None:
             self._service(now, events)
         ended = self._ended or self._pump.error

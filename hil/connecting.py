@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
+from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import AddressError
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links.faulty import FaultSpec, FaultyLink
-from firmware_protocol.mavlink import split_frames
+from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, Tap, random_session
 from hil.clock import MonotonicClock
 from hil.junior import Junior
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
 
 DEFAULT_URL = "sim://junior"
-SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "system", "node")
+SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "system", "node")
 
 
 def connect(
@@ -54,7 +55,8 @@ def connect(
     """
     address = parse_address(url)
     link, clock, session = open_address(address)
-    system = system if system is not None else number_option(address, "system")
+    if system is None:
+        system = number_option(address, "node" if "node" in address.options else "system")
     robots = None if system is None else [system]
     junior = Junior(Bridge(link, clock, taps=taps, robots=robots, session=session), clock.now, limits)
     try:
@@ -98,7 +100,7 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         except ValueError as error:
             link.close()
             raise AddressError(address.url, f"faults: {error}") from error
-        link = FaultyLink(link, spec, seed=seed, clock=clock, split=split_frames)
+        link = FaultyLink(link, spec, seed=seed, clock=clock, split=SPLITTERS[link.wire])
     return link, clock, session
 
 
@@ -113,11 +115,16 @@ def _emulated(address: Address, seed: int) -> tuple[Link, Clock]:
     referee = address.options.get("referee", "1")
     if referee not in {"0", "1"}:
         raise AddressError(address.url, "referee is 0 or 1")
+    wire = address.options.get("wire", MAVLINK)
+    if wire not in SPLITTERS:
+        raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
     try:
-        world = junior_world(opponent=address.options.get("opponent", "flat-light"), seed=seed, referee=referee == "1")
+        world = junior_world(
+            opponent=address.options.get("opponent", "flat-light"), seed=seed, referee=referee == "1", wire=wire
+        )
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
-    return MemoryLink(world, address.url), world
+    return MemoryLink(world, address.url, wire=wire), world
 
 
 def number_option(address: Address, name: str) -> int | None:

@@ -6,7 +6,7 @@ import json
 from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
-from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
+from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, RefereeState, Statustext
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
@@ -144,6 +144,8 @@ class Recorder:
             self.note("link", f"robot {event.system} answers", system=event.system)
         elif isinstance(event, PeerLost):
             self.note("link", f"robot {event.system} is lost: {event.cause}", system=event.system, cause=event.cause)
+        elif isinstance(event, LinkNews):
+            self.note("link", event.text)
         elif isinstance(event, PeerBack):
             words = "is back, restarted" if event.rebooted else "is back"
             self.note("link", f"robot {event.system} {words}", system=event.system, rebooted=event.rebooted)

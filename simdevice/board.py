@@ -71,6 +71,7 @@ class Board:
         encoders: Wheel encoders are fitted.
         ground_odometer: A ground odometer is fitted.
         host: Build of the firmware that it runs; None is the one that comes with the package.
+        can: It is on a CAN bus: what it receives and sends are CAN frames in serial form.
 
     Attributes:
         wheel_left: Effort the firmware commands, in permille, -1000..1000.
@@ -90,12 +91,14 @@ class Board:
         encoders: bool = True,
         ground_odometer: bool = True,
         host: Host | None = None,
+        can: bool = False,
     ) -> None:
         if nvm is not None and len(nvm) != NVM_SIZE:
             raise ValueError(f"the EEPROM holds {NVM_SIZE} bytes, the image {len(nvm)}")
         self._host = host if host is not None else _HOST
         self._uid = uid
         self._fitted = (int(encoders), int(ground_odometer))
+        self._can = can
         self.start = False
         self._wire(nvm if nvm is not None else b"\xff" * NVM_SIZE)
 
@@ -105,6 +108,7 @@ class Board:
         self._robot = ffi.new("host_robot *")
         io = self._robot.io
         io.uid = self._uid
+        io.can = self._can
         io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots
         ffi.buffer(io.nvm)[:] = nvm
         self._nvm = ffi.buffer(io.nvm)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.can_layout import NODE_MASK
+from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.board import Board
 from simdevice.period import PERIOD_US
 
@@ -12,8 +14,10 @@ if TYPE_CHECKING:
     from simdevice.board import Host
     from simdevice.sumo import Robot
 
-_SYSTEM_BYTE = 5
-"""Where a MAVLink 2 frame carries the sender's system id."""
+_SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
+"""Where a frame carries the sender's system id, by wire."""
+_SYSTEM_MASK: Final = {MAVLINK: 255, CAN: NODE_MASK}
+"""The bits of that byte that are the id."""
 
 
 class VirtualDevice:
@@ -24,6 +28,7 @@ class VirtualDevice:
         uid: Unique id of its board.
         nvm: Image of its EEPROM; None is blank.
         host: Build of the firmware that it runs; None is the one that comes with the package.
+        wire: What it speaks: MAVLink, or CAN frames in serial form.
 
     Attributes:
         robot: Its hardware on the table.
@@ -31,12 +36,17 @@ class VirtualDevice:
         system: System id it uses on the wire, as its frames say.
     """
 
-    def __init__(self, robot: Robot, *, uid: int, nvm: bytes | None = None, host: Host | None = None) -> None:
+    def __init__(
+        self, robot: Robot, *, uid: int, nvm: bytes | None = None, host: Host | None = None, wire: str = MAVLINK
+    ) -> None:
         profile = robot.profile
         self.robot = robot
         self.other: Piece | None = None
         self.system = 1
-        self._board = Board(uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host)
+        self._wire = wire
+        self._board = Board(
+            uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host, can=wire == CAN
+        )
         self._micros = 0
         self._fresh = True
         self.power_cycle()
@@ -88,7 +98,7 @@ class VirtualDevice:
         if not lifted:
             motors.command(board.wheel_left, board.wheel_right)
         if sent and self._fresh:
-            self.system = sent[_SYSTEM_BYTE]
+            self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
             self._fresh = False
         if board.reboot:
             self.power_cycle()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.links.faulty import FaultSpec, FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
-from firmware_protocol.mavlink import split_frames
+from firmware_protocol.wire import MAVLINK
 from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
@@ -23,11 +24,12 @@ class DisturbedWorld:
         world: The world.
         spec: What befalls the frames.
         seed: The same seed does the same to the same frames.
+        wire: What goes in and out of the world.
     """
 
-    def __init__(self, world: Steppable, spec: FaultSpec, seed: int) -> None:
+    def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
         self._world = world
-        self._link = FaultyLink(MemoryLink(world), spec, seed=seed, clock=world, split=split_frames)
+        self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
 
     @property
     def down(self) -> FaultCounts:

@@ -15,6 +15,7 @@ from typing import Final
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
+from firmware_protocol.wire import MAVLINK
 
 BITS_PER_BYTE: Final = 10
 """On a serial line: start bit, eight data bits, stop bit."""
@@ -71,9 +72,11 @@ class Endpoint(ABC):
 
     Attributes:
         url: What a client opens.
+        wire: What goes through: MAVLink, or CAN frames in serial form.
     """
 
     url: str
+    wire: str = MAVLINK
 
     @abstractmethod
     def files(self) -> list[int]:
@@ -316,7 +319,8 @@ def open_endpoint(text: str, *, public: bool = False) -> Endpoint:
     """Open what a person asked for.
 
     Args:
-        text: `pty`, `pty:57600`, `tcp://127.0.0.1:5760` or `udp://127.0.0.1:14550` (`udpin://` is the same).
+        text: `pty`, `pty:57600`, `tcp://127.0.0.1:5760`, `udp://127.0.0.1:14550` (`udpin://` is the same), `slcan`, or
+            `can://INTERFACE/CHANNEL`.
         public: Addresses that other machines can reach are allowed.
 
     Returns:
@@ -327,13 +331,23 @@ def open_endpoint(text: str, *, public: bool = False) -> Endpoint:
         LinkOpenError: It cannot be had.
     """
     name, _, baud = text.partition(":")
-    if name == "pty" and not baud.startswith("//"):
+    if name in {"pty", "slcan"} and not baud.startswith("//"):
         if baud and not (baud.isascii() and baud.isdigit() and int(baud)):
-            raise AddressError(text, "the rate is not a positive number", "Write it as pty:115200")
+            raise AddressError(text, "the rate is not a positive number", f"Write it as {name}:115200")
+        if name == "slcan":
+            from simdevice.can_endpoints import SLCAN_BAUD, SlcanEndpoint  # noqa: PLC0415 - made of what is here
+
+            return SlcanEndpoint(int(baud) if baud else SLCAN_BAUD)
         return PtyEndpoint(int(baud) if baud else DEFAULT_BAUD)
     address: Address = parse_address(text)
+    if address.scheme == "can":
+        from simdevice.can_endpoints import CanEndpoint  # noqa: PLC0415
+
+        return CanEndpoint(address, public=public)
     if address.scheme not in {"tcp", "udp", "udpin"}:
-        raise AddressError(text, f"nothing can be served on {address.scheme!r}", "Known are: pty, tcp://, udp://")
+        raise AddressError(
+            text, f"nothing can be served on {address.scheme!r}", "Known are: pty, tcp://, udp://, slcan, can://"
+        )
     address.only()
     host, port = address.host_port()
     if not public and host not in _LOOPBACK:

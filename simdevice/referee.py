@@ -10,8 +10,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.can_frame import split_records
+from firmware_protocol.can_layout import FUNCTION_SHIFT, REFEREE_DOWN_FUNCTION
+from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
@@ -29,6 +31,7 @@ from firmware_protocol.messages import (
     RefereeReset,
     RefereeState,
 )
+from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.sumo import opponent_code
 
 if TYPE_CHECKING:
@@ -41,6 +44,8 @@ REPORT_PERIODS: Final = 10
 """Control periods between two REFEREE_STATE: 20 Hz."""
 _MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, JuniorSession.ID))
 """Messages that a referee answers."""
+_IDENTIFIERS: Final = range(REFEREE_DOWN_FUNCTION << FUNCTION_SHIFT, (REFEREE_DOWN_FUNCTION + 1) << FUNCTION_SHIFT)
+"""Under which a referee is spoken to on a CAN bus."""
 _HALF: Final = 0x8000
 """Sequence numbers this far ahead or more are taken to be behind (serial number arithmetic, RFC 1982)."""
 
@@ -51,17 +56,19 @@ class Referee:
     Args:
         table: What it watches.
         on_reset: Called after everybody has been placed.
+        wire: What it speaks.
 
     Attributes:
         bout: Number of the bout, from 1; 0 before the first reset.
         phase: Of the bout.
     """
 
-    def __init__(self, table: Table, on_reset: Callable[[], None] = lambda: None) -> None:
+    def __init__(self, table: Table, on_reset: Callable[[], None] = lambda: None, *, wire: str = MAVLINK) -> None:
         self._table = table
         self._on_reset = on_reset
         self._system = 1
-        self._codec = MavlinkCodec(system=self._system, component=REFEREE_COMPONENT)
+        self._wire = wire
+        self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT)
         self._last: tuple[int, int] | None = None
         self._answer: JuniorAck | None = None
         self._reported = -1
@@ -86,7 +93,7 @@ class Referee:
         """Belong to this system from now on."""
         if system != self._system:
             self._system = system
-            self._codec = MavlinkCodec(system=system, component=REFEREE_COMPONENT)
+            self._codec = open_codec(self._wire, system=system, component=REFEREE_COMPONENT)
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host; what is not for the referee is passed over.
@@ -98,7 +105,9 @@ class Referee:
         Returns:
             Answers.
         """
-        if self._whole and _for_others(data):
+        if self._wire == CAN:
+            data = _for_referee(data)
+        elif self._whole and _for_others(data):
             return b""
         answers: list[Message] = []
         events = self._codec.receive(data, now)
@@ -186,6 +195,11 @@ class Referee:
             outcome=self.outcome,
             opponent_code=opponent_code(table.name),
         )
+
+
+def _for_referee(data: bytes) -> bytes:
+    """The CAN frames among these that are for a referee."""
+    return b"".join([record for record in split_records(data) if int.from_bytes(record[:4], "little") in _IDENTIFIERS])
 
 
 def _for_others(data: bytes) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from firmware_protocol.wire import MAVLINK
 from simdevice.device import VirtualDevice
 from simdevice.junior import JuniorProfile
 from simdevice.period import PERIOD
@@ -28,11 +29,13 @@ class World:
         profile: The device's numbers.
         nvm: Image of Junior's EEPROM, as `device.nvm` gave it; None is a new robot.
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
+        wire: What goes in and out: MAVLink, or CAN frames in serial form.
 
     Attributes:
         table: Bodies and rules.
         device: Junior.
         referee: The referee, if any.
+        wire: What goes in and out.
 
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
@@ -47,23 +50,25 @@ class World:
         profile: JuniorProfile | None = None,
         nvm: bytes | None = None,
         host: Host | None = None,
+        wire: str = MAVLINK,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
         self.table = Table(opponent, seed, self._profile)
-        self.device = self._device(self.table.robot, nvm, host)
-        self.referee = Referee(self.table, self._placed) if referee else None
+        self.wire = wire
+        self.device = self._device(self.table.robot, nvm, host, wire)
+        self.referee = Referee(self.table, self._placed, wire=wire) if referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
 
-    def _device(self, robot: Robot, nvm: bytes | None = None, host: Host | None = None) -> VirtualDevice:
+    def _device(self, robot: Robot, nvm: bytes | None = None, host: Host | None = None, wire: str = MAVLINK) -> VirtualDevice:
         """Put a board into a robot."""
         first = robot is self.table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
-        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host)
+        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
@@ -113,6 +118,7 @@ def junior_world(
     profile: JuniorProfile | None = None,
     nvm: bytes | None = None,
     host: Host | None = None,
+    wire: str = MAVLINK,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -123,6 +129,7 @@ def junior_world(
         profile: The device's numbers; None are the defaults.
         nvm: Image of Junior's EEPROM; None is a new robot.
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
+        wire: `mavlink`, or `can` for CAN frames in serial form.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -130,4 +137,4 @@ def junior_world(
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
-    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host)
+    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host, wire=wire)

@@ -8,93 +8,21 @@ identifiers by 0x780, as `cantools monitor -m 0x780` does, mixes no long message
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntFlag
 from typing import Final
 
+from firmware_protocol.can_layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
 from firmware_protocol.mavlink_layout import INTEGER_LIMITS, raw_limits
-from firmware_protocol.messages import MESSAGES, JuniorSensors, JuniorWheels
-from firmware_protocol.wire import SIZES, Direction, Message, Wire, wire_order
+from firmware_protocol.messages import MESSAGES
+from firmware_protocol.wire import SIZES, Direction, Wire, wire_order
 
-FUNCTION_SHIFT: Final = 7
-FUNCTION_MASK: Final = 0x780
-"""Bits of an 11-bit identifier that hold the function; the rest is the node."""
-ESTOP_FUNCTION: Final = 0
-WHEELS_FUNCTION: Final = 2
-SWITCHES_FUNCTION: Final = 3
-EYES_FUNCTION: Final = 5
-TRAVEL_FUNCTION: Final = 7
-TRANSFER_DOWN_FUNCTION: Final = 12
-TRANSFER_UP_FUNCTION: Final = 13
-NEVER_FUNCTION: Final = 15
-
-TARGET_FIELDS: Final = frozenset({"target_system", "target_component", "target"})
-"""Fields that CAN does not carry: the identifier says for whom a frame is."""
 _LONG_NAME: Final = 32
 """Longest name the DBC format knows; longer ones go into an attribute."""
 
 
-@dataclass(frozen=True)
-class _Frame:
-    identifier: int
-    name: str
-    text: str
-    sender: str
-    fields: tuple[tuple[str, Wire], ...]
-
-    @property
-    def length(self) -> int:
-        return sum(SIZES[wire.type] * max(1, wire.count) for _, wire in self.fields)
-
-
-def long_identifier(message: type[Message]) -> int:
-    """The never-sent 29-bit identifier under which a message is in the DBC at full length."""
-    return message.ID << 11 | NEVER_FUNCTION << FUNCTION_SHIFT
-
-
-def _pick(message: type[Message], *names: str) -> tuple[tuple[str, Wire], ...]:
-    by_name = dict(wire_order(message))
-    return tuple((name, by_name[name]) for name in names)
-
-
-def single_frames() -> tuple[_Frame, ...]:
-    """The frames that travel alone, node 0."""
-    stop = Wire("u8", minimum=1, maximum=1, text="1; any other value is ignored")
-    time = Wire("u32", "s", 1e-3, text="Time since boot, wraps after 49 days")
-    flags, battery, travel = _pick(JuniorSensors, "flags", "battery", "travel")
-    table: tuple[tuple[int, str, str, str, tuple[tuple[str, Wire], ...]], ...] = (
-        (ESTOP_FUNCTION, "JUNIOR_ESTOP", "Emergency stop, latched; node 0 stops all.", "HOST", (("stop", stop),)),
-        (
-            WHEELS_FUNCTION,
-            "JUNIOR_WHEELS_FRAME",
-            "JUNIOR_WHEELS without the session.",
-            "HOST",
-            _pick(JuniorWheels, "sequence", "speed", "duration"),
-        ),
-        (
-            SWITCHES_FUNCTION,
-            "JUNIOR_SENSORS_SWITCHES",
-            "Digest of JUNIOR_SENSORS: decisions, battery.",
-            "ROBOT",
-            (("time", time), flags, battery),
-        ),
-        (
-            EYES_FUNCTION,
-            "JUNIOR_SENSORS_EYES",
-            "Digest of JUNIOR_SENSORS: eyes and floor, raw.",
-            "ROBOT",
-            _pick(JuniorSensors, "eye", "floor"),
-        ),
-        (TRAVEL_FUNCTION, "JUNIOR_SENSORS_TRAVEL", "Digest of JUNIOR_SENSORS: wheel travel.", "ROBOT", (travel,)),
-    )
+def _long_frames() -> tuple[SingleFrame, ...]:
     return tuple(
-        _Frame(function << FUNCTION_SHIFT, name, text, sender, fields) for function, name, text, sender, fields in table
-    )
-
-
-def _long_frames() -> tuple[_Frame, ...]:
-    return tuple(
-        _Frame(
+        SingleFrame(
             long_identifier(message) | 1 << 31,
             message.NAME,
             " ".join((message.__doc__ or "").split()),

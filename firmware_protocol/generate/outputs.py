@@ -9,7 +9,7 @@ from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
 from firmware_protocol.generate.reference import reference
 from firmware_protocol.generate.tables import tables
-from firmware_protocol.generate.vectors import golden_binary, golden_text
+from firmware_protocol.generate.vectors import can_text, golden_binary, golden_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,6 +28,7 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
 GOLDEN: Final[dict[str, Callable[[], bytes]]] = {
     "tests/golden/mavlink.bin": golden_binary,
     "tests/golden/mavlink.txt": lambda: golden_text().encode(),
+    "tests/golden/can.txt": lambda: can_text().encode(),
 }
 """The golden vectors, written on demand only."""
 

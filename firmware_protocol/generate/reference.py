@@ -5,7 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.generate.can_database import FUNCTION_SHIFT, long_identifier, single_frames
+from firmware_protocol.can_layout import (
+    FUNCTION_SHIFT,
+    REFEREE_DOWN_FUNCTION,
+    REFEREE_UP_FUNCTION,
+    TRANSFER_DOWN_FUNCTION,
+    TRANSFER_UP_FUNCTION,
+    long_identifier,
+    single_frames,
+)
+from firmware_protocol.dbc import PART_TIMEOUT
 from firmware_protocol.generate.dialect import field_enum
 from firmware_protocol.generate.names import enumerations
 from firmware_protocol.mavlink import HOLD_BACK, MavlinkCodec
@@ -181,15 +190,33 @@ def _can() -> str:
         rows.append((f"0x{frame.identifier:03X} + node", str(function), frame.name, arrow, fields, frame.text))
     return (
         "## CAN frames\n\n"
-        "The layout of Junior's messages on a classical CAN bus, for which `junior.dbc` is the database. The firmware and the "
-        "host of this version speak over byte links; the database is what a CAN node of your own would keep to.\n\n"
+        "The same messages on a classical CAN 2.0A bus, for one host and up to 127 robots. `junior.dbc` is the database.\n\n"
         "An 11-bit identifier is `function << 7 | node`. The node is the robot, 0 for all; a function is twice the urgency "
         "(0 is the most urgent) plus the direction (0 to the robot, 1 from it). These travel as single frames:\n\n"
         + _table(("identifier", "function", "name", "direction", "data, in order", "what it is"), rows)
         + "\n\n"
-        "`cantools monitor -m 0x780 junior.dbc` shows them. Every message of this page is in the database at full length, too, "
-        "under a 29-bit identifier that is never sent (message id << 11 | 0x780, as "
-        f"0x{long_identifier(JuniorWheels):X} for JUNIOR_WHEELS): its data are the MAVLink payload without the target fields."
+        "`cantools monitor -m 0x780 junior.dbc` shows them. The digests stand for JUNIOR_SENSORS, and leave in the order of "
+        "their identifiers; what they do not carry of its time, JUNIOR_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
+        "session that is open. JUNIOR_ESTOP is COMMAND_LONG 185, and is answered as that.\n\n"
+        "Everything else travels as a transfer: function "
+        f"{TRANSFER_DOWN_FUNCTION} to a robot and {TRANSFER_UP_FUNCTION} from it, {REFEREE_DOWN_FUNCTION} and "
+        f"{REFEREE_UP_FUNCTION} for the emulators' referee, which is a node of its own. "
+        "A HEARTBEAT of the host goes to node 0. A transfer is cut into frames with one identifier:\n\n"
+        + _table(
+            ("byte", "holds"),
+            [
+                ("0", "transfer number << 5 (0 to 7, counted for each identifier) plus part, from 0"),
+                ("1 to 7", "seven bytes of the following, the last part fewer:"),
+                ("", "message id (u16), length of the payload (u8), the payload, CRC-16/MCRF4XX (u16)"),
+            ],
+        )
+        + "\n\n"
+        "The payload is MAVLink's, untrimmed, without the target fields. The CRC is over message id, length, payload and the "
+        "message's seed. A missing part discards the whole; an incomplete transfer is given up after "
+        f"{PART_TIMEOUT * 1000:.0f} ms without a part. Gaps in the transfer numbers count as lost messages.\n\n"
+        "Every message of this page is in the database at full length, too, under a 29-bit identifier that is never sent "
+        "(message id << 11 | 0x780, as "
+        f"0x{long_identifier(JuniorWheels):X} for JUNIOR_WHEELS): for decoding payloads after reassembly."
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from firmware_protocol import can_layout
 from firmware_protocol.mavlink_layout import crc_extra, payload_length, target_offsets
 from firmware_protocol.messages import MESSAGES, PROTOCOL_MAJOR, PROTOCOL_MINOR, REFEREE_MESSAGES
 from firmware_protocol.parameters import PARAMETERS
@@ -26,6 +27,25 @@ def _number(value: float) -> str:
 def _table(name: str, columns: str, rows: list[str]) -> str:
     body = " \\\n".join(f"    X({row})" for row in rows)
     return f"/* X({columns}) */\n#define {name}(X) \\\n{body}\n"
+
+
+def _can() -> str:
+    """Functions on the CAN bus, and what of a payload CAN leaves out."""
+    functions = ("ESTOP", "WHEELS", "SWITCHES", "EYES", "TRAVEL", "TRANSFER_DOWN", "TRANSFER_UP")
+    defines = "".join(f"#define CAN_FUNCTION_{name} {getattr(can_layout, f'{name}_FUNCTION')}\n" for name in functions)
+    rows = []
+    for message in MESSAGES.values():
+        if message not in REFEREE_MESSAGES:
+            start, cut = can_layout.target_cut(message)
+            inbound = int(message.DIRECTION is not Direction.UP)
+            rows.append(
+                f"{message.NAME}, {message.ID}, {payload_length(message)}, {crc_extra(message)}, {start}, {cut}, {inbound}"
+            )
+    return (
+        "/* Functions of CAN identifiers. */\n" + defines + f"#define CAN_COUNT {len(rows)}\n"
+        "/* Every message of a robot; `cut` bytes at `cut_at` say whom a payload is for, and are not sent over CAN. */\n"
+        + _table("CAN_TABLE", "name, id, length, crc_extra, cut_at, cut, inbound", rows)
+    )
 
 
 def tables() -> str:
@@ -83,5 +103,6 @@ def tables() -> str:
         + _table("INBOUND_TABLE", "name, id, base, length, crc_extra, target_system_offset, target_component_offset", inbound)
     )
     parts.append(f"/* Longest payload a robot sends or understands. */\n#define LONGEST_PAYLOAD {longest}\n")
+    parts.append(_can())
     parts.append("#endif\n")
     return "\n".join(parts)

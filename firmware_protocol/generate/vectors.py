@@ -10,9 +10,10 @@ Frames that a robot sends come from system 1, component 1; the referee's from co
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
+from firmware_protocol.dbc import CanCodec
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import raw_limits
 from firmware_protocol.messages import (
@@ -22,10 +23,13 @@ from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     REFEREE_MESSAGES,
     ROBOT_COMPONENT,
+    JuniorSensors,
+    JuniorWheels,
 )
 from firmware_protocol.wire import Direction, wire_fields
 
 if TYPE_CHECKING:
+    from firmware_protocol.can_frame import CanFrame
     from firmware_protocol.wire import Message, Wire
 
 LARGEST_FLOAT: Final = (2 - 2**-23) * 2.0**127
@@ -103,6 +107,60 @@ def vectors() -> list[Vector]:
             made = example(message, kind)
             found.append(Vector(f"{message.NAME} {kind}", made, codec.encode(made)))
     return found
+
+
+@dataclass(frozen=True)
+class CanVector:
+    """One golden vector over CAN.
+
+    Attributes:
+        name: As `JUNIOR_WHEELS max`.
+        message: The message; what CAN does not carry is as the other end supplies it.
+        frames: The frames it becomes.
+    """
+
+    name: str
+    message: Message
+    frames: tuple[CanFrame, ...]
+
+
+NODE: Final = 42
+"""The robot of the CAN vectors."""
+
+
+def can_vectors() -> list[CanVector]:
+    """All golden vectors over CAN, in order of message id: robot 42, its referee and the host."""
+    found: list[CanVector] = []
+    codecs: dict[tuple[int, int], CanCodec] = {}
+    for vector in vectors():
+        kind = type(vector.message)
+        system, component = _sender(kind)
+        codec = codecs.setdefault((system, component), CanCodec(system=NODE if system == 1 else system, component=component))
+        message = _addressed(vector.message, upward=system == 1)
+        found.append(CanVector(vector.name, message, tuple(codec.encode_frames(message))))
+    return found
+
+
+def _addressed(message: Message, *, upward: bool) -> Message:
+    """The message for the only other node there is; and of the robot's time and JUNIOR_WHEELS, what single frames carry."""
+    kind = type(message)
+    referee = kind in REFEREE_MESSAGES
+    system, component = (HOST_SYSTEM, HOST_COMPONENT) if upward else (NODE, REFEREE_COMPONENT if referee else ROBOT_COMPONENT)
+    given: dict[str, Any] = {"target_system": system, "target": system, "target_component": component}
+    changes = {name: given[name] for name, _ in wire_fields(kind) if name in given}
+    if isinstance(message, JuniorSensors):
+        changes["time"] = round(message.time * 1e3) % 2**32 / 1e3
+    elif isinstance(message, JuniorWheels):
+        changes["session"] = 0
+    return replace(message, **changes)  # type: ignore[type-var]
+
+
+def can_text() -> str:
+    """The text of `can.txt`: per vector its name, the message, and its frames as candump's log writes them."""
+    head = "# Golden vectors over CAN; python -m firmware_protocol.generate --golden writes them.\n"
+    return head + "".join(
+        f"\n{vector.name}\n{vector.message!r}\n{' '.join(map(str, vector.frames))}\n" for vector in can_vectors()
+    )
 
 
 def golden_binary() -> bytes:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.link import Link
+from firmware_protocol.wire import CAN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +31,8 @@ class FaultSpec:
 
     Attributes:
         drop: Share of frames lost, 0 to 1.
-        corrupt: Share of frames in which one to three bits of the payload are flipped.
+        corrupt: Share of frames in which one to three bits of the payload are flipped; on CAN, whose controllers check
+            frames and drop the damaged ones, they are lost.
         duplicate: Share of frames that arrive twice.
         delay: Time every frame is late, in s.
         jitter: Further lateness, drawn for each frame uniformly from 0 to this, in s.
@@ -128,9 +130,13 @@ class _Way:
         spec: What happens.
         seed: Any text; the same one does the same to the same frames.
         split: Cuts bytes into frames; None leaves every piece whole and damages it anywhere.
+        checked: The hardware checks frames and drops the damaged ones.
     """
 
-    def __init__(self, spec: FaultSpec, seed: str, split: Callable[[bytes], list[bytes]] | None) -> None:
+    def __init__(
+        self, spec: FaultSpec, seed: str, split: Callable[[bytes], list[bytes]] | None, *, checked: bool = False
+    ) -> None:
+        self._checked = checked
         self.spec = spec
         self.counts = FaultCounts()
         self._random = random.Random(seed)  # noqa: S311 - repeatable, not secret
@@ -157,6 +163,8 @@ class _Way:
             return
         if spec.corrupt and draw.random() < spec.corrupt:
             counts.corrupted += 1
+            if self._checked:
+                return
             frame = self._damage(frame)
         copies = 1
         if spec.duplicate and draw.random() < spec.duplicate:
@@ -221,10 +229,12 @@ class FaultyLink(Link):
     ) -> None:
         self.url = inner.url
         self.lockstep = inner.lockstep
+        self.wire = inner.wire
+        self.news = inner.news  # type: ignore[method-assign]
         self._inner = inner
         self._clock = clock
-        self._down = _Way(down, f"{seed} down", split)
-        self._up = _Way(up or down, f"{seed} up", split)
+        self._down = _Way(down, f"{seed} down", split, checked=self.wire == CAN)
+        self._up = _Way(up or down, f"{seed} up", split, checked=self.wire == CAN)
         dies = min(_never(self._down.spec.unplug), _never(self._up.spec.unplug))
         self._dies = clock.now() + dies
         self._lock = threading.Lock()

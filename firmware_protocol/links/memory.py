@@ -6,6 +6,7 @@ from typing import Final, Protocol
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link
+from firmware_protocol.wire import MAVLINK
 
 _EPSILON: Final = 1e-9
 """Slack for sums of control periods, in s."""
@@ -36,12 +37,14 @@ class MemoryLink(Link):
     Args:
         device: What is at the other end.
         url: Name of the link in messages and logs.
+        wire: What the device's bytes are.
     """
 
     lockstep = True
 
-    def __init__(self, device: Steppable, url: str = "memory:") -> None:
+    def __init__(self, device: Steppable, url: str = "memory:", *, wire: str = MAVLINK) -> None:
         self.url = url
+        self.wire = wire
         self._device = device
         self._outbound: list[bytes] = []
         self._closed = False

@@ -27,9 +27,9 @@ class What(StrEnum):
 def emulate(
     what: Annotated[What, typer.Argument(help="Which robot.")] = What.JUNIOR,
     *,
-    link: Annotated[str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760 or udp://127.0.0.1:14550.")] = "pty"
-    if hasattr(os, "openpty")
-    else "tcp://127.0.0.1:5760",
+    link: Annotated[
+        str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760, udp://127.0.0.1:14550, slcan or can://....")
+    ] = "pty" if hasattr(os, "openpty") else "tcp://127.0.0.1:5760",
     opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
     speed: Annotated[float, typer.Option("--speed", min=0.01, max=100, help="Seconds of emulation per second.")] = 1.0,
     referee: Annotated[
@@ -48,7 +48,10 @@ def emulate(
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
 ) -> None:
-    """Serve an emulated robot until interrupted: to any program that speaks MAVLink, at the pace of real time.
+    """Serve an emulated robot until interrupted: to any program that speaks MAVLink, or CAN, at the pace of real time.
+
+    Over CAN the same robot speaks CAN frames: on a bus that python-can knows (can://udp_multicast/239.74.163.2), or behind
+    a serial CAN adapter on a pty (slcan).
 
     Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
     """
@@ -59,12 +62,15 @@ def emulate(
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    try:
-        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=_load(memory))
-    except ValueError as error:
-        raise common.UsageError(f"{memory}: {error}") from error
-    served = world if faults is None else DisturbedWorld(world, _parse(faults), seed)
+    nvm = _load(memory)
+    spec = FaultSpec() if faults is None else _parse(faults)
     endpoint = open_endpoint(link, public=public)
+    try:
+        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=nvm, wire=endpoint.wire)
+    except ValueError as error:
+        endpoint.close()
+        raise common.UsageError(f"{memory}: {error}") from error
+    served = world if faults is None else DisturbedWorld(world, spec, seed, wire=endpoint.wire)
     with terminate_as_interrupt():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:

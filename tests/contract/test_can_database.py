@@ -6,7 +6,7 @@ import pytest
 from cantools.database import load_file
 from cantools.database.can import Database
 
-from firmware_protocol.generate.can_database import (
+from firmware_protocol.can_layout import (
     FUNCTION_MASK,
     FUNCTION_SHIFT,
     NEVER_FUNCTION,

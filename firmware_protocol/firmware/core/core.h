@@ -20,6 +20,18 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
 #define SEND(robot, NAME, payload) \
     send_frame((robot), MAVLINK_MSG_ID_##NAME, MAVLINK_MSG_ID_##NAME##_CRC, (payload), MAVLINK_MSG_ID_##NAME##_LEN)
 
+#if JUNIOR_CAN
+/* can.c: the same over CAN. */
+struct can_message {
+    uint16_t id;
+    bool direct; /* to this robot, not to all */
+    union inbound payload;
+};
+void can_receive(struct junior *robot);
+bool can_take(struct junior *robot, const struct hal_frame *frame, struct can_message *message); /* true: it is complete */
+bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length);
+#endif
+
 /* protocol.c, command.c, numbered.c: what a message asks for. */
 void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message);
 void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command);

@@ -206,6 +206,12 @@ void frame_receive(struct junior *robot)
     struct frame *frame = &robot->frame;
     int16_t byte;
 
+#if JUNIOR_CAN
+    if (robot->can.fitted) {
+        can_receive(robot);
+        return;
+    }
+#endif
     if (frame->used > 0 && robot->time.now - frame->heard >= SILENCE_MS) {
         while (frame->used > 0) {
             resync(frame);

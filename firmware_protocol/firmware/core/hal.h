@@ -29,6 +29,17 @@ int16_t hal_read(void *board);                    /* next byte received, or -1 *
 uint16_t hal_write_room(void *board);             /* bytes that hal_write will take now */
 void hal_write(void *board, const uint8_t *data, uint8_t length);
 
+/* Called where JUNIOR_CAN is 1 only. */
+struct hal_frame {            /* a data frame of CAN 2.0A; others are the driver's to drop */
+    uint16_t identifier;      /* 11 bits */
+    uint8_t length;           /* 0..8 */
+    uint8_t data[8];
+};
+bool hal_has_can(void *board);                    /* frames instead of bytes; asked once, at power-on */
+bool hal_frame_read(void *board, struct hal_frame *frame); /* next frame received; false: none */
+uint16_t hal_frame_room(void *board);             /* frames that hal_frame_write will take now */
+void hal_frame_write(void *board, const struct hal_frame *frame);
+
 uint8_t hal_nvm_read(void *board, uint16_t address);
 bool hal_nvm_ready(void *board);                  /* a write now would not block */
 void hal_nvm_write(void *board, uint16_t address, uint8_t value);

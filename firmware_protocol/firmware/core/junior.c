@@ -21,6 +21,9 @@ void junior_power_on(struct junior *robot, void *board)
 {
     memset(robot, 0, sizeof *robot);
     robot->board = board;
+#if JUNIOR_CAN
+    robot->can.fitted = hal_has_can(board);
+#endif
     time_start(robot);
     params_load(robot);
     memory_load(robot);

@@ -18,6 +18,10 @@
 #define LEFT 0U
 #define RIGHT 1U
 
+#ifndef JUNIOR_CAN
+#define JUNIOR_CAN 0 /* 1: the front end for CAN (can.c) is there, and used where hal_has_can says so */
+#endif
+
 enum { HISTORY = 8, FORMER = 4, SENDERS = 4, FRAME_SIZE = 10 + WIRE_LARGEST_INBOUND + 2 + 13 };
 
 /* --- time.c ------------------------------------------------------------------------------------------------------ */
@@ -51,6 +55,30 @@ struct frame {
     uint8_t newest; /* sender replaced last */
     uint8_t sequence_out;
 };
+
+#if JUNIOR_CAN
+/* --- can.c ------------------------------------------------------------------------------------------------------- */
+
+enum { CAN_TRANSFER_SIZE = 3 + WIRE_LARGEST_INBOUND + 2 };
+
+struct can_transfer {
+    uint8_t data[CAN_TRANSFER_SIZE];
+    uint8_t size;   /* bytes that it will have; 0: none is under way */
+    uint8_t used;   /* bytes that have come */
+    uint8_t number; /* of the transfer */
+    uint8_t head;   /* byte 0 of the last part */
+    uint8_t count;  /* bytes of the last part */
+    uint8_t next;   /* number expected next */
+    bool known;     /* `next` is */
+    uint32_t heard; /* ms: the last part */
+};
+
+struct can {
+    bool fitted;
+    uint8_t number_out;
+    struct can_transfer in[2]; /* to all, to this robot */
+};
+#endif
 
 struct counters {
     uint32_t good, bad_checksum, unknown, lost;
@@ -195,6 +223,9 @@ struct junior {
     uint32_t host_heard; /* ms: last valid frame of the system that armed */
     struct time time;
     struct frame frame;
+#if JUNIOR_CAN
+    struct can can;
+#endif
     struct counters counters;
     struct sensing sensing;
     struct wheels wheels;

@@ -10,6 +10,11 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
     uint16_t crc = 0xFFFF;
     uint8_t i;
 
+#if JUNIOR_CAN
+    if (robot->can.fitted) {
+        return can_send(robot, id, crc_extra, payload, length);
+    }
+#endif
     while (length > 1 && bytes[length - 1] == 0) {
         length--;
     }

@@ -133,4 +133,42 @@ enum param {
 /* Longest payload a robot sends or understands. */
 #define LONGEST_PAYLOAD 121
 
+/* Functions of CAN identifiers. */
+#define CAN_FUNCTION_ESTOP 0
+#define CAN_FUNCTION_WHEELS 2
+#define CAN_FUNCTION_SWITCHES 3
+#define CAN_FUNCTION_EYES 5
+#define CAN_FUNCTION_TRAVEL 7
+#define CAN_FUNCTION_TRANSFER_DOWN 12
+#define CAN_FUNCTION_TRANSFER_UP 13
+#define CAN_COUNT 25
+/* Every message of a robot; `cut` bytes at `cut_at` say whom a payload is for, and are not sent over CAN. */
+/* X(name, id, length, crc_extra, cut_at, cut, inbound) */
+#define CAN_TABLE(X) \
+    X(HEARTBEAT, 0, 9, 50, 0, 0, 1) \
+    X(SYS_STATUS, 1, 43, 124, 0, 0, 0) \
+    X(PING, 4, 14, 237, 12, 2, 1) \
+    X(PARAM_REQUEST_READ, 20, 20, 214, 2, 2, 1) \
+    X(PARAM_REQUEST_LIST, 21, 2, 159, 0, 2, 1) \
+    X(PARAM_VALUE, 22, 25, 220, 0, 0, 0) \
+    X(PARAM_SET, 23, 23, 168, 4, 2, 1) \
+    X(MANUAL_CONTROL, 69, 30, 243, 10, 1, 1) \
+    X(COMMAND_LONG, 76, 33, 152, 30, 2, 1) \
+    X(COMMAND_ACK, 77, 10, 143, 8, 2, 0) \
+    X(TIMESYNC, 111, 18, 34, 16, 2, 1) \
+    X(AUTOPILOT_VERSION, 148, 78, 178, 0, 0, 0) \
+    X(STATUSTEXT, 253, 54, 83, 0, 0, 0) \
+    X(JUNIOR_SENSORS, 47100, 28, 99, 0, 0, 0) \
+    X(JUNIOR_WHEELS, 47101, 12, 117, 10, 2, 1) \
+    X(JUNIOR_MANEUVER, 47102, 19, 142, 8, 2, 1) \
+    X(JUNIOR_MANEUVER_RESULT, 47103, 121, 91, 0, 0, 0) \
+    X(JUNIOR_MEMORY_WRITE, 47104, 21, 164, 8, 2, 1) \
+    X(JUNIOR_MEMORY_READ, 47105, 9, 123, 4, 2, 1) \
+    X(JUNIOR_MEMORY_ENTRY, 47106, 23, 75, 0, 0, 0) \
+    X(JUNIOR_CONTEST, 47107, 9, 169, 6, 2, 1) \
+    X(JUNIOR_ACK, 47108, 8, 12, 0, 0, 0) \
+    X(JUNIOR_STATUS, 47109, 35, 169, 0, 0, 0) \
+    X(JUNIOR_SESSION, 47110, 8, 112, 4, 2, 1) \
+    X(JUNIOR_RESULT_ACK, 47111, 6, 244, 4, 2, 1)
+
 #endif

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "hal.h"
+#include "core.h"
 
 static host_robot *host_of(void *board)
 {
@@ -101,6 +101,51 @@ void hal_write(void *board, const uint8_t *data, uint8_t length)
     host->tx_backlog += length;
 }
 
+/* A frame in rx and tx: identifier (4 bytes, bit 31 a 29-bit one), length, 3 bytes of zero, data (8). */
+enum { RECORD = 16, AT_LENGTH = 4, AT_DATA = 8, MOST_DATA = 8 };
+
+bool hal_has_can(void *board)
+{
+    return host_of(board)->io.can != 0;
+}
+
+bool hal_frame_read(void *board, struct hal_frame *frame)
+{
+    host_robot *host = host_of(board);
+
+    while (host->rx_len >= RECORD) {
+        const uint8_t *bytes = host->rx;
+        uint32_t identifier = bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+
+        host->rx += RECORD;
+        host->rx_len -= RECORD;
+        if (identifier <= 0x7FF && bytes[AT_LENGTH] <= MOST_DATA) {
+            frame->identifier = (uint16_t)identifier;
+            frame->length = bytes[AT_LENGTH];
+            memcpy(frame->data, bytes + AT_DATA, MOST_DATA);
+            return true;
+        }
+    }
+    host->rx_len = 0;
+    return false;
+}
+
+uint16_t hal_frame_room(void *board)
+{
+    return (uint16_t)(hal_write_room(board) / RECORD);
+}
+
+void hal_frame_write(void *board, const struct hal_frame *frame)
+{
+    uint8_t bytes[RECORD] = {0};
+
+    bytes[0] = (uint8_t)frame->identifier;
+    bytes[1] = (uint8_t)(frame->identifier >> 8);
+    bytes[AT_LENGTH] = frame->length;
+    memcpy(bytes + AT_DATA, frame->data, frame->length);
+    hal_write(board, bytes, RECORD);
+}
+
 uint8_t hal_nvm_read(void *board, uint16_t address)
 {
     return host_of(board)->io.nvm[address % HAL_NVM_SIZE];
@@ -182,4 +227,42 @@ uint8_t host_state(const host_robot *host)
 uint32_t host_nvm_writes(const host_robot *host)
 {
     return host->writes;
+}
+
+uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, uint8_t length)
+{
+    static const struct {
+        uint16_t id;
+        uint8_t crc_extra;
+    } rows[] = {
+#define ROW(name, id, length, crc_extra, cut_at, cut, inbound) {id, crc_extra},
+        CAN_TABLE(ROW)
+#undef ROW
+    };
+    uint8_t i;
+
+    host->io.tx_len = 0;
+    for (i = 0; i < CAN_COUNT; i++) {
+        if (rows[i].id == id) {
+            can_send(&host->robot, id, rows[i].crc_extra, payload, length);
+        }
+    }
+    return host->io.tx_len;
+}
+
+int32_t host_can_take(host_robot *host, const uint8_t *rx, uint32_t rx_len, uint8_t *payload)
+{
+    struct hal_frame frame;
+    struct can_message message;
+    int32_t id = -1;
+
+    host->rx = rx;
+    host->rx_len = rx_len;
+    while (hal_frame_read(host, &frame)) {
+        if (can_take(&host->robot, &frame, &message)) {
+            id = message.id;
+            memcpy(payload, message.payload.bytes, sizeof message.payload);
+        }
+    }
+    return id;
 }

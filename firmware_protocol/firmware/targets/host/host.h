@@ -22,6 +22,7 @@ typedef struct {             /* what the board's drivers would read and write; f
     uint32_t tx_len;
     uint8_t nvm[1024];       /* EEPROM image: the device saves and restores it; 0xFF = blank */
     uint64_t uid;
+    uint8_t can;             /* 1 at power-on: CAN. rx and tx then hold frames of 16 bytes, as Linux's struct can_frame */
 } host_io;
 
 typedef struct {
@@ -48,6 +49,11 @@ void host_cut_power(host_robot *host, int32_t writes);
 /* From now on, writing is as slow as on a micro-controller: this many non-volatile bytes a tick, a buffer of this many
  * bytes to send through, of which this many leave in a tick. 0: as fast as ever. */
 void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
+
+/* For tests: a message over CAN without anything being done about it. Frames go to io.tx; returns io.tx_len. */
+uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, uint8_t length);
+/* Takes frames as in rx; returns the id of the last message that they complete, or -1. payload has room for 255 bytes. */
+int32_t host_can_take(host_robot *host, const uint8_t *rx, uint32_t rx_len, uint8_t *payload);
 
 /* What tests look at. */
 uint8_t host_state(const host_robot *host);

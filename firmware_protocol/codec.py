@@ -1,0 +1,64 @@
+"""What a codec does, whichever wire it speaks, and which one a wire has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol
+
+from firmware_protocol.can_frame import split_records
+from firmware_protocol.dbc import CanCodec
+from firmware_protocol.mavlink import MavlinkCodec, split_frames
+from firmware_protocol.wire import CAN, MAVLINK
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.events import Received, Rejected, RejectReason
+    from firmware_protocol.wire import Message
+
+
+class Codec(Protocol):
+    """Bytes to events, messages to bytes; does no I/O.
+
+    Attributes:
+        system: Own system id.
+        component: Own component id.
+        good: Good messages received.
+        rejected: Rejections by reason.
+    """
+
+    system: int
+    component: int
+    good: int
+    rejected: dict[RejectReason, int]
+
+    def encode(self, message: Message) -> bytes:
+        """What goes over the link for a message; EncodeError where the wire can't carry it."""
+        ...
+
+    def receive(self, data: bytes, now: float) -> list[Received | Rejected]:
+        """Take a chunk from the link; `now` is its stamp in s. Never raises on what has come."""
+        ...
+
+    def flush(self, now: float) -> list[Received | Rejected]:
+        """Give up what has been incomplete for too long; `now` in s."""
+        ...
+
+
+def open_codec(wire: str, *, system: int, component: int) -> Codec:
+    """The codec of a wire.
+
+    Args:
+        wire: `mavlink` or `can`, as a link says.
+        system: Own system id.
+        component: Own component id.
+
+    Raises:
+        ValueError: There is no such wire.
+    """
+    if wire not in SPLITTERS:
+        raise ValueError(f"there is no wire {wire!r}: there are {', '.join(SPLITTERS)}")
+    return (CanCodec if wire == CAN else MavlinkCodec)(system=system, component=component)
+
+
+SPLITTERS: Final[dict[str, Callable[[bytes], list[bytes]]]] = {MAVLINK: split_frames, CAN: split_records}
+"""How a chunk of whole frames is cut into frames, by wire."""

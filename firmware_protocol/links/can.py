@@ -1,0 +1,284 @@
+"""A link over a CAN bus, through any of python-can's interfaces; nobody else touches python-can.
+
+What is read and written are classical CAN frames in the serial form of `firmware_protocol.can_frame`. Remote, CAN FD and
+error frames are not passed on; what error frames say of the bus is told by `news`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.can_frame import CanFrame, split_records
+from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
+from firmware_protocol.link import Link
+from firmware_protocol.wire import CAN
+
+try:
+    import can
+    from can.interfaces.slcan import slcanBus
+except ImportError as _missing:  # the extra is not installed: `open_can` says so
+    _MISSING: ImportError | None = _missing
+else:
+    _MISSING = None
+
+if TYPE_CHECKING:
+    from firmware_protocol.address import Address
+
+SEND_TIMEOUT: Final = 0.2
+"""Longest wait for a frame to be taken, in s."""
+_CHUNK: Final = 256
+"""Most frames handed over at once."""
+_NOT_OURS: Final = frozenset({"system", "node", "faults", "seed"})
+"""Options of an address that select a robot or rehearse faults."""
+_GONE: Final = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.EBADF, errno.ENETDOWN})
+_BABBLING: Final = frozenset({"udp_multicast", "slcan"})
+"""Interfaces whose driver raises for what others put on the wire; that is noise to us."""
+
+_ECHOING: Final = frozenset({"udp_multicast"})
+"""Interfaces that give us back what we have sent; such frames are dropped. Host and robot never send the same frame."""
+_ECHOES: Final = 1024
+"""Frames sent that may yet come back."""
+
+ERROR_CONTROLLER: Final = 0x004
+ERROR_BUS_OFF: Final = 0x040
+ERROR_RESTARTED: Final = 0x100
+"""Classes of error frames (linux/can/error.h)."""
+_PASSIVE: Final = 0x30
+_WARNING: Final = 0x0C
+_ACTIVE: Final = 0x40
+"""Bits of the controller's state, byte 1 of such a frame."""
+
+WELL: Final = "the CAN bus works again"
+WARNING: Final = "the CAN controller counts many errors: check the wiring and the terminating resistors"
+PASSIVE: Final = "the CAN controller is error passive: nobody acknowledges, or the bit rates differ"
+BUS_OFF: Final = (
+    "the CAN controller is bus-off and sends nothing: check wiring and bit rate. "
+    "A socketcan interface comes back by itself after: ip link set can0 type can restart-ms 100"
+)
+
+
+class CanLink(Link):
+    """An open CAN bus.
+
+    Args:
+        url: Name of the link in messages and logs.
+        bus: The bus, of python-can; shut down with the link.
+        interface: Its kind, as python-can calls it.
+    """
+
+    wire = CAN
+
+    def __init__(self, url: str, bus: can.BusABC, interface: str) -> None:
+        self.url = url
+        self.garbage = 0
+        self._bus = bus
+        self._babbling = interface in _BABBLING
+        self._echoes: deque[bytes] | None = deque(maxlen=_ECHOES) if interface in _ECHOING else None
+        self._lock = threading.Lock()
+        self._state = WELL
+        self._news: list[str] = []
+        self._closed = False
+
+    def fileno(self) -> int:
+        """File descriptor that becomes readable when frames come; -1 where the interface has none."""
+        try:
+            return self._bus.fileno()
+        except (NotImplementedError, can.CanError):
+            return -1
+
+    def news(self) -> list[str]:
+        """What the bus's state has become since the last call, in words."""
+        news, self._news = self._news, []
+        return news
+
+    def write(self, data: bytes) -> None:
+        """Send whole frames in serial form.
+
+        Raises:
+            LinkClosedError: The bus is gone.
+            LinkTimeoutError: A frame was not taken; it and those behind it are lost.
+            ValueError: The bytes are no frames.
+        """
+        if self._closed:
+            raise LinkClosedError(self.url, "the link is closed")
+        for record in split_records(data):
+            frame = CanFrame.unpack(record)
+            message = can.Message(arbitration_id=frame.identifier, data=frame.data, is_extended_id=frame.extended, check=False)
+            if self._echoes is not None:
+                with self._lock:
+                    self._echoes.append(record)
+            try:
+                self._bus.send(message, SEND_TIMEOUT)
+            except (can.CanError, OSError) as error:
+                if _errno(error) in _GONE:
+                    raise LinkClosedError(self.url, f"the CAN bus is gone ({error})") from error
+                raise LinkTimeoutError(self.url, f"the CAN bus takes no frames ({error})") from error
+
+    def read(self, timeout: float) -> bytes:
+        """Wait for frames, at most `timeout` s.
+
+        Returns:
+            Frames in serial form; now and then nothing before the time is over, when what came was no frame for us.
+        """
+        if self._closed:
+            raise LinkClosedError(self.url, "the link is closed")
+        records: list[bytes] = []
+        message = self._receive(max(0.0, timeout))
+        if message is None:
+            self._watch()
+            return b""
+        while message is not None:
+            self._take(message, records)
+            if len(records) >= _CHUNK:
+                break
+            message = self._receive(0.0)
+        return b"".join(records)
+
+    def close(self) -> None:
+        """Leave the bus."""
+        if not self._closed:
+            self._closed = True
+            with contextlib.suppress(can.CanError, OSError):
+                self._bus.shutdown()
+
+    def _receive(self, timeout: float) -> can.Message | None:
+        """One frame of any kind."""
+        try:
+            return self._bus.recv(timeout)
+        except (can.CanError, OSError) as error:
+            if not self._babbling or _errno(error) is not None or isinstance(error.__cause__, OSError):
+                raise LinkClosedError(self.url, f"the CAN bus is gone ({error})") from error
+        except (ValueError, IndexError, KeyError, TypeError):  # what a driver says to bytes that are no frame
+            pass
+        self.garbage += 1
+        if isinstance(self._bus, slcanBus):  # it keeps bytes that are no text, and would stumble over them for ever
+            with contextlib.suppress(can.CanError):
+                self._bus.flush()
+        return None
+
+    def _take(self, message: can.Message, records: list[bytes]) -> None:
+        """Pass on a data frame; look at an error frame."""
+        if message.is_error_frame:
+            self._error(message.arbitration_id, bytes(message.data))
+        elif not message.is_remote_frame and not message.is_fd:
+            try:
+                frame = CanFrame(message.arbitration_id, bytes(message.data), message.is_extended_id)
+            except ValueError:
+                self.garbage += 1
+            else:
+                record = frame.pack()
+                if not self._is_echo(record):
+                    records.append(record)
+
+    def _is_echo(self, record: bytes) -> bool:
+        """Whether we have sent this frame ourselves."""
+        if not self._echoes:
+            return False
+        with self._lock:
+            try:
+                self._echoes.remove(record)
+            except ValueError:
+                return False
+        return True
+
+    def _error(self, kind: int, data: bytes) -> None:
+        """Read an error frame of socketcan."""
+        status = data[1] if kind & ERROR_CONTROLLER and len(data) > 1 else 0
+        if kind & ERROR_BUS_OFF:
+            self._become(BUS_OFF)
+        elif kind & ERROR_RESTARTED or status & _ACTIVE:
+            self._become(WELL)
+        elif status & _PASSIVE:
+            self._become(PASSIVE)
+        elif status & _WARNING:
+            self._become(WARNING)
+
+    def _watch(self) -> None:
+        """Ask a driver that knows how the bus is; most have nothing to say and seem well."""
+        try:
+            state = self._bus.state
+        except (NotImplementedError, can.CanError, OSError):
+            return
+        if state is can.BusState.ERROR:
+            self._become(BUS_OFF)
+        elif state is can.BusState.PASSIVE:
+            self._become(PASSIVE)
+
+    def _become(self, state: str) -> None:
+        if state != self._state:
+            self._state = state
+            self._news.append(state)
+
+
+def open_can(address: Address) -> CanLink:
+    """Open a bus.
+
+    Args:
+        address: `can://INTERFACE/CHANNEL`, such as `can://socketcan/can0`, `can://slcan//dev/ttyUSB0?bitrate=500000`,
+            `can://udp_multicast/239.74.163.2` or `can://virtual/NAME`; any interface of python-can, with its own options
+            behind `?`. `udp_multicast` stays on this machine unless `hop_limit` says otherwise.
+
+    Raises:
+        AddressError: No interface or channel is named.
+        LinkOpenError: python-can is not installed, or cannot open the bus.
+    """
+    url = address.url
+    interface, _, channel = address.target.partition("/")
+    if not interface or not channel:
+        raise AddressError(url, "the address is not can://INTERFACE/CHANNEL", "Write for instance can://socketcan/can0")
+    if _MISSING is not None:
+        raise LinkOpenError(url, "CAN needs python-can", "Install it: pip install 'junior-hil[can]'") from _MISSING
+    options: dict[str, Any] = {"hop_limit": 0, "fd": False} if interface == "udp_multicast" else {}
+    options |= {name: _value(text) for name, text in address.options.items() if name not in _NOT_OURS}
+    if interface not in can.VALID_INTERFACES:
+        known = ", ".join(sorted(can.VALID_INTERFACES))
+        raise AddressError(url, f"python-can has no interface {interface!r}", f"It has {known}")
+    try:
+        bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **options)
+    except (can.CanError, OSError, ImportError, ValueError, TypeError, AttributeError, NotImplementedError) as error:
+        raise LinkOpenError(url, f"cannot open the CAN bus: {error}", _remedy(interface, channel, error)) from error
+    return CanLink(url, bus, interface)
+
+
+def _value(text: str) -> int | float | bool | str:
+    """An option of python-can from an address."""
+    if text in {"true", "false"}:
+        return text == "true"
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            return kind(text)
+    return text
+
+
+def _errno(error: BaseException) -> int | None:
+    """The system's error number behind an error of python-can."""
+    cause: BaseException | None = error
+    while cause is not None:
+        number = getattr(cause, "errno", None) or getattr(cause, "error_code", None)
+        if isinstance(number, int):
+            return number
+        cause = cause.__cause__
+    return None
+
+
+def _remedy(interface: str, channel: str, error: BaseException) -> str:
+    """What to do when a bus can't be opened."""
+    number = _errno(error)
+    if interface == "socketcan":
+        return (
+            f"Is there an interface {channel}? ip link shows it; bring it up by: "
+            f"sudo ip link set {channel} up type can bitrate 500000 restart-ms 100"
+        )
+    if interface == "slcan":
+        if number == errno.EACCES:
+            return "You may not use this port: add yourself to the group dialout, then log in again"
+        return f"Is the adapter plugged in, at {channel}, and no other program using it? hil ports lists the ports"
+    if interface == "udp_multicast":
+        if "msgpack" in str(error):
+            return "Install it: pip install 'junior-hil[can]'"
+        return "The channel is a multicast group, as 239.74.163.2; the machine needs a network interface that knows multicast"
+    return f"python-can's documentation tells what its interface {interface} needs"

@@ -1,0 +1,82 @@
+"""Everything that is done over MAVLink is done over CAN: in lock-step with the same results, and served in real time."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import TYPE_CHECKING
+
+import pytest
+
+import hil
+from firmware_protocol.errors import AddressError
+from firmware_protocol.messages import State
+from firmware_protocol.vocabulary import Outcome
+from hil.clock import MonotonicClock
+from hil.coaching import Coaching, new_pal
+from hil.mcaplog.reader import LogReader
+from hil.recorder import Recorder
+from hil.ring import open_ring
+from pal_advisor.maneuvers import PalSettings
+from simdevice.endpoints import open_endpoint
+from simdevice.server import serve
+from simdevice.world import junior_world
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+SETTINGS = PalSettings(budget=120, population=6, elite=1, exam_share=0.2)
+
+
+def coach(url: str) -> dict[str, object]:
+    with hil.connect(url) as junior:
+        junior.arm()
+        run = Coaching(open_ring(junior), new_pal(SETTINGS, 3), seed=3)
+        run.run()
+        return run.pal.state_dict()
+
+
+def test_the_same_is_learnt_over_can_as_over_mavlink() -> None:
+    url = "sim://junior?opponent=flat-light&seed=3"
+    assert coach(f"{url}&wire=can") == coach(url)
+
+
+def test_coaching_over_a_bad_bus_completes() -> None:
+    state = coach("sim://junior?seed=3&wire=can&faults=drop:0.02,duplicate:0.02,corrupt:0.01,jitter:0.01")
+    assert state
+
+
+def test_a_wire_that_does_not_exist_is_refused() -> None:
+    with pytest.raises(AddressError, match="wire is mavlink or can"):
+        hil.connect("sim://junior?wire=string")
+
+
+@pytest.fixture(params=["can://virtual/served", f"can://udp_multicast/239.74.164.{2 + os.getpid() % 200}", "slcan"])
+def served(request: pytest.FixtureRequest) -> Iterator[str]:
+    endpoint = open_endpoint(str(request.param))
+    stop = threading.Event()
+    world = junior_world(seed=3, wire=endpoint.wire)
+    thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
+    thread.start()
+    yield endpoint.url
+    stop.set()
+    thread.join()
+
+
+def test_a_robot_served_on_a_bus_is_found_driven_stopped_and_recorded(served: str, tmp_path: Path) -> None:
+    path = tmp_path / "can.mcap"
+    recorder = Recorder(path, run={}, config={}, link=served, lockstep=False)
+    with recorder, hil.connect(served, taps=[recorder]) as junior:
+        junior.arm()
+        report = junior.perform(["L", "R"], period=0.05)
+        assert report.outcome in {Outcome.COMPLETED, Outcome.FLOOR_REFLEX}
+        junior.drive(0.1, -0.1, 0.1)
+        junior.emergency_stop()
+        assert junior.read_sensors().time > 0
+        assert junior.status().state == State.STOPPED
+        assert junior.parameters()["SYS_ID"] == 1.0
+    entries = list(LogReader(path).entries())
+    topics = {entry.topic for entry in entries}
+    assert {"/wire/rx", "/wire/tx", "/junior/sensors", "/junior/maneuver_result", "/junior/wheels"} <= topics
+    assert "/wire/rejected" not in topics
