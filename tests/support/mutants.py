@@ -66,7 +66,7 @@ class Workshop:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._compiler = shlex.split(os.environ.get("CC", "")) or [shutil.which("cc") or "gcc"]
-        self._includes = [f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")]
+        self._includes = ["-DJUNIOR_CAN=1"] + [f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")]
 
     def build(self, mutants: Iterable[Mutant]) -> list[Build]:
         """Build the mutants, and the unchanged sources once."""
