@@ -9,7 +9,8 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
-from firmware_protocol.errors import NoRobotError, PeerLostError
+from firmware_protocol.codec import open_codec
+from firmware_protocol.errors import EncodeError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
@@ -61,7 +62,7 @@ class Probe:
         link: An open link; closed with the probe.
         clock: Tells the time.
         system: System id of the robot; None takes the first that is heard.
-        codec: Speaks the link's language; None is MAVLink.
+        codec: Speaks the link's language; None is that of the link's wire.
         taps: What sees everything.
 
     Attributes:
@@ -88,7 +89,7 @@ class Probe:
         self.lost = 0
         self.now = clock.now
         self._link = link
-        self._codec: Codec = codec if codec is not None else MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
+        self._codec: Codec = codec or open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT)
         self._taps = tuple(taps)
         self._alive = True
         self._alive_due = clock.now()
@@ -108,8 +109,15 @@ class Probe:
 
         Raises:
             LinkError: The link is gone.
+            NotRunError: The link's wire has no place for one of them, as CAN for a component of another number.
         """
-        self._write(b"".join(self._codec.encode(message) for message in messages))
+        try:
+            data = b"".join(self._codec.encode(message) for message in messages)
+        except EncodeError as error:
+            if isinstance(self._codec, MavlinkCodec):
+                raise
+            raise NotRunError(str(error)) from error
+        self._write(data)
         for tap in self._taps:
             for message in messages:
                 tap.sent(self.now(), message)
@@ -129,7 +137,10 @@ class Probe:
 
         Raises:
             LinkError: The link is gone.
+            NotRunError: The link does not carry MAVLink bytes.
         """
+        if not isinstance(self._codec, MavlinkCodec):
+            raise NotRunError("only on links that carry MAVLink bytes")
         self._write(data)
 
     def _write(self, data: bytes) -> None:

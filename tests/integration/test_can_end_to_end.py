@@ -10,10 +10,17 @@ import pytest
 
 import hil
 from firmware_protocol.errors import AddressError
+from firmware_protocol.events import LinkNews
+from firmware_protocol.links.can import BUS_OFF, WELL
+from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import State
 from firmware_protocol.vocabulary import Outcome
+from firmware_protocol.wire import CAN
+from hil.bridge import Bridge
 from hil.clock import MonotonicClock
 from hil.coaching import Coaching, new_pal
+from hil.conformance import CHECKS, LAST, Subject, perform
+from hil.conformance import Outcome as Verdicts
 from hil.mcaplog.reader import LogReader
 from hil.recorder import Recorder
 from hil.ring import open_ring
@@ -80,3 +87,34 @@ def test_a_robot_served_on_a_bus_is_found_driven_stopped_and_recorded(served: st
     topics = {entry.topic for entry in entries}
     assert {"/wire/rx", "/wire/tx", "/junior/sensors", "/junior/maneuver_result", "/junior/wheels"} <= topics
     assert "/wire/rejected" not in topics
+
+
+def test_the_emulated_robot_keeps_the_protocol_over_can() -> None:
+    world = junior_world(wire=CAN)
+    robot = Subject(MemoryLink(world, wire=CAN), world, session=lambda: 4711)
+    robot.greet(5.0)
+    verdicts = perform(robot, list(CHECKS), LAST, moving=True)
+    robot.close()
+    assert [verdict.check.name for verdict in verdicts if verdict.outcome is Verdicts.FAILED] == []
+    left_out = {verdict.detail for verdict in verdicts if verdict.outcome is Verdicts.NOT_RUN}
+    assert all("MAVLink bytes" in detail or "no place on a CAN bus" in detail for detail in left_out)
+    assert sum(verdict.outcome is Verdicts.PASSED for verdict in verdicts) > 60
+
+
+class TroubledLink(MemoryLink):
+    """A bus that goes off and comes back."""
+
+    def news(self) -> list[str]:
+        return [BUS_OFF, WELL] if self._outbound else []
+
+
+def test_trouble_on_the_bus_reaches_the_log(tmp_path: Path) -> None:
+    world = junior_world(wire=CAN)
+    path = tmp_path / "trouble.mcap"
+    with Recorder(path, run={}, config={}, link="can", lockstep=True) as recorder:
+        bridge = Bridge(TroubledLink(world, wire=CAN), world, taps=[recorder])
+        seen = [event for _ in range(200) for event in bridge.step(0.1) if isinstance(event, LinkNews)]
+        bridge.close()
+    assert [event.text for event in seen[:2]] == [BUS_OFF, WELL]
+    told = [entry for entry in LogReader(path).entries() if entry.topic == "/events"]
+    assert len(told) > len(seen)

@@ -252,6 +252,105 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
     check(fuzz->total.maneuvers > 1000, "hardly a maneuver was performed: this fuzzes less than it should");
 }
 
+enum { RECORD = 16, FRAMES = 24, HEAD = 3, PART = 7 };
+
+/* A frame as the host build takes it; returns its length. */
+static uint32_t record(uint8_t *bytes, uint16_t identifier, uint8_t length, const uint8_t *data)
+{
+    memset(bytes, 0, RECORD);
+    bytes[0] = (uint8_t)identifier;
+    bytes[1] = (uint8_t)(identifier >> 8);
+    bytes[4] = length;
+    memcpy(bytes + 8, data, length);
+    return RECORD;
+}
+
+/* A transfer with values at random, parts of which may be lost, doubled or damaged. */
+static uint32_t transfer(struct fuzz *fuzz, uint8_t *chunk, const struct row *row, const uint8_t *payload, uint8_t damage)
+{
+    uint8_t data[LARGEST + 8], frame[8];
+    uint8_t cut = row->system_at == 255 ? 0 : row->component_at == 255 ? 1 : 2;
+    uint8_t length = 0, at = HEAD, i, size;
+    uint32_t used = 0;
+    uint16_t identifier = (uint16_t)(CAN_FUNCTION_TRANSFER_DOWN << 7 | (draw(fuzz) % 8 ? 1 : 0));
+    uint16_t crc = 0xFFFF;
+
+    for (i = 0; i < row->length; i++) {
+        if (cut == 0 || i < row->system_at || i >= row->system_at + cut) {
+            data[at++] = payload[i];
+            length++;
+        }
+    }
+    data[0] = (uint8_t)row->id;
+    data[1] = (uint8_t)(row->id >> 8);
+    data[2] = length;
+    for (i = 0; i < at; i++) {
+        crc = wire_crc(crc, data[i]);
+    }
+    crc = wire_crc(crc, row->crc_extra);
+    data[at++] = (uint8_t)crc;
+    data[at++] = (uint8_t)(crc >> 8);
+    for (i = 0; i * PART < at; i++) {
+        size = (uint8_t)(at - i * PART < PART ? at - i * PART : PART);
+        frame[0] = (uint8_t)(fuzz->sequence << 5 | i);
+        memcpy(frame + 1, data + i * PART, size);
+        if (damage && draw(fuzz) % 8 == 0) {
+            frame[draw(fuzz) % (size + 1U)] ^= (uint8_t)(1U << draw(fuzz) % 8);
+        }
+        if (damage && draw(fuzz) % 16 == 0) {
+            continue;
+        }
+        used += record(chunk + used, identifier, (uint8_t)(damage && draw(fuzz) % 16 == 0 ? draw(fuzz) % 9 : size + 1U), frame);
+    }
+    fuzz->sequence = (uint8_t)((fuzz->sequence + 1) % 8);
+    return used;
+}
+
+/* CAN frames of every kind, whole and damaged, while disarmed: the wheels stand still. */
+static void run_can(struct fuzz *fuzz, uint32_t rounds)
+{
+    uint8_t chunk[RECORD * FRAMES], payload[LARGEST];
+    uint32_t round, used, good;
+    uint8_t i;
+
+    fuzz->host.io.can = 1;
+    host_power_on(&fuzz->host, fuzz->micros);
+    for (round = 0; round < rounds; round++) {
+        const struct row *row = &rows[draw(fuzz) % INBOUND_COUNT];
+        uint16_t command = 511;
+
+        for (i = 0; i < LARGEST; i++) {
+            payload[i] = (uint8_t)(draw(fuzz) % 3 ? draw(fuzz) % 9 : draw(fuzz));
+        }
+        if (row->id == MAVLINK_MSG_ID_COMMAND_LONG) { /* nothing that arms */
+            memcpy(payload + 28, &command, sizeof command);
+        }
+        if (row->id == MAVLINK_MSG_ID_PARAM_SET) {
+            payload[0] = 0; /* no name of a parameter can begin like this: SYS_ID stays */
+            memset(payload + 6, 0, 16);
+        }
+        used = transfer(fuzz, chunk, row, payload, draw(fuzz) % 2);
+        for (i = 0; i < 8; i++) {
+            payload[i] = (uint8_t)draw(fuzz);
+        }
+        used += record(chunk + used, (uint16_t)(draw(fuzz) % 2 ? draw(fuzz) % 0x800 : draw(fuzz) % 2 << 8 | 1),
+                       (uint8_t)(draw(fuzz) % 9), payload);
+        tick(fuzz, chunk, used);
+        check(fuzz->host.io.wheel[0] == 0 && fuzz->host.io.wheel[1] == 0, "wheels turn while disarmed, over CAN");
+        if (round % 50 == 0) {
+            memset(payload, 0, sizeof payload);
+            good = fuzz->host.robot.counters.good;
+            used = transfer(fuzz, chunk, &rows[1], payload, 0);
+            tick(fuzz, chunk, used);
+            check(fuzz->host.robot.counters.good == good + 1 || fuzz->host.io.reboot, "the next good transfer was not understood");
+        }
+    }
+    check(fuzz->host.robot.counters.good > rounds / 4, "hardly a transfer was understood");
+    printf("%lu rounds over CAN: good %lu, bad checksum %lu, unknown %lu, lost %lu\n", (unsigned long)rounds,
+           (unsigned long)fuzz->host.robot.counters.good, (unsigned long)fuzz->host.robot.counters.bad_checksum,
+           (unsigned long)fuzz->host.robot.counters.unknown, (unsigned long)fuzz->host.robot.counters.lost);
+}
+
 int main(int argc, char **argv)
 {
     uint32_t bytes = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : 1000000UL;
@@ -269,5 +368,6 @@ int main(int argc, char **argv)
            (unsigned long)bytes, (unsigned long)bytes, (unsigned long)fuzz.total.good,
            (unsigned long)fuzz.total.bad_checksum, (unsigned long)fuzz.total.unknown, (unsigned long)fuzz.total.maneuvers,
            fuzz.total.boots);
+    run_can(&fuzz, bytes / 20);
     return 0;
 }
