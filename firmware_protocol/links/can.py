@@ -133,7 +133,7 @@ class CanLink(Link):
             return b""
         while message is not None:
             self._take(message, records)
-            if len(records) >= _CHUNK:
+            if len(records) >= _CHUNK or not self._more():
                 break
             message = self._receive(0.0)
         return b"".join(records)
@@ -159,6 +159,15 @@ class CanLink(Link):
             with contextlib.suppress(can.CanError):
                 self._bus.flush()
         return None
+
+    def _more(self) -> bool:
+        """Whether it is worth looking for a further frame; the driver of serial adapters would wait for one a millisecond."""
+        if not isinstance(self._bus, slcanBus):
+            return True
+        try:
+            return bool(self._bus.serialPortOrig.in_waiting)
+        except OSError:
+            return False
 
     def _take(self, message: can.Message, records: list[bytes]) -> None:
         """Pass on a data frame; look at an error frame."""

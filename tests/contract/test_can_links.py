@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 PATIENCE = 2.0
 """How long anything may take before a test fails, in s."""
-GROUP = f"239.74.163.{2 + os.getpid() % 200}"
+PORT = 20000 + os.getpid() % 20000
+"""Of the multicast bus: groups alone do not keep two buses apart."""
 FRAMES = [CanFrame(0x100 + k, bytes(range(k, k + k % 9))) for k in range(40)]
 EXTENDED = CanFrame(0x1ABCDEF0, b"\1\2", extended=True)
 
@@ -98,7 +99,7 @@ def _virtual() -> tuple[Link, FarEnd]:
 
 
 def _udp() -> tuple[Link, FarEnd]:
-    url = f"can://udp_multicast/{GROUP}"
+    url = f"can://udp_multicast/239.74.163.2?port={PORT}"
     return open_link(url), BusEnd(url)
 
 
