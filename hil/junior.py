@@ -370,6 +370,12 @@ class Junior:
         finally:
             self.bridge.close()
 
+    def leave(self) -> None:
+        """Give the link back and let the robot go on with what it does: a contest, that is; all else ends by its watchdog."""
+        self._closed = True
+        self._listeners.clear()
+        self.bridge.close()
+
     def _say_stop(self) -> None:
         """Disarm, which stops the wheels, and wait a little for the answer."""
         ticket = self.peer.disarm()

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import struct
 from typing import TYPE_CHECKING, Final
 
-from fastcrc.crc16 import mcrf4xx
-
+from firmware_protocol.memory_table import MemorySlot, memory_checksum
 from firmware_protocol.messages import JuniorMemoryEntry, ManeuverOption, Reason
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.conformance.registry import Group, given, require
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from firmware_protocol.messages import JuniorMemoryWrite
     from hil.conformance.subject import Subject
 
@@ -22,24 +18,6 @@ _ONE: Final = (Action.FF, Action.SB)
 _TWO: Final = (Action.LBRF, Action.MF, Action.LFRS)
 _EIGHT: Final = (Action.LSRF, Action.LBRS, Action.LBRF, Action.LFRS, Action.LSRB, Action.LFRB, Action.S, Action.B)
 _STIMULI: Final = 16
-
-
-def checksum(entries: Sequence[JuniorMemoryEntry]) -> int:
-    """What JUNIOR_MEMORY_ENTRY.checksum must be.
-
-    Args:
-        entries: All slots in use, in order.
-
-    Returns:
-        CRC-16/MCRF4XX over previous, current, options, actions, period and count of each.
-    """
-    stored = b"".join(
-        struct.pack(
-            "<BBB8BHB", entry.previous, entry.current, entry.options, *entry.actions, round(entry.period * 1e3), entry.count
-        )
-        for entry in entries
-    )
-    return mcrf4xx(stored)
 
 
 def _same(entry: JuniorMemoryEntry | None, wanted: JuniorMemoryWrite) -> None:
@@ -135,7 +113,7 @@ def right_checksum(robot: Subject) -> str:
         for actions, current, previous in ((_ONE, 3, 2), (_TWO, 0, ANY_STIMULUS), (_EIGHT, 1, 0), (_TWO, 3, 2)):
             robot.expect(robot.write(actions, current=current, previous=previous), Reason.NONE)
             entries = robot.read_memory()
-            wanted = checksum(entries)
+            wanted = memory_checksum(map(MemorySlot.of, entries))
             found = {entry.checksum for entry in entries}
             require(found == {wanted}, f"with {len(entries)} slots it is {sorted(found)}, not {wanted}")
     return f"{wanted:#06x}"
