@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.codec import SPLITTERS
+from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.links.faulty import FaultSpec, FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
 from firmware_protocol.wire import MAVLINK
@@ -29,6 +31,8 @@ class DisturbedWorld:
 
     def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
         self._world = world
+        self._wire = wire
+        self._comes_back = spec.replug is not None
         self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
 
     @property
@@ -47,15 +51,23 @@ class DisturbedWorld:
             inbound: Bytes from the host.
 
         Returns:
-            Bytes for the host, as they leave the bad line.
+            Bytes for the host, as they leave the bad line; none while it is dead and will come back.
 
         Raises:
-            LinkClosedError: The line is dead, as the specification asked for.
+            LinkClosedError: The line is dead for good, as the specification asked for.
         """
         end = self._world.now() + PERIOD
-        if inbound:
-            self._link.write(inbound)
         out = b""
-        while self._world.now() < end - _SLACK:
-            out += self._link.read(_SLACK)  # the link steps whole periods
+        try:
+            if inbound:
+                self._link.write(inbound)
+            while self._world.now() < end - _SLACK:
+                out += self._link.read(_SLACK)  # the link steps whole periods
+        except LinkClosedError:
+            if not self._comes_back:
+                raise
+            if self._world.now() < end - _SLACK:
+                self._world.step(b"")
+            with contextlib.suppress(LinkOpenError):
+                self._link.open_again(lambda: MemoryLink(self._world, wire=self._wire))
         return out

@@ -1,14 +1,15 @@
-"""Any link, made worse on purpose: frames lost, damaged, doubled, late, and the plug pulled. All from a seed."""
+"""Any link, made worse on purpose: frames lost, damaged, doubled, late, and the plug pulled (and put back). All from a seed."""
 
 from __future__ import annotations
 
 import heapq
 import random
+import re
 import threading
 from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
+from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
 from firmware_protocol.wire import CAN
 
@@ -21,6 +22,8 @@ HEADER: Final = 10
 """Bytes of a frame before its payload (MAVLink 2), which corruption leaves alone."""
 TRAILER: Final = 2
 """Bytes of a frame after its payload: the checksum, left alone too."""
+_PLUS: Final = re.compile(r"(?<![eE])\+")
+"""Between the two times of `unplug`; 1e+3 is one number."""
 _POLL: Final = 0.002
 """In real time, longest sleep while a frame to be sent may become due, in s."""
 
@@ -38,9 +41,10 @@ class FaultSpec:
         jitter: Further lateness, drawn for each frame uniformly from 0 to this, in s.
         reorder: Jitter may change the order, as in a network; otherwise a late frame holds up those after it, as in a wire.
         unplug: Time after opening at which the link dies, in s; None is never.
+        replug: Time after that at which it is plugged in again, in s, and can be opened anew; None is never.
 
     Raises:
-        ValueError: A share outside 0 to 1, or a negative time.
+        ValueError: A share outside 0 to 1, a negative time, or plugging in what is never unplugged.
     """
 
     drop: float = 0.0
@@ -50,21 +54,25 @@ class FaultSpec:
     jitter: float = 0.0
     reorder: bool = False
     unplug: float | None = None
+    replug: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("drop", "corrupt", "duplicate"):
             if not 0 <= getattr(self, name) <= 1:
                 raise ValueError(f"fault {name!r} is a share of frames, 0 to 1, not {getattr(self, name):g}")
-        for name in ("delay", "jitter", "unplug"):
+        for name in ("delay", "jitter", "unplug", "replug"):
             if not 0 <= (getattr(self, name) or 0) < float("inf"):
                 raise ValueError(f"fault {name!r} is a time in s, not {getattr(self, name):g}")
+        if self.replug is not None and self.unplug is None:
+            raise ValueError("fault 'replug' needs the time of 'unplug' too: write unplug:T+D")
 
     @classmethod
     def parse(cls, text: str) -> FaultSpec:
         """Read a specification from an address or a command line.
 
         Args:
-            text: As `drop:0.05,corrupt:0.01,jitter:0.02,reorder`; `=` may stand for `:`.
+            text: As `drop:0.05,corrupt:0.01,jitter:0.02,reorder`; `=` may stand for `:`. `unplug:5+2` is unplugged after
+                5 s and plugged in again 2 s later.
 
         Returns:
             The specification; what is not named does not happen.
@@ -73,7 +81,7 @@ class FaultSpec:
             ValueError: An unknown name, or a value that does not fit.
         """
         spec = cls()
-        known = [field.name for field in fields(cls)]
+        known = [field.name for field in fields(cls) if field.name != "replug"]
         for item in filter(None, (part.strip() for part in text.split(","))):
             name, _, value = item.replace("=", ":").partition(":")
             if name not in known:
@@ -83,8 +91,9 @@ class FaultSpec:
                     raise ValueError(f"fault 'reorder' is on or off, not {value!r}")
                 spec = replace(spec, reorder=value in {"", "1", "true"})
                 continue
+            first, *again = _PLUS.split(value, 1) if name == "unplug" else [value]
             try:
-                number = float(value)
+                number, replug = float(first), float(again[0]) if again else None
             except ValueError:
                 raise ValueError(f"fault {name!r} needs a number, not {value!r}") from None
             match name:
@@ -99,7 +108,7 @@ class FaultSpec:
                 case "jitter":
                     spec = replace(spec, jitter=number)
                 case _:
-                    spec = replace(spec, unplug=number)
+                    spec = replace(spec, unplug=number, replug=replug)
         return spec
 
     def __str__(self) -> str:
@@ -107,7 +116,9 @@ class FaultSpec:
         items = []
         for field in fields(self):
             value = getattr(self, field.name)
-            if value != field.default:
+            if field.name == "replug" and value is not None:
+                items[-1] += f"+{value:g}"
+            elif value != field.default:
                 items.append("reorder" if field.name == "reorder" else f"{field.name}:{value:g}")
         return ",".join(items)
 
@@ -143,6 +154,11 @@ class _Way:
         self._split = split
         self._queue: list[tuple[float, int, bytes]] = []
         self._number = 0
+        self._last_due = float("-inf")
+
+    def clear(self) -> None:
+        """Lose what is under way."""
+        self._queue.clear()
         self._last_due = float("-inf")
 
     @property
@@ -235,8 +251,9 @@ class FaultyLink(Link):
         self._clock = clock
         self._down = _Way(down, f"{seed} down", split, checked=self.wire == CAN)
         self._up = _Way(up or down, f"{seed} up", split, checked=self.wire == CAN)
-        dies = min(_never(self._down.spec.unplug), _never(self._up.spec.unplug))
+        dies, away = min((_never(spec.unplug), _never(spec.replug)) for spec in (down, up or down))
         self._dies = clock.now() + dies
+        self._returns = self._dies + away
         self._lock = threading.Lock()
         self._closed = False
         self._gone: LinkClosedError | None = None
@@ -298,6 +315,26 @@ class FaultyLink(Link):
         """Close the link proper; frames still on their way are lost."""
         self._closed = True
         self._inner.close()
+
+    def open_again(self, opener: Callable[[], Link]) -> None:
+        """Go on with a link proper that is opened anew: the same faults, from where their chance stood. Closed before.
+
+        Args:
+            opener: Opens it; not called while the plug is out.
+
+        Raises:
+            LinkOpenError: The plug is out, or the link proper can't be opened.
+        """
+        now = self._clock.now()
+        if self._dies <= now < self._returns:
+            raise LinkOpenError(self.url, "unplugged")
+        inner = opener()
+        if now >= self._dies:  # that was the one time
+            self._dies = float("inf")
+        self._inner, self.url, self.news = inner, inner.url, inner.news  # type: ignore[method-assign]
+        self._down.clear()
+        self._up.clear()
+        self._gone, self._closed = None, False
 
     def _look(self, wait: float) -> None:
         """Take in what comes within `wait` s."""

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
+from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
@@ -129,6 +129,44 @@ def test_unplugging_hands_over_what_had_arrived_and_then_says_so() -> None:
         link.write(b"b")
 
 
+def test_what_is_plugged_in_again_can_be_opened_again_and_goes_on_with_its_faults() -> None:
+    device = Echo()
+    spec = FaultSpec.parse("drop:0.5,unplug:0.05+0.1")
+    link = FaultyLink(MemoryLink(device), spec, seed=1, clock=device, split=split_frames)
+    with pytest.raises(LinkClosedError, match="unplugged"):
+        while True:
+            link.read(1.0)
+    link.close()
+    inner = MemoryLink(device)
+    opened: list[Link] = []
+
+    def opener() -> Link:
+        opened.append(inner)
+        return inner
+
+    with pytest.raises(LinkOpenError, match="unplugged"):
+        link.open_again(opener)
+    assert opened == []
+    MemoryLink(device).read(0.2)
+    link.open_again(opener)
+    before = link.down.frames
+    link.write(b"".join(frames(40)))
+    assert link.read(1.0)
+    link.read(2.0)  # it was unplugged once, and is not again
+    assert (link.down.frames - before, opened) == (40, [inner])
+    assert 0 < link.down.dropped < 40
+    link.close()
+    inner.close()
+
+
+def test_what_is_unplugged_for_good_cannot_be_opened_again() -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec(unplug=0.0), seed=1, clock=device)
+    link.close()
+    with pytest.raises(LinkOpenError, match="unplugged"):
+        link.open_again(lambda: MemoryLink(device))
+
+
 @pytest.mark.parametrize("spec", ["drop:0.1,corrupt:0.1,duplicate:0.1,delay:0.01,jitter:0.02", "jitter:0.05,reorder"])
 def test_the_same_seed_does_the_same(spec: str) -> None:
     assert one_way(spec, 500)[1] == one_way(spec, 500)[1]
@@ -245,7 +283,8 @@ def test_one_thread_writes_while_another_reads() -> None:
         delay=st.sampled_from([0.0, 0.02]),
         jitter=st.sampled_from([0.0, 0.02]),
         reorder=st.booleans(),
-        unplug=st.sampled_from([None, 0.0, 12.5]),
+        unplug=st.sampled_from([0.0, 12.5, 3e7]),
+        replug=st.sampled_from([None, 0.0, 2.5, 3e7]),
     )
 )
 def test_a_specification_survives_being_written_down(spec: FaultSpec) -> None:
@@ -268,6 +307,9 @@ def test_both_ways_of_writing_a_specification() -> None:
         ("delay:-1", "time in s"),
         ("jitter:inf", "time in s"),
         ("drop", "needs a number"),
+        ("unplug:1+", "needs a number"),
+        ("unplug:1+-2", "time in s"),
+        ("replug:1", "unknown fault 'replug'"),
         ("loss:0.1", "unknown fault 'loss'"),
         ("reorder:perhaps", "on or off"),
     ],
@@ -275,6 +317,11 @@ def test_both_ways_of_writing_a_specification() -> None:
 def test_wrong_specifications_are_refused(text: str, said: str) -> None:
     with pytest.raises(ValueError, match=said):
         FaultSpec.parse(text)
+
+
+def test_nothing_is_plugged_in_that_was_not_unplugged() -> None:
+    with pytest.raises(ValueError, match="unplug:T\\+D"):
+        FaultSpec(replug=1.0)
 
 
 def test_heartbeats_are_frames_too() -> None:

@@ -40,3 +40,14 @@ def test_a_line_can_die() -> None:
     with pytest.raises(LinkClosedError, match="unplugged"):
         b"".join(world.step(b"") for _ in range(1000))
     assert world.now() == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_line_that_comes_back_was_silent_meanwhile_and_lost_no_time() -> None:
+    world = DisturbedWorld(junior_world(), FaultSpec.parse("unplug:1+2"), 1)
+    said = [world.step(b"") for _ in range(1000)]
+    assert world.now() == pytest.approx(5.0)
+    silent = [k * PERIOD for k, data in enumerate(said) if not data]
+    heard = [k * PERIOD for k, data in enumerate(said) if data]
+    assert not [time for time in heard if 1.0 < time < 2.95]
+    assert heard[-1] > 4.9
+    assert max(silent) > 2.9
