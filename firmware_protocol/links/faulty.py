@@ -113,7 +113,7 @@ class FaultSpec:
 
     def __str__(self) -> str:
         """The specification as `parse` reads it."""
-        items = []
+        items: list[str] = []
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name == "replug" and value is not None:
