@@ -18,21 +18,21 @@ PATIENCE: Final = 60.0
 """Longest wait for a line or for the end, in s: a machine under load is slow, but not that slow."""
 
 
-class Hil:
-    """The command `hil` in a process of its own, killed at the end of its `with` block.
+class Program:
+    """A program in a process of its own, killed at the end of its `with` block.
 
     Args:
         folder: Its working directory.
-        *arguments: Its command line.
+        *command: The program and its arguments.
 
     Attributes:
         lines: What it has printed so far, errors among it.
     """
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
+    def __init__(self, folder: Path, *command: str) -> None:
         environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "200"}
-        self._process = subprocess.Popen(  # noqa: S603 - our own program
-            [sys.executable, "-c", "from hil.cli import main; main()", *arguments],
+        self._process = subprocess.Popen(  # noqa: S603 - our own programs
+            command,
             cwd=folder,
             env=environment,
             stdin=subprocess.DEVNULL,
@@ -84,3 +84,15 @@ class Hil:
     def send(self, number: signal.Signals) -> None:
         """Send it a signal."""
         self._process.send_signal(number)
+
+
+class Hil(Program):
+    """The command `hil` in a process of its own.
+
+    Args:
+        folder: Its working directory.
+        *arguments: Its command line.
+    """
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        super().__init__(folder, sys.executable, "-c", "from hil.cli import main; main()", *arguments)

@@ -1,0 +1,1 @@
+"""A robot of another make: see README.md."""
