@@ -11,6 +11,7 @@
      │    ├── VersionError              it speaks a protocol we do not
      │    ├── PeerLostError             it answered and then fell silent
      │    └── RefusedError              it refused a command: `reason`
+     ├── FaultSpecError(ValueError)     a fault specification with something wrong in it: `path`
      └── EncodeError(ValueError)        a message of our own that the wire cannot carry
 
 What comes from the wire never raises: damaged or foreign input becomes a `Rejected` event.
@@ -92,6 +93,18 @@ class RefusedError(PeerError):
         super().__init__(f"the robot refused {command}: {reason}")
         self.command = command
         self.reason = reason
+
+
+class FaultSpecError(HilError, ValueError):
+    """A fault specification has something wrong in it.
+
+    Attributes:
+        path: The field, as `stuck[1].sensor`, where it was read from a table; may be empty.
+    """
+
+    def __init__(self, message: str, path: str = "") -> None:
+        super().__init__(message)
+        self.path = path
 
 
 class EncodeError(HilError, ValueError):

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.codec import SPLITTERS
-from firmware_protocol.errors import AddressError
+from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.link import Link, open_link
-from firmware_protocol.links.faulty import FaultSpec, FaultyLink
+from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, Tap, random_session
 from hil.clock import MonotonicClock
+from hil.fault_file import read_faults
 from hil.junior import Junior
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.clock import Clock
+    from firmware_protocol.faults import FaultSpec
 
 DEFAULT_URL = "sim://junior"
 SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "system", "node")
@@ -38,7 +40,8 @@ def connect(
     Args:
         url: `serial:///dev/ttyACM0:115200`, `tcp://127.0.0.1:5760`, `udpin://127.0.0.1:14550`, or an emulated robot in this
             process, in lock-step: `sim://junior?opponent=flat-light&seed=1`. `?system=` selects one of several robots, and
-            `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line.
+            `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
+            `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
         system: System id of the robot; None takes the first that answers.
         timeout: Longest wait for it in s.
         limits: Bounds on what is asked of it.
@@ -81,8 +84,9 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         LinkOpenError: The link could not be opened.
     """
     seed = number_option(address, "seed") or 0
+    faults = fault_option(address)
     if address.scheme == "sim":
-        link, clock = _emulated(address, seed)
+        link, clock = _emulated(address, seed, faults)
         numbers = generator(seed, Branch.SESSION)
 
         def session() -> int:
@@ -94,17 +98,40 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         kept = "&".join(option for option in options.split("&") if option and not option.startswith(("faults=", "seed=")))
         link = open_link(f"{bare}?{kept}" if kept else bare)
         session = random_session
-    if "faults" in address.options:
-        try:
-            spec = FaultSpec.parse(address.options["faults"])
-        except ValueError as error:
-            link.close()
-            raise AddressError(address.url, f"faults: {error}") from error
-        link = FaultyLink(link, spec, seed=seed, clock=clock, split=SPLITTERS[link.wire])
+    if faults is not None:
+        link = FaultyLink(link, faults, seed=seed, clock=clock, split=SPLITTERS[link.wire])
     return link, clock, session
 
 
-def _emulated(address: Address, seed: int) -> tuple[Link, Clock]:
+def fault_option(address: Address) -> FaultSpec | None:
+    """The faults that an address asks for.
+
+    Args:
+        address: The address, taken apart.
+
+    Returns:
+        What is to go wrong; None where nothing is asked for.
+
+    Raises:
+        AddressError: Something of it is wrong, or befalls a robot that we do not emulate.
+    """
+    text = address.options.get("faults")
+    if text is None:
+        return None
+    try:
+        spec = read_faults(text)
+    except FaultSpecError as error:
+        raise AddressError(address.url, f"faults: {error}") from error
+    if spec.of_device and address.scheme != "sim":
+        raise AddressError(
+            address.url,
+            f"the fault '{spec.of_device[0]}' is one of the robot itself, and this robot is not emulated here",
+            "Give it to `hil emulate --faults`, or have a real robot rehearse it with Junior.inject_failure",
+        )
+    return spec
+
+
+def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> tuple[Link, Clock]:
     """An emulated robot in this process, in lock-step."""
     from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.world import junior_world  # noqa: PLC0415
@@ -120,7 +147,11 @@ def _emulated(address: Address, seed: int) -> tuple[Link, Clock]:
         raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
     try:
         world = junior_world(
-            opponent=address.options.get("opponent", "flat-light"), seed=seed, referee=referee == "1", wire=wire
+            opponent=address.options.get("opponent", "flat-light"),
+            seed=seed,
+            referee=referee == "1",
+            wire=wire,
+            faults=faults,
         )
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error

@@ -21,6 +21,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from firmware_protocol.faults import FaultSpec
     from hil.junior import Junior
     from simdevice.world import World
 
@@ -37,7 +38,7 @@ class Emulation:
     Attributes:
         opponent: `flat-light`, `flat-heavy`, `curved-light`, `corner-light`, `point-light` or `junior`.
         seed: Seed of everything random: start poses, noise, faults.
-        faults: Faults of the line, as `drop:0.05,corrupt:0.01,jitter:0.02`; only for `junior`.
+        faults: What goes wrong, as `drop:0.05,jitter:0.02,stuck:eye_left@5+3`, or `@FILE.toml`; of the line only for `junior`.
         referee: A referee watches the ring, as in no physical one.
         left_armed: The test means to leave the robot armed (its host crashes, for instance).
     """
@@ -70,7 +71,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--hil-link", metavar="URL", help="run tests that ask for `junior` with the robot at this address")
     group.addoption("--hil-opponent", metavar="NAME", help="opponent of emulated robots, where a test does not say")
     group.addoption("--hil-seed", metavar="N", type=int, help="seed of emulated robots, where a test does not say")
-    group.addoption("--hil-faults", metavar="SPEC", help="faults of the line to emulated robots, where a test does not say")
+    group.addoption(
+        "--hil-faults",
+        metavar="SPEC",
+        help="what goes wrong with emulated robots and the line to them, where a test does not say",
+    )
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -180,11 +185,23 @@ def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
 
 
 def _world(wanted: Emulation) -> World:
-    """A new world; an opponent that does not exist fails the test."""
+    """A new world; an opponent or a fault that does not exist fails the test."""
     from simdevice.world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
 
+    spec = _faults(wanted)
     try:
-        return make_world(opponent=wanted.opponent, seed=wanted.seed, referee=wanted.referee)
+        return make_world(opponent=wanted.opponent, seed=wanted.seed, referee=wanted.referee, faults=spec)
+    except ValueError as error:
+        message = f"mark junior: {error}"
+    pytest.fail(message, pytrace=False)
+
+
+def _faults(wanted: Emulation) -> FaultSpec:
+    """What is to go wrong; something wrong in that fails the test."""
+    from hil.fault_file import read_faults  # noqa: PLC0415
+
+    try:
+        return read_faults(wanted.faults)
     except ValueError as error:
         message = f"mark junior: {error}"
     pytest.fail(message, pytrace=False)
@@ -192,20 +209,14 @@ def _world(wanted: Emulation) -> World:
 
 def _connect(world: World, wanted: Emulation) -> Junior:
     """Connect to the robot in a world, in lock-step."""
-    from firmware_protocol.links.faulty import FaultSpec, FaultyLink  # noqa: PLC0415
+    from firmware_protocol.links.faulty import FaultyLink  # noqa: PLC0415
     from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415
     from firmware_protocol.mavlink import split_frames  # noqa: PLC0415
     from hil.bridge import Bridge  # noqa: PLC0415
     from hil.junior import Junior  # noqa: PLC0415
     from hil.seeds import Branch, generator  # noqa: PLC0415
 
-    spec, message = FaultSpec(), ""
-    try:
-        spec = FaultSpec.parse(wanted.faults)
-    except ValueError as error:
-        message = f"mark junior: {error}"
-    if message:
-        pytest.fail(message, pytrace=False)
+    spec = _faults(wanted)
     link = FaultyLink(MemoryLink(world, "sim://junior"), spec, seed=wanted.seed, clock=world, split=split_frames)
     numbers = generator(wanted.seed, Branch.SESSION)
     robot = Junior(Bridge(link, world, session=lambda: int(numbers.integers(1, 0x10000))), world.now)

@@ -11,8 +11,8 @@ import struct
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 if TYPE_CHECKING:
+    from simdevice.faults import Readings
     from simdevice.motors import Motors
-    from simdevice.sensors import Sensors
 
 NVM_SIZE: Final = 1024
 """Size of the EEPROM, in bytes (as on an ATmega328P)."""
@@ -129,7 +129,11 @@ class Board:
         self._wire(self.nvm)
         self._host.lib.host_power_on(self._robot, 0)
 
-    def tick(self, micros: int, rx: bytes, sensors: Sensors, motors: Motors, ground: float) -> bytes:
+    def power_off(self) -> None:
+        """Cut the power: nothing drives the wheels. `power_on` gives it back."""
+        self.wheel_left = self.wheel_right = 0
+
+    def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:
         """Run one control period of the firmware.
 
         Args:

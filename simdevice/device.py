@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.can_layout import NODE_MASK
 from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.board import Board
+from simdevice.faults import DeviceFaults
 from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
+    from firmware_protocol.faults import FaultSpec
     from simdevice.arena import Piece
     from simdevice.board import Host
     from simdevice.sumo import Robot
@@ -29,6 +31,7 @@ class VirtualDevice:
         nvm: Image of its EEPROM; None is blank.
         host: Build of the firmware that it runs; None is the one that comes with the package.
         wire: What it speaks: MAVLink, or CAN frames in serial form.
+        faults: What goes wrong with it, by its own time from now on; None is nothing.
 
     Attributes:
         robot: Its hardware on the table.
@@ -37,13 +40,21 @@ class VirtualDevice:
     """
 
     def __init__(
-        self, robot: Robot, *, uid: int, nvm: bytes | None = None, host: Host | None = None, wire: str = MAVLINK
+        self,
+        robot: Robot,
+        *,
+        uid: int,
+        nvm: bytes | None = None,
+        host: Host | None = None,
+        wire: str = MAVLINK,
+        faults: FaultSpec | None = None,
     ) -> None:
         profile = robot.profile
         self.robot = robot
         self.other: Piece | None = None
         self.system = 1
         self._wire = wire
+        self._faults = DeviceFaults(faults, robot.motors) if faults is not None and faults.of_device else None
         self._board = Board(
             uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host, can=wire == CAN
         )
@@ -53,7 +64,7 @@ class VirtualDevice:
 
     @property
     def wheels(self) -> tuple[float, float]:
-        """Effort that the firmware commands of the left, right wheel, -1..1."""
+        """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
         return self._board.wheel_left / 1000, self._board.wheel_right / 1000
 
     @property
@@ -93,10 +104,23 @@ class VirtualDevice:
         sensors = robot.sensors
         sensors.sample(None if lifted else self.other)
         motors = robot.motors
-        sent = board.tick(self._micros, inbound, sensors, motors, robot.body.ground)
+        faults = self._faults
+        if faults is None:
+            sent = board.tick(self._micros, inbound, sensors, motors, robot.body.ground)
+            left, right = board.wheel_left, board.wheel_right
+        else:
+            faults.advance()
+            if faults.dark:
+                motors.command(0, 0)
+                board.power_off()
+                return b""
+            if faults.restored:
+                self.power_cycle()
+            sent = board.tick(self._micros, inbound, faults.read(sensors), motors, robot.body.ground)
+            left, right = faults.wheels(board.wheel_left, board.wheel_right)
         self._micros += PERIOD_US
         if not lifted:
-            motors.command(board.wheel_left, board.wheel_right)
+            motors.command(left, right)
         if sent and self._fresh:
             self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
             self._fresh = False

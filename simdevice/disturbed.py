@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import contextlib
+from math import inf
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import LinkClosedError, LinkOpenError
-from firmware_protocol.links.faulty import FaultSpec, FaultyLink
+from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
 from firmware_protocol.wire import MAVLINK
 from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
+    from firmware_protocol.faults import FaultSpec
     from firmware_protocol.links.faulty import FaultCounts
 
 _SLACK: Final = PERIOD / 2
@@ -32,7 +34,7 @@ class DisturbedWorld:
     def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
         self._world = world
         self._wire = wire
-        self._comes_back = spec.replug is not None
+        self._dead_from = world.now() + min((cut.at for cut in spec.unplugs if cut.ends == inf), default=inf)
         self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
 
     @property
@@ -64,7 +66,7 @@ class DisturbedWorld:
             while self._world.now() < end - _SLACK:
                 out += self._link.read(_SLACK)  # the link steps whole periods
         except LinkClosedError:
-            if not self._comes_back:
+            if self._world.now() >= self._dead_from:
                 raise
             if self._world.now() < end - _SLACK:
                 self._world.step(b"")

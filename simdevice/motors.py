@@ -107,6 +107,18 @@ class Motors:
         self.voltage = max(self._empty, self._full - self.charge * self._fall) - current * self._resistance
         self._share = self.voltage * self._per_volt
 
+    def feed(self, voltage: float | None) -> None:
+        """Have the battery give another voltage.
+
+        Args:
+            voltage: Without load, in V, whatever is taken from it; None is its own again.
+        """
+        profile = self._profile
+        self._full = profile.full_voltage if voltage is None else voltage
+        self._empty = profile.empty_voltage if voltage is None else voltage
+        self.voltage = max(self._empty, self._full - self.charge * self._fall)
+        self._share = self.voltage * self._per_volt
+
     def begin(self, noise: np.random.Generator) -> None:
         """Begin a bout: a full battery, no command, and errors that follow from the bout's own seed.
 

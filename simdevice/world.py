@@ -13,6 +13,7 @@ from simdevice.second import Keeper
 from simdevice.sumo import Stream, Table, stream
 
 if TYPE_CHECKING:
+    from firmware_protocol.faults import FaultSpec
     from simdevice.board import Host
     from simdevice.sumo import Robot
 
@@ -30,6 +31,7 @@ class World:
         nvm: Image of Junior's EEPROM, as `device.nvm` gave it; None is a new robot.
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
+        faults: What goes wrong with Junior, by the world's time; faults of a line are `DisturbedWorld`'s business.
 
     Attributes:
         table: Bodies and rules.
@@ -51,12 +53,14 @@ class World:
         nvm: bytes | None = None,
         host: Host | None = None,
         wire: str = MAVLINK,
+        faults: FaultSpec | None = None,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
         self.table = Table(opponent, seed, self._profile)
         self.wire = wire
+        self._faults = faults
         self.device = self._device(self.table.robot, nvm, host, wire)
         self.referee = Referee(self.table, self._placed, wire=wire) if referee else None
         self._second: VirtualDevice | None = None
@@ -68,7 +72,7 @@ class World:
         first = robot is self.table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
-        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire)
+        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=self._faults if first else None)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
@@ -119,6 +123,7 @@ def junior_world(
     nvm: bytes | None = None,
     host: Host | None = None,
     wire: str = MAVLINK,
+    faults: FaultSpec | None = None,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -130,6 +135,7 @@ def junior_world(
         nvm: Image of Junior's EEPROM; None is a new robot.
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
         wire: `mavlink`, or `can` for CAN frames in serial form.
+        faults: What goes wrong with Junior, by the world's time; None is nothing.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -137,4 +143,4 @@ def junior_world(
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
-    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host, wire=wire)
+    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host, wire=wire, faults=faults)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import heapq
 import random
-import re
 import threading
-from dataclasses import dataclass, fields, replace
+from bisect import bisect_right
+from collections import deque
+from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
@@ -17,110 +19,18 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.clock import Clock
+    from firmware_protocol.faults import FaultSpec
 
 HEADER: Final = 10
 """Bytes of a frame before its payload (MAVLink 2), which corruption leaves alone."""
 TRAILER: Final = 2
 """Bytes of a frame after its payload: the checksum, left alone too."""
-_PLUS: Final = re.compile(r"(?<![eE])\+")
-"""Between the two times of `unplug`; 1e+3 is one number."""
+REORDER: Final = 0.04
+"""Without jitter, greatest lateness of a frame that leaves its place in the line, in s."""
+QUEUE: Final = 1.0
+"""What would wait longer than this for a line with a limited rate is lost, in s."""
 _POLL: Final = 0.002
 """In real time, longest sleep while a frame to be sent may become due, in s."""
-
-
-@dataclass(frozen=True)
-class FaultSpec:
-    """What happens to the frames that go one way.
-
-    Attributes:
-        drop: Share of frames lost, 0 to 1.
-        corrupt: Share of frames in which one to three bits of the payload are flipped; on CAN, whose controllers check
-            frames and drop the damaged ones, they are lost.
-        duplicate: Share of frames that arrive twice.
-        delay: Time every frame is late, in s.
-        jitter: Further lateness, drawn for each frame uniformly from 0 to this, in s.
-        reorder: Jitter may change the order, as in a network; otherwise a late frame holds up those after it, as in a wire.
-        unplug: Time after opening at which the link dies, in s; None is never.
-        replug: Time after that at which it is plugged in again, in s, and can be opened anew; None is never.
-
-    Raises:
-        ValueError: A share outside 0 to 1, a negative time, or plugging in what is never unplugged.
-    """
-
-    drop: float = 0.0
-    corrupt: float = 0.0
-    duplicate: float = 0.0
-    delay: float = 0.0
-    jitter: float = 0.0
-    reorder: bool = False
-    unplug: float | None = None
-    replug: float | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("drop", "corrupt", "duplicate"):
-            if not 0 <= getattr(self, name) <= 1:
-                raise ValueError(f"fault {name!r} is a share of frames, 0 to 1, not {getattr(self, name):g}")
-        for name in ("delay", "jitter", "unplug", "replug"):
-            if not 0 <= (getattr(self, name) or 0) < float("inf"):
-                raise ValueError(f"fault {name!r} is a time in s, not {getattr(self, name):g}")
-        if self.replug is not None and self.unplug is None:
-            raise ValueError("fault 'replug' needs the time of 'unplug' too: write unplug:T+D")
-
-    @classmethod
-    def parse(cls, text: str) -> FaultSpec:
-        """Read a specification from an address or a command line.
-
-        Args:
-            text: As `drop:0.05,corrupt:0.01,jitter:0.02,reorder`; `=` may stand for `:`. `unplug:5+2` is unplugged after
-                5 s and plugged in again 2 s later.
-
-        Returns:
-            The specification; what is not named does not happen.
-
-        Raises:
-            ValueError: An unknown name, or a value that does not fit.
-        """
-        spec = cls()
-        known = [field.name for field in fields(cls) if field.name != "replug"]
-        for item in filter(None, (part.strip() for part in text.split(","))):
-            name, _, value = item.replace("=", ":").partition(":")
-            if name not in known:
-                raise ValueError(f"unknown fault {name!r}: known are {', '.join(known)}")
-            if name == "reorder":
-                if value not in {"", "1", "true", "0", "false"}:
-                    raise ValueError(f"fault 'reorder' is on or off, not {value!r}")
-                spec = replace(spec, reorder=value in {"", "1", "true"})
-                continue
-            first, *again = _PLUS.split(value, 1) if name == "unplug" else [value]
-            try:
-                number, replug = float(first), float(again[0]) if again else None
-            except ValueError:
-                raise ValueError(f"fault {name!r} needs a number, not {value!r}") from None
-            match name:
-                case "drop":
-                    spec = replace(spec, drop=number)
-                case "corrupt":
-                    spec = replace(spec, corrupt=number)
-                case "duplicate":
-                    spec = replace(spec, duplicate=number)
-                case "delay":
-                    spec = replace(spec, delay=number)
-                case "jitter":
-                    spec = replace(spec, jitter=number)
-                case _:
-                    spec = replace(spec, unplug=number, replug=replug)
-        return spec
-
-    def __str__(self) -> str:
-        """The specification as `parse` reads it."""
-        items: list[str] = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "replug" and value is not None:
-                items[-1] += f"+{value:g}"
-            elif value != field.default:
-                items.append("reorder" if field.name == "reorder" else f"{field.name}:{value:g}")
-        return ",".join(items)
 
 
 @dataclass(slots=True)
@@ -132,6 +42,8 @@ class FaultCounts:
     corrupted: int = 0
     duplicated: int = 0
     delayed: int = 0
+    crowded: int = 0
+    """Lost because the line could not carry them in time."""
 
 
 class _Way:
@@ -140,12 +52,19 @@ class _Way:
     Args:
         spec: What happens.
         seed: Any text; the same one does the same to the same frames.
+        opened: When the link was opened, in s.
         split: Cuts bytes into frames; None leaves every piece whole and damages it anywhere.
         checked: The hardware checks frames and drops the damaged ones.
     """
 
     def __init__(
-        self, spec: FaultSpec, seed: str, split: Callable[[bytes], list[bytes]] | None, *, checked: bool = False
+        self,
+        spec: FaultSpec,
+        seed: str,
+        opened: float,
+        split: Callable[[bytes], list[bytes]] | None,
+        *,
+        checked: bool = False,
     ) -> None:
         self._checked = checked
         self.spec = spec
@@ -154,17 +73,22 @@ class _Way:
         self._split = split
         self._queue: list[tuple[float, int, bytes]] = []
         self._number = 0
-        self._last_due = float("-inf")
+        self._last_due = -inf
+        self._free = -inf
+        # What befalls frames up to each change, and after the last one.
+        changes = spec.line_changes()
+        self._changes = [opened + time for time in changes]
+        self._lines = [spec.line_at(time) for time in (0.0, *changes)]
 
     def clear(self) -> None:
         """Lose what is under way."""
         self._queue.clear()
-        self._last_due = float("-inf")
+        self._last_due = self._free = -inf
 
     @property
     def next_due(self) -> float:
         """When the next frame is due; infinite when none waits."""
-        return self._queue[0][0] if self._queue else float("inf")
+        return self._queue[0][0] if self._queue else inf
 
     def admit(self, data: bytes, now: float) -> None:
         """Take bytes in."""
@@ -172,30 +96,47 @@ class _Way:
             self._admit_frame(frame, now)
 
     def _admit_frame(self, frame: bytes, now: float) -> None:
-        spec, draw, counts = self.spec, self._random, self.counts
+        spec = self._lines[bisect_right(self._changes, now)] if self._changes else self._lines[0]
+        draw, counts = self._random, self.counts
         counts.frames += 1
         if spec.drop and draw.random() < spec.drop:
             counts.dropped += 1
             return
-        if spec.corrupt and draw.random() < spec.corrupt:
-            counts.corrupted += 1
-            if self._checked:
-                return
-            frame = self._damage(frame)
+        for share, damage in ((spec.corrupt, self._flip), (spec.corrupt_bytes, self._overwrite)):
+            if share and draw.random() < share:
+                counts.corrupted += 1
+                if self._checked:
+                    return
+                frame = damage(frame)
         copies = 1
         if spec.duplicate and draw.random() < spec.duplicate:
             counts.duplicated += 1
             copies = 2
         for _ in range(copies):
-            due = now + spec.delay + (draw.uniform(0.0, spec.jitter) if spec.jitter else 0.0)
-            if not spec.reorder:
-                due = max(due, self._last_due)
-            self._last_due = due
+            carried = self._carry(frame, now, spec)
+            if carried is None:
+                counts.crowded += 1
+                continue
+            due = carried + spec.delay + (draw.uniform(0.0, spec.jitter) if spec.jitter else 0.0)
+            if spec.reorder and (spec.reorder == 1 or draw.random() < spec.reorder):
+                due += 0.0 if spec.jitter else draw.uniform(0.0, REORDER)
+            else:
+                due = self._last_due = max(due, self._last_due)
             counts.delayed += due > now
             heapq.heappush(self._queue, (due, self._number, frame))
             self._number += 1
 
-    def _damage(self, frame: bytes) -> bytes:
+    def _carry(self, frame: bytes, now: float, spec: FaultSpec) -> float | None:
+        """When a line of limited rate has carried a frame; None where too many wait already."""
+        if spec.rate == inf and spec.frame_rate == inf:
+            return now
+        begins = max(now, self._free)
+        if begins - now > QUEUE:
+            return None
+        self._free = begins + max(len(frame) / spec.rate, 1 / spec.frame_rate)
+        return self._free
+
+    def _flip(self, frame: bytes) -> bytes:
         """Flip one to three different bits of the payload; of anything shorter than a frame, anywhere."""
         first, last = 0, len(frame)
         if self._split and last > HEADER + TRAILER:
@@ -204,6 +145,13 @@ class _Way:
         damaged = bytearray(frame)
         for place in self._random.sample(places, min(self._random.randint(1, 3), len(places))):
             damaged[place >> 3] ^= 1 << (place & 7)
+        return bytes(damaged)
+
+    def _overwrite(self, frame: bytes) -> bytes:
+        """Put other bytes in the place of one to three, anywhere."""
+        damaged = bytearray(frame)
+        for place in self._random.sample(range(len(frame)), min(self._random.randint(1, 3), len(frame))):
+            damaged[place] ^= self._random.randint(1, 255)
         return bytes(damaged)
 
     def take(self, now: float) -> bytes:
@@ -246,19 +194,20 @@ class FaultyLink(Link):
         self.url = inner.url
         self.lockstep = inner.lockstep
         self.wire = inner.wire
-        self.news = inner.news  # type: ignore[method-assign]
         self._inner = inner
         self._clock = clock
-        self._down = _Way(down, f"{seed} down", split, checked=self.wire == CAN)
-        self._up = _Way(up or down, f"{seed} up", split, checked=self.wire == CAN)
-        dies, away = min((_never(spec.unplug), _never(spec.replug)) for spec in (down, up or down))
-        self._dies = clock.now() + dies
-        self._returns = self._dies + away
+        opened = clock.now()
+        self._down = _Way(down, f"{seed} down", opened, split, checked=self.wire == CAN)
+        self._up = _Way(up or down, f"{seed} up", opened, split, checked=self.wire == CAN)
+        specs = (down,) if up is None else (down, up)
+        self._cuts = [(opened + spell.at, opened + spell.ends) for spec in specs for spell in spec.unplugs]
+        self._dies = min((at for at, _ in self._cuts), default=inf)
+        told = [(opened + time, text) for spec in specs for time, text in spec.timeline()]
+        self._to_tell = deque(sorted(told, key=lambda one: one[0]))
         self._lock = threading.Lock()
         self._closed = False
         self._gone: LinkClosedError | None = None
-        late = down.delay or down.jitter
-        self._slice = _POLL if late and not inner.lockstep else float("inf")
+        self._slice = _POLL if down.late() and not inner.lockstep else inf
 
     @property
     def down(self) -> FaultCounts:
@@ -269,6 +218,13 @@ class FaultyLink(Link):
     def up(self) -> FaultCounts:
         """What was done on the way from the robot."""
         return self._up.counts
+
+    def news(self) -> list[str]:
+        """What has happened to the link proper, and which faults began and ended, those of an emulated robot too."""
+        news = self._inner.news()
+        while self._to_tell and self._clock.now() >= self._to_tell[0][0]:
+            news.append(self._to_tell.popleft()[1])
+        return news
 
     def write(self, data: bytes) -> None:
         """Hand over whole frames; those that are not lost or late leave at once."""
@@ -292,7 +248,7 @@ class FaultyLink(Link):
             now = self._clock.now()
             self._unplug(now)
             if self._gone:  # what had arrived is handed over first
-                if rest := self._up.take(float("inf")):
+                if rest := self._up.take(inf):
                     return rest
                 raise self._gone
             try:
@@ -326,12 +282,11 @@ class FaultyLink(Link):
             LinkOpenError: The plug is out, or the link proper can't be opened.
         """
         now = self._clock.now()
-        if self._dies <= now < self._returns:
+        if any(at <= now < ends for at, ends in self._cuts):
             raise LinkOpenError(self.url, "unplugged")
         inner = opener()
-        if now >= self._dies:  # that was the one time
-            self._dies = float("inf")
-        self._inner, self.url, self.news = inner, inner.url, inner.news  # type: ignore[method-assign]
+        self._dies = min((at for at, _ in self._cuts if at > now), default=inf)  # what is over is over
+        self._inner, self.url = inner, inner.url
         self._down.clear()
         self._up.clear()
         self._gone, self._closed = None, False
@@ -355,8 +310,3 @@ class FaultyLink(Link):
         """Die when the time has come."""
         if now >= self._dies and not self._gone:
             self._gone = LinkClosedError(self.url, "unplugged")
-
-
-def _never(time: float | None) -> float:
-    """None as infinity."""
-    return float("inf") if time is None else time

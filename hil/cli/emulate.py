@@ -11,10 +11,12 @@ from typing import Annotated
 
 import typer
 
-from firmware_protocol.links.faulty import FaultSpec
+from firmware_protocol.errors import FaultSpecError
+from firmware_protocol.faults import FaultSpec
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
+from hil.fault_file import read_faults
 from hil.files import replace_file
 
 
@@ -37,7 +39,11 @@ def emulate(
     ] = True,
     faults: Annotated[
         str | None,
-        typer.Option("--faults", metavar="SPEC", help="A bad line, each way: drop:0.05,corrupt:0.01,jitter:0.02,unplug:30."),
+        typer.Option(
+            "--faults",
+            metavar="SPEC",
+            help="What goes wrong with the line and the robot: drop:0.05,stuck:eye_left@5+3,brownout:20+1, or FILE.toml.",
+        ),
     ] = None,
     memory: Annotated[
         Path | None, typer.Option("--memory", metavar="FILE", help="Keep the robot's EEPROM in this file between runs.")
@@ -63,10 +69,10 @@ def emulate(
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
     nvm = _load(memory)
-    spec = FaultSpec() if faults is None else _parse(faults)
+    spec = FaultSpec() if faults is None else _read(faults)
     endpoint = open_endpoint(link, public=public)
     try:
-        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=nvm, wire=endpoint.wire)
+        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=nvm, wire=endpoint.wire, faults=spec)
     except ValueError as error:
         endpoint.close()
         raise common.UsageError(f"{memory}: {error}") from error
@@ -74,9 +80,12 @@ def emulate(
     with terminate_as_interrupt():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
-            common.print_json({"robot": str(what), "url": endpoint.url, "opponent": opponent, "pid": os.getpid()})
+            document = {"robot": str(what), "url": endpoint.url, "opponent": opponent, "pid": os.getpid()}
+            common.print_json(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
         else:
             console.print(f"{what.capitalize()} is at {endpoint.url}", markup=False)
+            if faults is not None:
+                console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
                 console.print(f"For instance: hil monitor {endpoint.url}    or: hil coach {endpoint.url}", markup=False)
         sys.stdout.flush()
@@ -90,10 +99,10 @@ def emulate(
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
 
 
-def _parse(faults: str) -> FaultSpec:
+def _read(faults: str) -> FaultSpec:
     try:
-        return FaultSpec.parse(faults)
-    except ValueError as error:
+        return read_faults(faults)
+    except FaultSpecError as error:
         raise common.UsageError(f"--faults: {error}") from error
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError, PeerLostError
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
-from hil.connecting import connect
+from hil.connecting import connect, fault_option
 from hil.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -145,9 +145,13 @@ def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep
         What writes it; to be closed.
 
     Raises:
-        LogError: It can't be written.
+        AddressError: The address asks for faults, and something of them is wrong.
+        LogError: The log can't be written.
     """
     described = {key: str(value) for key, value in config.items()}
+    faults = fault_option(parse_address(url))
+    if faults is not None:  # also where the address names a file, which may be another tomorrow
+        described["faults"] = str(faults)
     described |= {
         "version": metadata.version("junior-hil"),
         "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",

@@ -6,11 +6,10 @@ import threading
 from dataclasses import dataclass, field
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
+from firmware_protocol.faults import Unplug
 from firmware_protocol.link import Link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
@@ -118,7 +117,7 @@ def test_jitter_may_change_the_order_of_a_network() -> None:
 
 def test_unplugging_hands_over_what_had_arrived_and_then_says_so() -> None:
     device = Echo()
-    link = FaultyLink(MemoryLink(device), FaultSpec(delay=0.02, unplug=0.05), seed=1, clock=device)
+    link = FaultyLink(MemoryLink(device), FaultSpec(delay=0.02, unplugs=(Unplug(at=0.05),)), seed=1, clock=device)
     link.write(b"a")
     assert link.read(1.0) == b"a"
     assert device.now() >= 0.05
@@ -158,9 +157,26 @@ def test_what_is_plugged_in_again_can_be_opened_again_and_goes_on_with_its_fault
     inner.close()
 
 
+def test_the_plug_is_pulled_as_often_as_the_specification_says() -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec.parse("unplug:1+0.5,unplug:3+0.5,unplug:5"), seed=1, clock=device)
+    dead = []
+    for _ in range(3):
+        with pytest.raises(LinkClosedError, match="unplugged"):
+            link.read(10.0)
+        dead.append(device.now())
+        link.close()
+        MemoryLink(device).read(0.6)
+        if len(dead) < 3:
+            link.open_again(lambda: MemoryLink(device))
+    assert dead == pytest.approx([1, 3, 5], abs=0.011)
+    with pytest.raises(LinkOpenError, match="unplugged"):
+        link.open_again(lambda: MemoryLink(device))
+
+
 def test_what_is_unplugged_for_good_cannot_be_opened_again() -> None:
     device = Echo()
-    link = FaultyLink(MemoryLink(device), FaultSpec(unplug=0.0), seed=1, clock=device)
+    link = FaultyLink(MemoryLink(device), FaultSpec(unplugs=(Unplug(at=0.0),)), seed=1, clock=device)
     link.close()
     with pytest.raises(LinkOpenError, match="unplugged"):
         link.open_again(lambda: MemoryLink(device))
@@ -273,54 +289,114 @@ def test_one_thread_writes_while_another_reads() -> None:
     assert split_frames(came) == sent
 
 
-@given(
-    st.builds(
-        FaultSpec,
-        drop=st.sampled_from([0.0, 0.05, 1.0]),
-        corrupt=st.sampled_from([0.0, 0.01]),
-        duplicate=st.sampled_from([0.0, 0.5]),
-        delay=st.sampled_from([0.0, 0.02]),
-        jitter=st.sampled_from([0.0, 0.02]),
-        reorder=st.booleans(),
-        unplug=st.sampled_from([0.0, 12.5, 3e7]),
-        replug=st.sampled_from([None, 0.0, 2.5, 3e7]),
-    )
-)
-def test_a_specification_survives_being_written_down(spec: FaultSpec) -> None:
-    assert FaultSpec.parse(str(spec)) == spec
+def test_a_share_of_frames_leaves_its_place_and_the_others_keep_theirs() -> None:
+    link, arrived = one_way("reorder:0.1")
+    assert sorted(arrived) == sorted(frames(2000))
+    order = {frame: number for number, frame in enumerate(frames(2000))}
+    numbers = [order[frame] for frame in arrived]
+    passed = [number for place, number in enumerate(numbers) if number < max(numbers[: place + 1])]
+    assert 100 <= len(passed) <= 260  # 200 expected to leave, most of them passed by others
+    kept = [number for number in numbers if number not in set(passed)]
+    assert kept == sorted(kept)
+    assert link.down.delayed >= len(passed)
 
 
-def test_both_ways_of_writing_a_specification() -> None:
-    expected = FaultSpec(drop=0.05, corrupt=0.01, jitter=0.02)
-    assert FaultSpec.parse("drop:0.05,corrupt:0.01,jitter:0.02") == expected
-    assert FaultSpec.parse("drop=0.05, corrupt=0.01, jitter=0.02,") == expected
-    assert FaultSpec.parse("reorder:false") == FaultSpec()
+def test_overwritten_bytes_are_one_to_three_anywhere_in_the_frame() -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec(corrupt_bytes=1.0), FaultSpec(), seed=1, clock=device, split=split_frames)
+    changed, places = set(), set()
+    for frame in frames(400):
+        link.write(frame)
+        link.read(0.005)
+        wrong = [place for place, (was, now) in enumerate(zip(frame, device.came[-1][1], strict=True)) if was != now]
+        changed.add(len(wrong))
+        places.update(wrong)
+    assert changed == {1, 2, 3}
+    assert {0, 9, len(frames(1)[0]) - 1} <= places  # start marker, message id, checksum
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("drop:2", "share of frames"),
-        ("drop:-0.1", "share of frames"),
-        ("drop:nan", "share of frames"),
-        ("delay:-1", "time in s"),
-        ("jitter:inf", "time in s"),
-        ("drop", "needs a number"),
-        ("unplug:1+", "needs a number"),
-        ("unplug:1+-2", "time in s"),
-        ("replug:1", "unknown fault 'replug'"),
-        ("loss:0.1", "unknown fault 'loss'"),
-        ("reorder:perhaps", "on or off"),
-    ],
-)
-def test_wrong_specifications_are_refused(text: str, said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        FaultSpec.parse(text)
+@pytest.mark.parametrize(("spec", "each"), [("rate:2600", 0.0), ("frame_rate:100", 0.01), ("frame_rate:100,rate:1e6", 0.01)])
+def test_a_limited_line_carries_one_frame_after_the_other(spec: str, each: float) -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec.parse(spec), FaultSpec(), seed=1, clock=device, split=split_frames)
+    sent = frames(20)
+    for frame in sent:
+        link.write(frame)
+    link.read(1.0)
+    while device.now() < 1.0:
+        link.read(0.1)
+    times = [time for time, _ in device.came]
+    pace = each or len(sent[10]) / 2600
+    assert times[-1] - times[4] == pytest.approx(15 * pace, abs=0.011)
+    assert split_frames(b"".join(data for _, data in device.came)) == sent
 
 
-def test_nothing_is_plugged_in_that_was_not_unplugged() -> None:
-    with pytest.raises(ValueError, match="unplug:T\\+D"):
-        FaultSpec(replug=1.0)
+def test_what_a_limited_line_cannot_carry_within_a_second_is_lost() -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec(frame_rate=10), FaultSpec(), seed=1, clock=device, split=split_frames)
+    link.write(b"".join(frames(40)))
+    while device.now() < 6:
+        link.read(0.5)
+    assert link.down.crowded == 29  # one on its way at once, and as many more as begin within a second
+    assert sum(len(split_frames(data)) for _, data in device.came) == 11
+
+
+def test_a_spell_takes_the_place_of_what_is_always_there_and_gives_it_back() -> None:
+    device = Echo()
+    spec = FaultSpec.parse("drop:0.1,drop:1@0.5+0.5,drop:0@1.5+0.25")
+    link = FaultyLink(MemoryLink(device), spec, FaultSpec(), seed=3, clock=device, split=split_frames)
+    sent: dict[str, int] = {"before": 0, "deaf": 0, "between": 0, "whole": 0, "after": 0}
+    came = dict(sent)
+    for frame in frames(1000):
+        now = device.now()
+        part = "before" if now < 0.5 else "deaf" if now < 1 else "between" if now < 1.5 else "whole" if now < 1.75 else "after"
+        before = len(device.came)
+        link.write(frame)
+        link.read(0.005)
+        sent[part] += 1
+        came[part] += len(device.came) - before
+    assert came["deaf"] == 0
+    assert came["whole"] == sent["whole"] >= 20
+    for part in ("before", "between", "after"):
+        assert 0.7 * sent[part] < came[part] < sent[part]
+
+
+def test_begin_and_end_of_what_has_a_time_are_news_once() -> None:
+    device = Echo()
+    link = FaultyLink(MemoryLink(device), FaultSpec.parse("drop:0.1,jitter:0.02@1+0.5,wheel:left@1.2"), seed=1, clock=device)
+    assert link.news() == []
+    news = []
+    while device.now() < 2:
+        link.read(0.1)
+        news += [(device.now(), text) for text in link.news()]
+    assert [text for _, text in news] == [
+        "fault begins: jitter:0.02@1+0.5",
+        "fault begins: wheel:left@1.2",
+        "fault ends: jitter:0.02@1+0.5",
+    ]
+    assert [time for time, _ in news] == pytest.approx([1.0, 1.2, 1.5], abs=0.101)  # it is asked every 100 ms
+
+
+def test_a_spell_of_lateness_leaves_in_real_time_too() -> None:
+    clock = ManualClock()
+    taken: list[bytes] = []
+
+    class Taking(Stuck):
+        def write(self, data: bytes) -> None:
+            taken.append(data)
+
+        def read(self, timeout: float) -> bytes:
+            clock.advance(timeout)
+            return b""
+
+    link = FaultyLink(Taking(LinkClosedError), FaultSpec.parse("delay:0.5@10+1"), seed=1, clock=clock)
+    link.write(b"a")
+    assert taken == [b"a"]
+    clock.advance(10.2)
+    link.write(b"b")
+    assert taken == [b"a"]
+    link.read(0.6)
+    assert taken == [b"a", b"b"]
 
 
 def test_heartbeats_are_frames_too() -> None:

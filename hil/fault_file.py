@@ -1,0 +1,63 @@
+"""Fault specifications as a user gives them: as text, or in a TOML or JSON file."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any, Final
+
+from firmware_protocol.errors import FaultSpecError
+from firmware_protocol.faults import FaultSpec
+from hil.field_lines import line_of
+
+_SUFFIXES: Final = (".toml", ".json")
+
+
+def read_faults(text: str) -> FaultSpec:
+    """Read what a user wrote after `faults=` or `--faults`.
+
+    Args:
+        text: A specification such as `drop:0.05,stuck:eye_left@5+3`, or `@` and the path of a file; the `@` may be left out
+            where the path ends in `.toml` or `.json`.
+
+    Returns:
+        The specification.
+
+    Raises:
+        FaultSpecError: Something is wrong with it; the text says where, in a file by its line.
+    """
+    if not text.startswith("@") and not text.endswith(_SUFFIXES):
+        return FaultSpec.parse(text)
+    return load_faults(Path(text.removeprefix("@")))
+
+
+def load_faults(path: Path) -> FaultSpec:
+    """Read a fault file.
+
+    Args:
+        path: The file; JSON where it ends in `.json`, else TOML.
+
+    Returns:
+        The specification.
+
+    Raises:
+        FaultSpecError: It can't be read, is no TOML or JSON, or something in it is wrong; the text says in which line.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise FaultSpecError(f"cannot read the fault file {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise FaultSpecError(f"{path} is no text file: {error}") from error
+    try:
+        table: Any = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
+        raise FaultSpecError(f"{path}: {error}") from error
+    except RecursionError as error:
+        raise FaultSpecError(f"{path} is no fault file: it is nested too deeply") from error
+    try:
+        return FaultSpec.from_table(table)
+    except FaultSpecError as error:
+        line = line_of(text, error.path) if error.path else 0
+        raise FaultSpecError(f"{path}{f', line {line}' if line else ''}: {error}", error.path) from error
