@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from math import inf
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -26,9 +26,6 @@ from firmware_protocol.faults import (
     WeakWheel,
 )
 from hil.fault_file import load_faults, read_faults
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 EVERYTHING = FaultSpec(
     drop=0.05,
@@ -124,6 +121,15 @@ def test_text_table_file_and_constructor_mean_the_same(tmp_path: Path) -> None:
     assert read_faults(f"@{toml}") == read_faults(str(toml)) == EVERYTHING
     assert read_faults(f"@{tmp_path / 'bad-day.json'}") == EVERYTHING
     assert read_faults(EVERYTHING_TEXT) == EVERYTHING
+
+
+def test_the_file_on_the_page_is_one(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "faults.md").read_text(encoding="utf-8")
+    (tmp_path / "page.toml").write_text(page.partition("```toml\n")[2].partition("```")[0], encoding="utf-8")
+    assert str(load_faults(tmp_path / "page.toml")) == (
+        "drop:0.02,jitter:0.02,drop:0.5@10+2,unplug:20+3,brownout:30+0.5,brownout:90,stuck:eye_left:900@5,"
+        "wheel:left:0.5@40+10,battery:6.2@50"
+    )
 
 
 def test_nothing_is_nothing() -> None:
