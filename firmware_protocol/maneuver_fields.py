@@ -32,6 +32,7 @@ def to_fields(maneuver: Maneuver) -> ManeuverFields:
         | (ManeuverOption.END_ON_CHANGE if maneuver.end_on_change else 0)
         | (ManeuverOption.EYES if maneuver.eyes else 0)
         | (ManeuverOption.ARMS if maneuver.arms else 0)
+        | (ManeuverOption.HOLD if maneuver.hold else 0)
     )
     codes = tuple(int(action) for action in maneuver.actions)
     padded = codes + (0,) * (MAX_ACTIONS - len(codes))
@@ -58,6 +59,7 @@ def from_fields(message: JuniorManeuver | JuniorMemoryEntry) -> Maneuver:
         end_on_change=ManeuverOption.END_ON_CHANGE in options,
         eyes=ManeuverOption.EYES in options,
         arms=ManeuverOption.ARMS in options,
+        hold=ManeuverOption.HOLD in options,
     )
 
 

@@ -111,6 +111,7 @@ class ManeuverOption(IntFlag):
     END_ON_CHANGE = 2
     EYES = 4
     ARMS = 8
+    HOLD = 16
 
 
 class ContestCommand(IntEnum):
@@ -371,7 +372,7 @@ class JuniorManeuver(Message, id=47102, direction=Direction.DOWN, numbered=True)
     session: Session
     sequence: Sequence
     period: Annotated[float, Wire("u16", "s", 1e-3, 0.02, 5.0, text="Time an action lasts")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=15, text="Reflex, end on change, what counts as stimulus")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=31, text="Reflex, end on change, what is stimulus, hold")]
     target_system: Target
     target_component: TargetComponent
     count: Annotated[int, Wire("u8", minimum=1, maximum=MAX_ACTIONS, text="Number of actions")]
@@ -409,7 +410,7 @@ class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=Tr
     session: Session
     sequence: Sequence
     period: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 5.0, text="Time an action lasts; 0.02 s or more unless erasing")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=15, text="As in JUNIOR_MANEUVER")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=31, text="As in JUNIOR_MANEUVER")]
     target_system: Target
     target_component: TargetComponent
     previous: Annotated[int, Wire("u8", text="Previous stimulus; 255 is any. 255 here and in current, with count 0: erase all")]

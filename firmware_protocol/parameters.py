@@ -58,5 +58,6 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
     Parameter("STIM_ARMS", 0, 0, 1, "", "Contest: 1 counts the arms as part of the stimulus", whole=True),
     Parameter("CONTEST_MAX", 180, 0, 3600, "s", "A contest ends after this time; 0 never", whole=True),
     Parameter("BATT_LOW", 0, 0, 20000, "mV", "Warn below this; 0 never", whole=True),
+    Parameter("MAN_HOLD", 100, 0, 250, "ms", "HOLD: longest time a maneuver's last action goes on; 0 not at all", whole=True),
     Parameter("WHEEL_SPEED", 400, 1, 5000, "mm/s", "Free speed of a wheel, for travel without encoders", whole=True),
 )

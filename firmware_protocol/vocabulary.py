@@ -172,6 +172,8 @@ class Maneuver:
         end_on_change: End when the stimulus is no longer the one the maneuver began with.
         eyes: The eyes count as part of the stimulus.
         arms: The arms count as part of the stimulus.
+        hold: When it is over, the last action goes on until the next command comes, for the robot's MAN_HOLD at most.
+            For maneuvers that follow one another: the robot does not halt while the next is on its way.
 
     Raises:
         ValueError: No action, more than eight, or a period outside 0.02 to 5 s.
@@ -183,6 +185,7 @@ class Maneuver:
     end_on_change: bool = False
     eyes: bool = True
     arms: bool = False
+    hold: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.actions) <= MAX_ACTIONS:

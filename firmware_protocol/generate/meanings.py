@@ -25,7 +25,7 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
     State: {
         State.DISARMED: "The wheels stand still; arm it first",
         State.READY: "Armed, standing still",
-        State.DRIVING: "Turning the wheels as JUNIOR_WHEELS or MANUAL_CONTROL said",
+        State.DRIVING: "Turning the wheels as JUNIOR_WHEELS or MANUAL_CONTROL said, or a maneuver that is over (HOLD)",
         State.PERFORMING: "Performing a maneuver",
         State.COUNTDOWN: "A contest is about to begin",
         State.CONTEST: "Playing from memory, with no host",
@@ -48,6 +48,7 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
         ManeuverOption.END_ON_CHANGE: "End when the stimulus is another than at the beginning",
         ManeuverOption.EYES: "The eyes are part of the stimulus",
         ManeuverOption.ARMS: "The arms are part of the stimulus",
+        ManeuverOption.HOLD: "When it is over, the last action goes on until the next command, for MAN_HOLD at most",
     },
     Stimulus: {
         Stimulus.EYE_LEFT: "The left eye sees",

@@ -155,6 +155,25 @@ def change_ignored(robot: Subject) -> str:
     return "it completes"
 
 
+@GROUP.check("maneuver-holds", rule="JUNIOR_MANEUVER", needs=("maneuver-completes",))
+def holds(robot: Subject) -> str:
+    """With HOLD, the last action of a maneuver goes on until the next command, and for MAN_HOLD at most."""
+    robot.arm()
+    with robot.parameters(MAN_HOLD=250.0):
+        for options, state in ((0, State.READY), (ManeuverOption.HOLD, State.DRIVING)):
+            _performed(robot, robot.maneuver(STAY, 0.05, options), Outcome.COMPLETED)
+            robot.expect_state(state, f"after a maneuver with options {int(options)}")
+        _performed(robot, robot.maneuver(STAY, 0.05), Outcome.COMPLETED)
+        robot.expect_state(State.READY, "when another maneuver has come")
+        _performed(robot, robot.maneuver(STAY, 0.05, ManeuverOption.HOLD), Outcome.COMPLETED)
+        robot.spend(0.3)
+        robot.expect_state(State.READY, "0.3 s after a maneuver that may hold for 0.25 s")
+    with robot.parameters(MAN_HOLD=0.0):
+        _performed(robot, robot.maneuver(STAY, 0.05, ManeuverOption.HOLD), Outcome.COMPLETED)
+        robot.expect_state(State.READY, "with MAN_HOLD 0")
+    return "only when asked for, 250 ms and not at all"
+
+
 @GROUP.check("floor-reflex", rule="A maneuver", needs=("floor-follows-threshold",))
 def floor_reflex(robot: Subject) -> str:
     """With FLOOR_REFLEX, leaving the ring ends a maneuver by backing off and turning, for the times set."""

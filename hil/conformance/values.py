@@ -59,7 +59,7 @@ def maneuver(robot: Subject) -> str:
     robot.arm()
     before = robot.status().maneuvers
     values: list[Bad] = [("count", 0, 0), ("count", 9, 0), ("count", 255, 0), ("period", 19, 0), ("period", 5001, 0)]
-    values += [("options", 16, 0), ("options", 65_535, 0), ("actions", 17, 0), ("actions", 255, 0)]
+    values += [("options", 32, 0), ("options", 65_535, 0), ("actions", 17, 0), ("actions", 255, 0)]
     with robot.still():
         words = _refused(robot, lambda: robot.maneuver(STAY), values)
         count = robot.status().maneuvers - before
@@ -73,7 +73,7 @@ def maneuver(robot: Subject) -> str:
 def memory(robot: Subject) -> str:
     """JUNIOR_MEMORY_WRITE with a value out of range is refused."""
     robot.need_memory()
-    values: list[Bad] = [("count", 9, 0), ("period", 19, 0), ("period", 5001, 0), ("options", 16, 0), ("actions", 17, 0)]
+    values: list[Bad] = [("count", 9, 0), ("period", 19, 0), ("period", 5001, 0), ("options", 32, 0), ("actions", 17, 0)]
     values += [("current", 16, 0), ("current", 254, 0), ("previous", 16, 0), ("previous", 254, 0)]
     before = len(robot.read_memory())
     words = _refused(robot, lambda: robot.write((Action.S,), current=15, previous=15), values)

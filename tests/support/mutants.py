@@ -256,6 +256,13 @@ MUTANTS: Final = (
         "    return false;",
     ),
     Mutant(
+        "maneuver-holds",
+        "goes on after a maneuver as if it had been driven, whatever MAN_HOLD says",
+        "maneuver.c",
+        "    wheels_run(robot, (uint16_t)params_get(robot, PARAM_MAN_HOLD), options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);\n",
+        "    wheels_run(robot, 5000U, options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);\n",
+    ),
+    Mutant(
         "memory-checksum",
         "keeps an old checksum",
         "memory.c",

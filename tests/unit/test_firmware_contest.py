@@ -46,8 +46,9 @@ def test_it_stands_still_until_the_countdown_is_over(countdown: float) -> None:
     assert bench.wheels == (1000, 1000)
 
 
-def test_it_plays_on_without_a_gap_between_maneuvers() -> None:
-    bench = taught((ANY_STIMULUS, 0, Action.FF), (ANY_STIMULUS, 1, Action.SB))
+@pytest.mark.parametrize("options", [0, ManeuverOption.HOLD])
+def test_it_plays_on_without_a_gap_between_maneuvers(options: int) -> None:
+    bench = taught((ANY_STIMULUS, 0, Action.FF), (ANY_STIMULUS, 1, Action.SB), options=options)
     start(bench)
     seen = []
     for i in range(100):

@@ -250,7 +250,7 @@ def test_a_light_floor_can_be_the_ring() -> None:
 @pytest.mark.parametrize(
     "changes",
     [
-        {"count": 0}, {"count": 9}, {"period": 0.019}, {"period": 5.001}, {"options": 16},
+        {"count": 0}, {"count": 9}, {"period": 0.019}, {"period": 5.001}, {"options": 32},
         {"actions": (17, 0, 0, 0, 0, 0, 0, 0)}, {"actions": (1, 0, 0, 0, 0, 0, 0, 255)},
     ],
     ids=str,
@@ -264,6 +264,105 @@ def test_what_cannot_be_performed_is_refused_and_does_not_move(changes: dict[str
     assert bench.state() is State.READY
     bench.run(1000)
     assert bench.latest(JuniorStatus).maneuvers == 0
+
+
+def holding(options: int = 0, **parameters: float) -> FirmwareBench:
+    """A robot whose maneuver is just over."""
+    bench = FirmwareBench().armed()
+    for name, value in parameters.items():
+        bench.tick(ParamSet(1, 1, name, value))
+    bench.perform((Action.FF, Action.SF), 0.1, ManeuverOption.HOLD | options)
+    bench.run(195)
+    assert bench.wheels == (400, 400)
+    bench.tick(HOST)
+    return bench
+
+
+def test_the_last_action_goes_on_for_the_time_set() -> None:
+    bench = holding()
+    result = bench.result()
+    assert (result.outcome, result.done, result.samples[:3]) == (Outcome.COMPLETED, 2, (20, 20, 0))
+    for _ in range(20):
+        assert (bench.state(), bench.wheels) == (State.DRIVING, (400, 400))
+        bench.tick(HOST)
+    assert (bench.state(), bench.wheels) == (State.READY, (0, 0))
+    assert bench.result() == result, "what was held is no part of what was performed"
+
+
+@pytest.mark.parametrize(("milliseconds", "ticks"), [(0.0, 0), (250.0, 50)])
+def test_how_long_is_a_parameter(milliseconds: float, ticks: int) -> None:
+    bench = holding(MAN_HOLD=milliseconds)
+    held = 0
+    while bench.wheels != (0, 0):
+        held += 1
+        bench.tick(HOST)
+    assert held == ticks
+    assert bench.state() is State.READY
+
+
+def test_the_next_maneuver_follows_without_a_halt() -> None:
+    bench = holding()
+    bench.tick(HOST)
+    bench.perform((Action.FB,), 0.1)
+    assert (bench.state(), bench.wheels) == (State.PERFORMING, (-1000, -1000))
+    assert [result.outcome for result in bench.got(JuniorManeuverResult)] == [Outcome.COMPLETED], "nothing was replaced"
+    bench.run(100)
+    assert (bench.state(), bench.wheels) == (State.READY, (0, 0))
+    assert bench.result().outcome == Outcome.COMPLETED
+
+
+def test_a_maneuver_ended_by_a_change_is_held_too() -> None:
+    bench = FirmwareBench().armed()
+    bench.perform((Action.FF,), 1.0, ManeuverOption.END_ON_CHANGE | ManeuverOption.EYES | ManeuverOption.HOLD)
+    bench.eyes(left=True, right=True)
+    bench.run(30)
+    assert bench.result().outcome == Outcome.STIMULUS_CHANGED
+    assert (bench.state(), bench.wheels) == (State.DRIVING, (1000, 1000))
+
+
+def test_after_the_floor_reflex_nothing_is_held() -> None:
+    bench = FirmwareBench().armed()
+    for name in ("REFLEX_BACK", "REFLEX_TURN"):
+        bench.tick(ParamSet(1, 1, name, 50.0))
+    bench.perform((Action.FF,), 1.0, ManeuverOption.FLOOR_REFLEX | ManeuverOption.HOLD)
+    bench.floor(left=True, right=False)
+    bench.run(110)
+    assert bench.result().outcome == Outcome.FLOOR_REFLEX
+    assert (bench.state(), bench.wheels) == (State.READY, (0, 0))
+
+
+def test_the_border_ends_what_is_held_where_the_reflex_was_asked_for() -> None:
+    for options, wheels in ((ManeuverOption.FLOOR_REFLEX, (0, 0)), (0, (400, 400))):
+        bench = holding(options)
+        bench.floor(left=False, right=True)
+        bench.tick(HOST)
+        assert bench.wheels == wheels
+
+
+def test_who_drives_is_not_stopped_by_the_border() -> None:
+    bench = holding(ManeuverOption.FLOOR_REFLEX)
+    assert bench.ask(bench.wheels_message(0.5, 0.5, 1.0)) is Reason.NONE
+    bench.floor(left=True, right=True)
+    bench.run(200)
+    assert bench.wheels == (500, 500)
+
+
+def test_stop_disarm_and_emergency_stop_end_it_at_once() -> None:
+    for end in (FirmwareBench.disarm, FirmwareBench.stop, lambda bench: bench.ask(bench.wheels_message(0.0, 0.0, 0.0))):
+        bench = holding(MAN_HOLD=250.0)
+        end(bench)
+        assert bench.wheels == (0, 0)
+
+
+def test_the_watchdog_ends_it() -> None:
+    bench = FirmwareBench().armed()
+    for name, value in (("MAN_HOLD", 250.0), ("WATCHDOG", 100.0)):
+        bench.tick(ParamSet(1, 1, name, value))
+    bench.perform((Action.FF,), 0.05, ManeuverOption.HOLD)
+    bench.run(95, alive=False)
+    assert (bench.state(), bench.wheels) == (State.DRIVING, (1000, 1000))
+    bench.run(5, alive=False)
+    assert (bench.state(), bench.wheels) == (State.READY, (0, 0))
 
 
 def test_maneuvers_are_counted() -> None:

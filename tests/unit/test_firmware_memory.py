@@ -54,7 +54,7 @@ def contents(bench: FirmwareBench) -> dict[tuple[int, int], tuple[int, ...]]:
 def test_a_maneuver_is_stored_read_and_erased() -> None:
     bench = connected()
     assert contents(bench) == {}
-    options = ManeuverOption.ARMS | ManeuverOption.END_ON_CHANGE
+    options = ManeuverOption.ARMS | ManeuverOption.END_ON_CHANGE | ManeuverOption.HOLD
     assert bench.ask(bench.write_message(TWO, current=3, previous=7, period=0.123, options=options)) is Reason.NONE
     (entry,) = entries(bench)
     assert (entry.previous, entry.current, entry.period, entry.options) == (7, 3, 0.123, options)
@@ -116,7 +116,7 @@ def test_entries_come_sorted_and_the_checksum_depends_on_what_is_stored_alone() 
     "changes",
     [
         {"current": 16}, {"current": 255}, {"previous": 16}, {"previous": 254}, {"count": 9}, {"period": 0.019},
-        {"period": 5.001}, {"options": 16}, {"actions": (17,) + (0,) * 7},
+        {"period": 5.001}, {"options": 32}, {"actions": (17,) + (0,) * 7},
     ],
     ids=str,
 )  # fmt: skip

@@ -41,9 +41,15 @@ def result(*samples: int) -> JuniorManeuverResult:
 @pytest.mark.parametrize("floor_reflex", [True, False])
 @pytest.mark.parametrize("end_on_change", [True, False])
 @pytest.mark.parametrize("arms", [True, False])
-def test_a_maneuver_comes_back_as_it_was(floor_reflex: bool, end_on_change: bool, arms: bool) -> None:  # noqa: FBT001
+@pytest.mark.parametrize("hold", [True, False])
+def test_a_maneuver_comes_back_as_it_was(floor_reflex: bool, end_on_change: bool, arms: bool, hold: bool) -> None:  # noqa: FBT001
     maneuver = Maneuver(
-        (Action.FF, Action.L, Action.S), period=0.123, floor_reflex=floor_reflex, end_on_change=end_on_change, arms=arms
+        (Action.FF, Action.L, Action.S),
+        period=0.123,
+        floor_reflex=floor_reflex,
+        end_on_change=end_on_change,
+        arms=arms,
+        hold=hold,
     )
     fields = to_fields(maneuver)
     assert len(fields["actions"]) == 8

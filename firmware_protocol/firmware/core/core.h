@@ -63,6 +63,7 @@ void states_watch(struct junior *robot);
 void wheels_set(struct junior *robot, int16_t left, int16_t right);
 void wheels_stop(struct junior *robot);
 void wheels_drive(struct junior *robot, int16_t left, int16_t right, uint16_t duration);
+void wheels_run(struct junior *robot, uint16_t duration, bool guarded); /* guarded: the border stops them */
 void wheels_step(struct junior *robot);
 void wheels_output(struct junior *robot);
 

@@ -112,9 +112,12 @@ struct sensing {
 struct wheels {
     int16_t effort[2]; /* permille, trimmed */
     uint32_t deadline; /* ms, while DRIVING */
+    bool guarded;      /* the border stops them */
 };
 
 /* --- maneuver.c, reflex.c ---------------------------------------------------------------------------------------- */
+
+enum { MANEUVER_OPTIONS = 31 }; /* every bit of ManeuverOption */
 
 struct maneuver_plan {
     uint16_t period; /* ms */

@@ -52,7 +52,7 @@ bool maneuver_valid(const struct maneuver_plan *plan)
     uint8_t i;
 
     if (plan->count < 1 || plan->count > MAX_ACTIONS || plan->period < SHORTEST_PERIOD || plan->period > LONGEST_PERIOD
-        || plan->options > 15) {
+        || plan->options > MANEUVER_OPTIONS) {
         return false;
     }
     for (i = 0; i < MAX_ACTIONS; i++) {
@@ -67,7 +67,7 @@ bool maneuver_valid(const struct maneuver_plan *plan)
 bool maneuver_read(struct maneuver_plan *plan, uint16_t period, uint16_t options, uint8_t count, const uint8_t *codes)
 {
     plan->period = period;
-    plan->options = (uint8_t)(options > 15 ? 255 : options);
+    plan->options = (uint8_t)(options > MANEUVER_OPTIONS ? 255 : options);
     plan->count = count;
     memcpy(plan->actions, codes, MAX_ACTIONS);
     return maneuver_valid(plan);
@@ -221,8 +221,13 @@ void maneuver_end(struct junior *robot, uint8_t outcome, uint8_t reason)
 
 void maneuver_conclude(struct junior *robot, uint8_t outcome)
 {
+    uint8_t options = robot->maneuver.plan.options;
+    bool holds = options & JUNIOR_MANEUVER_OPTION_HOLD && outcome != JUNIOR_OUTCOME_FLOOR_REFLEX;
+
     maneuver_end(robot, outcome, JUNIOR_REASON_NONE);
-    states_fire(robot, EVENT_DONE, JUNIOR_REASON_NONE);
+    /* A contest is not left for either: there the next maneuver begins in this very tick. */
+    states_fire(robot, holds ? EVENT_DRIVE : EVENT_DONE, JUNIOR_REASON_NONE);
+    wheels_run(robot, (uint16_t)params_get(robot, PARAM_MAN_HOLD), options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);
 }
 
 /* Sends the result until somebody acknowledges it. */

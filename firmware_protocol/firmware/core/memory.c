@@ -1,6 +1,6 @@
 /* The maneuver memory: which maneuver answers which stimulus, in non-volatile memory.
  *
- * A slot is 16 bytes: previous stimulus, current stimulus, options (low nibble) and turn (high), actions, period,
+ * A slot is 16 bytes: previous stimulus, current stimulus, options (low bits) and turn (high two), actions, period,
  * checksum, and as the mark the number of actions. There is one slot more than MEM_SLOTS: a maneuver that replaces
  * another is written to a free slot first, then the old one is blanked. After a power cut in between, both are there
  * and the turn (0..2) tells which is newer. The checksum of the table runs over the used slots sorted by previous, then
@@ -17,6 +17,7 @@ enum {
     AT_PERIOD = 11,
     AT_CRC = 13,
     AT_COUNT = 15,
+    TURN_BIT = 6,
     TURNS = 3,
     STIMULI = 16,
     BLANK = 0xFF,
@@ -97,7 +98,7 @@ static uint16_t checksum(struct junior *robot)
 
         for (i = 0; i < AT_CRC; i++) {
             uint8_t byte = read(robot, slot, i);
-            crc = wire_crc(crc, i == AT_OPTIONS ? byte & 15U : byte);
+            crc = wire_crc(crc, i == AT_OPTIONS ? byte & MANEUVER_OPTIONS : byte);
         }
         crc = wire_crc(crc, read(robot, slot, AT_COUNT));
     }
@@ -133,8 +134,8 @@ static void find_again(struct junior *robot, uint8_t slot)
 
     include(robot, slot);
     if (other != MEMORY_NONE) {
-        uint8_t turn = read(robot, slot, AT_OPTIONS) >> 4;
-        uint8_t other_turn = read(robot, other, AT_OPTIONS) >> 4;
+        uint8_t turn = read(robot, slot, AT_OPTIONS) >> TURN_BIT;
+        uint8_t other_turn = read(robot, other, AT_OPTIONS) >> TURN_BIT;
 
         erase(robot, other_turn == (turn + 1) % TURNS ? slot : other);
     } else if (robot->memory.used > MEMORY_SLOTS) { /* nothing of ours leaves it like that */
@@ -160,7 +161,7 @@ bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan)
     uint8_t i;
 
     plan->period = (uint16_t)(read(robot, slot, AT_PERIOD) | (uint16_t)read(robot, slot, AT_PERIOD + 1) << 8);
-    plan->options = read(robot, slot, AT_OPTIONS) & 15;
+    plan->options = read(robot, slot, AT_OPTIONS) & MANEUVER_OPTIONS;
     plan->count = read(robot, slot, AT_COUNT);
     for (i = 0; i < MAX_ACTIONS; i++) {
         plan->actions[i] = read(robot, slot, (uint8_t)(AT_ACTIONS + i));
@@ -187,7 +188,7 @@ static void write(struct junior *robot, const mavlink_junior_memory_write_t *req
 
     data[AT_PREVIOUS] = request->previous;
     data[AT_CURRENT] = request->current;
-    data[AT_OPTIONS] = (uint8_t)(request->options | turn << 4);
+    data[AT_OPTIONS] = (uint8_t)(request->options | turn << TURN_BIT);
     memcpy(data + AT_ACTIONS, request->actions, MAX_ACTIONS);
     data[AT_PERIOD] = (uint8_t)request->period;
     data[AT_PERIOD + 1] = (uint8_t)(request->period >> 8);
@@ -243,7 +244,7 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
     memory->old = old;
     memory->slot = free_slot(robot);
     memory->job = JOB_WRITE;
-    turn = old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> 4) + 1) % TURNS);
+    turn = old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> TURN_BIT) + 1) % TURNS);
     write(robot, request, memory->slot, turn);
     return ANSWER_PENDING;
 }

@@ -78,9 +78,10 @@ enum param {
     PARAM_STIM_ARMS = 20,
     PARAM_CONTEST_MAX = 21,
     PARAM_BATT_LOW = 22,
-    PARAM_WHEEL_SPEED = 23,
+    PARAM_MAN_HOLD = 23,
+    PARAM_WHEEL_SPEED = 24,
 };
-#define PARAM_COUNT 24
+#define PARAM_COUNT 25
 
 /* X(name, default, minimum, maximum, flags) */
 #define PARAM_TABLE(X) \
@@ -107,6 +108,7 @@ enum param {
     X(STIM_ARMS, 0.0f, 0.0f, 1.0f, 2) \
     X(CONTEST_MAX, 180.0f, 0.0f, 3600.0f, 2) \
     X(BATT_LOW, 0.0f, 0.0f, 20000.0f, 2) \
+    X(MAN_HOLD, 100.0f, 0.0f, 250.0f, 2) \
     X(WHEEL_SPEED, 400.0f, 1.0f, 5000.0f, 2)
 
 /* What a robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the

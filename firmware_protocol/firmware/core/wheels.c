@@ -24,13 +24,21 @@ void wheels_stop(struct junior *robot)
 void wheels_drive(struct junior *robot, int16_t left, int16_t right, uint16_t duration)
 {
     wheels_set(robot, left, right);
+    wheels_run(robot, duration, false);
+}
+
+/* In DRIVING, the wheels go on as they are set: this long, and if guarded not over the border. */
+void wheels_run(struct junior *robot, uint16_t duration, bool guarded)
+{
     robot->wheels.deadline = robot->time.now + duration;
+    robot->wheels.guarded = guarded;
     wheels_step(robot); /* no time at all is a stop */
 }
 
 void wheels_step(struct junior *robot)
 {
-    if (robot->state == JUNIOR_STATE_DRIVING && time_due(robot, robot->wheels.deadline)) {
+    if (robot->state == JUNIOR_STATE_DRIVING
+        && (time_due(robot, robot->wheels.deadline) || (robot->wheels.guarded && sensing_off_ring(robot) != 0))) {
         states_fire(robot, EVENT_DONE, JUNIOR_REASON_NONE);
     }
 }
