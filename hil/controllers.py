@@ -59,7 +59,7 @@ class RandomController:
     def choose(self, current: Stimulus, previous: Stimulus | None) -> Maneuver:  # noqa: ARG002
         """A maneuver drawn from the fine actions, whatever the situation."""
         drawn = self._rng.integers(len(FINE_ACTIONS), size=self._actions)
-        return Maneuver(tuple(FINE_ACTIONS[index] for index in drawn), period=self._period)
+        return Maneuver(tuple(FINE_ACTIONS[index] for index in drawn), period=self._period, hold=True)
 
 
 class ChaseController:
@@ -79,4 +79,4 @@ class ChaseController:
                 action = Action.LBRF
             case _:
                 action = Action.FF
-        return Maneuver((action,) * MAX_ACTIONS, period=0.25, end_on_change=True)
+        return Maneuver((action,) * MAX_ACTIONS, period=0.25, end_on_change=True, hold=True)

@@ -167,6 +167,7 @@ def make_maneuver(actions: tuple[Action, ...], settings: PalSettings) -> Maneuve
         floor_reflex=settings.floor_reflex,
         end_on_change=settings.end_on_change,
         arms=settings.arms_in_stimulus,
+        hold=settings.hold,
     )
 
 

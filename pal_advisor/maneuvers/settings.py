@@ -54,6 +54,7 @@ class PalSettings:
         period: Time an action lasts, in s.
         floor_reflex: The robot saves itself at the border; this ends the maneuver.
         end_on_change: A maneuver ends when the stimulus changes.
+        hold: Until the next maneuver comes, the last action of the one before goes on: the robot does not halt in between.
         arms_in_stimulus: The arms count as part of the stimulus: 16 categories instead of 4.
         pairs: Phase 2 has categories of (previous, current) stimulus instead of the current one alone.
         population: Maneuvers in a category's population.
@@ -92,6 +93,7 @@ class PalSettings:
     period: float = 0.15
     floor_reflex: bool = True
     end_on_change: bool = False
+    hold: bool = True
     arms_in_stimulus: bool = False
     pairs: bool = False
     population: int = 20

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from hil.junior import Junior
 
 SEED = 7
-AHEAD = Maneuver((Action.FF,) * 4, period=0.2)
-ROUND = Maneuver((Action.LBRF, Action.FF, Action.FF, Action.SF), period=0.2)
+AHEAD = Maneuver((Action.FF,) * 4, period=0.2, hold=True)
+ROUND = Maneuver((Action.LBRF, Action.FF, Action.FF, Action.SF), period=0.2, hold=True)
 
 
 def bout(junior: Junior, seed: int) -> list[Engagement]:

@@ -60,4 +60,4 @@ def test_advice_is_played_by_situation() -> None:
     assert player.choose(Stimulus.NONE, None).actions == (Action.L,)
     assert player.choose(Stimulus.NONE, Stimulus.EYE_LEFT).actions == (Action.L,)
     assert player.choose(Stimulus.NONE, both).actions == (Action.R,)
-    assert player.choose(both | Stimulus.ARM_LEFT, None) == Maneuver((Action.FF,), period=0.15)
+    assert player.choose(both | Stimulus.ARM_LEFT, None) == Maneuver((Action.FF,), period=0.15, hold=True)
