@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Protocol
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
-from firmware_protocol.vocabulary import Outcome
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
@@ -101,7 +100,6 @@ class RefereedRing:
         self._referee = referee
         self._code = OpponentCode.KEEP if opponent is None else _code(opponent)
         self._clearance = 0.0
-        self._holding = False
         if opponent is None:
             referee.state()  # who is there
 
@@ -113,9 +111,8 @@ class RefereedRing:
 
     def begin(self, seed: int) -> Stimulus:
         """Begin a bout; see `Ring.begin`. The robot stands still, whatever it was doing."""
-        if self._holding:
+        if self._junior.armed:
             self._junior.stop()
-            self._holding = False
         self._clearance = self._referee.reset(seed, self._code).clearance
         self._junior.wait(SETTLE)
         return self._junior.sense()
@@ -124,7 +121,6 @@ class RefereedRing:
         """Have a maneuver performed; it is broken off when the bout is over."""
         started = self._junior.now()
         report = self._junior.perform(maneuver, until=lambda: self._referee.latest.phase == Phase.OVER)
-        self._holding = maneuver.hold and report.outcome in {Outcome.COMPLETED, Outcome.STIMULUS_CHANGED}
         state = self._referee.latest
         if state.phase != Phase.OVER:
             state = self._referee.state()

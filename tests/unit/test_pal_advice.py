@@ -50,6 +50,7 @@ def test_the_closest_situation_is_chosen(current: int, previous: int | None, act
     chosen = ADVICE.choose(Stimulus(current), previous)
     assert chosen.actions == (action,) * 4
     assert (chosen.period, chosen.end_on_change, chosen.arms, chosen.floor_reflex) == (0.15, True, True, True)
+    assert chosen.hold, "maneuvers of an advice follow one another"
 
 
 def test_advice_survives_json() -> None:
