@@ -52,7 +52,7 @@ class Plan:
     def read(cls, message: Message) -> Plan | None:
         """Take one from a message; None where a value is out of range."""
         codes = list(message.actions)
-        good = 1 <= message.count <= MAX_ACTIONS and 20 <= message.period <= 5000 and message.options <= 15
+        good = 1 <= message.count <= MAX_ACTIONS and 20 <= message.period <= 5000 and message.options <= 31
         return cls(message.period, message.options, codes[: message.count]) if good and max(codes) < len(ACTIONS) else None
 
 

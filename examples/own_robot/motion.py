@@ -21,6 +21,7 @@ from own_robot.tables import (
     NEXT,
     NONE,
     OPTION_CHANGE,
+    OPTION_HOLD,
     OPTION_REFLEX,
     PARAMETERS,
     PERFORMING,
@@ -143,8 +144,8 @@ class Motion:
         if duration <= 0:
             self.fire("done")
 
-    def _drive(self, until: float) -> Generator[None, None, None]:
-        while self.now < until - 1e-9:
+    def _drive(self, until: float, *, guarded: bool = False) -> Generator[None, None, None]:
+        while self.now < until - 1e-9 and not (guarded and self.flags >> 6 & 3):
             yield
         self.fire("done")
 
@@ -193,7 +194,10 @@ class Motion:
         outcome = yield from self._perform(plan, self.result)
         self.finish(outcome, NONE)
         self.behaviour = None
-        self.fire("done")
+        hold = self.parameters["MAN_HOLD"] / 1e3 if plan.options & OPTION_HOLD and outcome != REFLEX else 0.0
+        self.fire("drive" if hold else "done")
+        if hold:  # the wheels go on as they are, but not over the border
+            self.behaviour = self._drive(self.now + hold, guarded=bool(plan.options & OPTION_REFLEX))
 
     def begin(self, plan: Plan, sequence: int | None) -> dict[str, Any]:
         """A new result to count into."""

@@ -9,7 +9,7 @@ NONE, NOT_ARMED, EMERGENCY, WRONG_SESSION, BAD_VALUE, BUSY, FULL, NOT_FOUND, WAT
 OLD_SEQUENCE = 11
 ACCEPTED, REJECTED, DENIED, UNSUPPORTED = range(4)
 ANY, MAX_ACTIONS, HISTORY = 255, 8, 8
-OPTION_REFLEX, OPTION_CHANGE = 1, 2
+OPTION_REFLEX, OPTION_CHANGE, OPTION_HOLD = 1, 2, 16
 NEXT = {  # event: next state from DISARMED, READY, DRIVING, PERFORMING, COUNTDOWN, CONTEST, STOPPED; negative: refused, why
     "arm": (READY, READY, DRIVING, PERFORMING, COUNTDOWN, CONTEST, -EMERGENCY),
     "disarm": (DISARMED,) * 7,
@@ -38,6 +38,7 @@ PARAMETERS = {  # name: default, least, greatest, whole numbers only
     "FLOOR_R_OFF": (500, 0, 1023, True), "FLOOR_INVERT": (0, 0, 1, True), "ARM_DEBOUNCE": (10, 0, 100, True),
     "ARM_HOLD": (100, 10, 5000, True), "REFLEX_BACK": (250, 0, 2000, True), "REFLEX_TURN": (350, 0, 2000, True),
     "REFLEX_SPEED": (0.7, 0, 1, False), "WATCHDOG": (250, 50, 2000, True), "STIM_ARMS": (0, 0, 1, True),
-    "CONTEST_MAX": (180, 0, 3600, True), "BATT_LOW": (0, 0, 20000, True), "WHEEL_SPEED": (400, 1, 5000, True),
+    "CONTEST_MAX": (180, 0, 3600, True), "BATT_LOW": (0, 0, 20000, True), "MAN_HOLD": (100, 0, 250, True),
+    "WHEEL_SPEED": (400, 1, 5000, True),
 }  # fmt: skip
 READ_ONLY = {"MEM_SLOTS"}
