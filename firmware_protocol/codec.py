@@ -39,6 +39,10 @@ class Codec(Protocol):
         """Take a chunk from the link; `now` is its stamp in s. Never raises on what has come."""
         ...
 
+    def reset(self) -> None:
+        """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
+        ...
+
     def flush(self, now: float) -> list[Received | Rejected]:
         """Give up what has been incomplete for too long; `now` in s."""
         ...

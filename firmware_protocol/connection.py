@@ -2,7 +2,10 @@
 
     SILENT --heard--> IDENTIFYING --version good--> OPENING --opened--> READY --silence--> LOST --heard--> CHECKING --> READY
 
-A robot that has restarted goes through the handshake again, with a new session.
+A robot that has restarted goes through the handshake again, with a new session. So does one whose link was gone and is
+back, after a look at who it is and whether it has restarted:
+
+    any state --link gone--> UNPLUGGED --link back--> IDENTIFYING --recognised--> COMPARING --same boot--> OPENING --> READY
 """
 
 from __future__ import annotations
@@ -28,6 +31,10 @@ class PeerState(Enum):
     """Heard again: asked whether it has restarted meanwhile."""
     REFUSED = auto()
     """It can't be spoken to: `failure` says why."""
+    UNPLUGGED = auto()
+    """The link to it is gone."""
+    COMPARING = auto()
+    """Its link is back and it is the same robot: asked whether it has restarted meanwhile."""
 
 
 class Input(Enum):
@@ -36,6 +43,8 @@ class Input(Enum):
     HEARD = auto()
     VERSION_GOOD = auto()
     VERSION_BAD = auto()
+    RECOGNISED = auto()
+    STRANGER = auto()
     WATCH_ONLY = auto()
     OPENED = auto()
     TURNED_DOWN = auto()
@@ -43,6 +52,8 @@ class Input(Enum):
     SAME_BOOT = auto()
     RESTARTED = auto()
     SILENCE = auto()
+    LINK_GONE = auto()
+    LINK_BACK = auto()
 
 
 TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
@@ -50,6 +61,8 @@ TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
     (PeerState.IDENTIFYING, Input.VERSION_GOOD): PeerState.OPENING,
     (PeerState.IDENTIFYING, Input.WATCH_ONLY): PeerState.READY,
     (PeerState.IDENTIFYING, Input.VERSION_BAD): PeerState.REFUSED,
+    (PeerState.IDENTIFYING, Input.RECOGNISED): PeerState.COMPARING,
+    (PeerState.IDENTIFYING, Input.STRANGER): PeerState.REFUSED,
     (PeerState.IDENTIFYING, Input.NO_ANSWER): PeerState.SILENT,
     (PeerState.IDENTIFYING, Input.SILENCE): PeerState.SILENT,
     (PeerState.IDENTIFYING, Input.RESTARTED): PeerState.IDENTIFYING,
@@ -67,5 +80,12 @@ TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
     (PeerState.CHECKING, Input.SILENCE): PeerState.LOST,
     (PeerState.REFUSED, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.REFUSED, Input.SILENCE): PeerState.SILENT,
+    **{(state, Input.LINK_GONE): PeerState.UNPLUGGED for state in PeerState},
+    (PeerState.UNPLUGGED, Input.LINK_BACK): PeerState.IDENTIFYING,
+    (PeerState.COMPARING, Input.SAME_BOOT): PeerState.OPENING,
+    (PeerState.COMPARING, Input.WATCH_ONLY): PeerState.READY,
+    (PeerState.COMPARING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.COMPARING, Input.NO_ANSWER): PeerState.SILENT,
+    (PeerState.COMPARING, Input.SILENCE): PeerState.SILENT,
 }
 """Every transition; an input that is not here changes nothing."""

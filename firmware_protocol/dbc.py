@@ -91,6 +91,10 @@ class CanCodec:
         self.good = 0
         self.rejected: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
         self._is_node = 0 < system <= layout.LAST_NODE
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew on a bus that was opened again: nothing half received, transfers counted from 0. Counters go on."""
         self._transfers: dict[int, int] = {}
         self._partials: dict[int, Partial] = {}
         self._digests: dict[int, _Digests] = {}

@@ -9,15 +9,17 @@
      ├── PeerError                      something about the robot at the other end
      │    ├── NoRobotError              nobody answered as a robot
      │    ├── VersionError              it speaks a protocol we do not
-     │    ├── PeerLostError             it answered and then fell silent
+     │    ├── PeerLostError             it answered and then fell silent, restarted, or its link went away for a while
+     │    ├── WrongRobotError           another robot answers in the place of the one that was lost
      │    └── RefusedError              it refused a command: `reason`
      ├── FaultSpecError(ValueError)     a fault specification with something wrong in it: `path`
      └── EncodeError(ValueError)        a message of our own that the wire cannot carry
 
 What comes from the wire never raises: damaged or foreign input becomes a `Rejected` event.
 Example: a robot is unplugged while it performs a maneuver. The link raises `LinkClosedError` in the pump, the
-bridge reports it as an event and the handle raises `LinkClosedError` to the caller; `hil coach` writes its checkpoint
-and exits with status 3.
+bridge reports it as an event, and the handle raises `LinkClosedError` to the caller. Where the bridge may open the link
+again it raises `PeerLostError`, and `LinkClosedError` only when its patience is over: then `hil coach` writes its
+checkpoint and exits with status 3.
 """
 
 from __future__ import annotations
@@ -78,7 +80,11 @@ class VersionError(PeerError):
 
 
 class PeerLostError(PeerError):
-    """The robot answered and then fell silent."""
+    """The robot answered, and then it fell silent or restarted, or its link went away: what was asked may be done or not."""
+
+
+class WrongRobotError(PeerError):
+    """Another robot, with another unique id, answers in the place of the one that was lost."""
 
 
 class RefusedError(PeerError):

@@ -199,6 +199,9 @@ class Exchanges:
         label: Who is asked, in words.
         counters: Where repetitions and latencies are counted.
         retry: When to ask again.
+
+    Attributes:
+        shut: Why nothing can be asked now, and every question fails at once; None when it can.
     """
 
     def __init__(self, label: str, counters: Counters, retry: Retry) -> None:
@@ -210,6 +213,7 @@ class Exchanges:
         self._waiting: dict[Hashable, deque[Exchange[object]]] = {}
         self._free_from: dict[Hashable, float] = {}
         self.next_due = NEVER
+        self.shut: HilError | None = None
 
     @property
     def active(self) -> bool:
@@ -229,6 +233,9 @@ class Exchanges:
             EncodeError: The wire cannot carry it: found here, where it is asked, and not when its turn comes.
         """
         PAYLOADS[exchange.question.ID].pack(exchange.question)
+        if self.shut is not None:
+            exchange.fail(self.shut)
+            return exchange.ticket
         lane, asked = exchange.lane, cast("Exchange[object]", exchange)
         if lane in self._busy or lane in self._waiting or lane in self._free_from:
             self._waiting.setdefault(lane, deque()).append(asked)

@@ -75,6 +75,10 @@ class MavlinkCodec:
         self.good = 0
         self.signed = 0
         self.rejected: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
         self._sequence = 0
         self._buffer = b""
         self._stamp = float("-inf")

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.connection import TRANSITIONS, Input, PeerState
-from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError
+from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
-from firmware_protocol.exchange import NOW, Exchanges, Retry, Ticket
+from firmware_protocol.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.messages import (
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
@@ -110,6 +110,8 @@ class Peer(Requests):
         self._candidate = 0
         self._known = False
         self._restarted = False
+        self._uid = 0
+        self._cut_off: HilError | None = None
         self._events: list[Event] = []
         self._outbox: list[Message] = []
         self._streams: dict[int, FrameStream] = {}
@@ -172,7 +174,7 @@ class Peer(Requests):
         self.counters.rejected += 1
 
     def closed(self, error: LinkError, now: float) -> Sequence[Event]:
-        """The link is gone, and everything open with it.
+        """The link is gone for good, and everything open fails with its error.
 
         Args:
             error: Why.
@@ -181,12 +183,36 @@ class Peer(Requests):
         Returns:
             PeerLost, unless it was lost before or never found.
         """
-        if self._known and self.state not in {PeerState.LOST, PeerState.CHECKING}:
-            self._events.append(PeerLost(self.system, now, str(error)))
-        self.state = PeerState.LOST
-        self.armed = False
-        self.unavailable = error
-        self._exchanges.fail_all(error)
+        return self._cut(error, error, now)
+
+    def unplugged(self, error: LinkError, now: float) -> Sequence[Event]:
+        """The link is gone for the moment; everything open fails, and so does what is asked before it is back.
+
+        Args:
+            error: Why.
+            now: Time in s.
+
+        Returns:
+            PeerLost, unless it was lost before or never found.
+        """
+        words = f"{self._label} is out of reach, and nobody knows whether it has done what was asked last ({error})"
+        return self._cut(error, PeerLostError(words), now)
+
+    def plugged_in(self, now: float) -> Sequence[Event]:
+        """The link is back: look who is there, and do the handshake anew.
+
+        Args:
+            now: Time in s.
+
+        Returns:
+            Nothing yet: PeerBack comes with the answers.
+        """
+        self._exchanges.shut = None
+        self.unavailable = PeerLostError(f"{self._label} has not answered yet, since its link is back")
+        self._streams.clear()
+        self._heard, self._silence_due = now, now + SILENCE
+        self._heartbeat_due = self._timer_due = NOW
+        self._move(Input.LINK_BACK, now)
         return self._take()
 
     # --- Out ---------------------------------------------------------------------------------------------------------
@@ -265,6 +291,20 @@ class Peer(Requests):
             self._move(Input.SILENCE, now)
         self._set_timer()
 
+    def _cut(self, cause: LinkError, told: HilError, now: float) -> Sequence[Event]:
+        """There is no link.
+
+        Args:
+            cause: Why.
+            told: What everything that is open fails with.
+            now: Time in s.
+        """
+        self._cut_off = told
+        if self.state is PeerState.READY:
+            self._events.append(PeerLost(self.system, now, str(cause)))
+        self._move(Input.LINK_GONE, now)
+        return self._take()
+
     def _take(self) -> list[Event]:
         events, self._events = self._events, []
         return events
@@ -326,7 +366,10 @@ class Peer(Requests):
             return
         self._watch_clock(status.time, now)
         if self.state is PeerState.CHECKING:
-            self._move(Input.SAME_BOOT if before is not None else Input.RESTARTED, now)
+            forgotten = self._numbering.session is not None and status.session == 0
+            self._move(Input.RESTARTED if before is None or forgotten else Input.SAME_BOOT, now)
+        elif self.state is PeerState.COMPARING:
+            self._move(Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY, now)
 
     def _watch_clock(self, time: float, now: float) -> None:
         """A robot whose clock goes back has restarted."""
@@ -363,8 +406,19 @@ class Peer(Requests):
         """Can we speak with it?"""
         self.version = version
         major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
+        if self._uid and version.uid and version.uid != self._uid:
+            self.failure = WrongRobotError(
+                f"another robot answers as system {self.system}: its unique id is {version.uid:016x}, "
+                f"that of the one that was lost {self._uid:016x}"
+            )
+            self._move(Input.STRANGER, now)
+            return
         if major == PROTOCOL_MAJOR:
-            self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
+            self._uid = version.uid or self._uid
+            if self._cut_off is not None and self.status is not None:
+                self._move(Input.RECOGNISED, now)
+            else:
+                self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
             return
         if major == 0:
             text = f"system {self.system} is a vehicle, but no Junior: it names no version of our protocol"
@@ -394,7 +448,7 @@ class Peer(Requests):
                 target = (self.system, ROBOT_COMPONENT)
                 opening = JuniorSession(self._candidate, 0, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
                 self._handshake = self._exchanges.add(SessionExchange(opening, self._numbering))
-            case PeerState.CHECKING:
+            case PeerState.CHECKING | PeerState.COMPARING:
                 check = RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(check)
             case PeerState.READY:
@@ -406,10 +460,13 @@ class Peer(Requests):
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED:
                 self.unavailable = self.failure
+            case PeerState.UNPLUGGED:
+                self._suspend()
 
     def _begin(self, happened: Input, now: float) -> None:
         """The robot can be used."""
         self.unavailable = None
+        self._cut_off = None
         if happened is Input.OPENED:
             self._numbering.open(self._candidate)
             self.armed = False
@@ -439,9 +496,22 @@ class Peer(Requests):
         if before is PeerState.READY:
             self._events.append(PeerLost(self.system, now, "it has restarted"))
         self._restarted = self._known
+        self._cut_off = None
         self._handshake = None
         self._numbering.session = None
         self.armed = False
         self.clock.reset()
         self.unavailable = PeerLostError(f"{self._label} has restarted")
         self._exchanges.fail_all(self.unavailable)
+
+    def _suspend(self) -> None:
+        """Nothing can be said, and nothing is heard."""
+        self._handshake = self._arming = None
+        self._numbering.session = None
+        self.armed = False
+        self.clock.reset()
+        self._outbox.clear()
+        self._timer_due = self._silence_due = NEVER
+        self.unavailable = self._exchanges.shut = self._cut_off
+        if self._cut_off is not None:
+            self._exchanges.fail_all(self._cut_off)

@@ -89,8 +89,8 @@ class Bench:
     def heartbeat(self, *, armed: bool = False) -> None:
         self.heard(Heartbeat(10, 0, 128 * armed, 1, 3))
 
-    def version(self, major: int = 1, minor: int = 0) -> None:
-        self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16))
+    def version(self, major: int = 1, minor: int = 0, uid: int = 0) -> None:
+        self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16, uid=uid))
 
     def answer_to(self, message: type[Message], sequence: int, result: int = 0, reason: int = 0) -> JuniorAck:
         session = self.last(JuniorSession).session if message is JuniorSession else self.peer.session
@@ -123,10 +123,10 @@ class Bench:
         asked = [message for message in self.take(CommandLong) if message.command == Command.REQUEST_MESSAGE]
         return [int(message.param1) for message in asked]
 
-    def connect(self) -> None:
+    def connect(self, uid: int = 0) -> None:
         """The whole handshake."""
         self.heartbeat()
-        self.version()
+        self.version(uid=uid)
         self.ack()
         self.status()
         self.command_ack(Command.REQUEST_MESSAGE)

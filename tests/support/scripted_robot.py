@@ -79,6 +79,7 @@ class ScriptedRobot:
         system: System id.
         version: Protocol version, major and minor.
         boots: Times it has started.
+        uid: Its unique id; 0 says none.
         silent: It sends nothing.
         deaf: Messages for which this says True are ignored.
         mute: Messages of its own for which this says True are not sent.
@@ -90,6 +91,7 @@ class ScriptedRobot:
     system: int = 1
     version: tuple[int, int] = (1, 0)
     boots: int = 1
+    uid: int = 0
     silent: bool = False
     deaf: Callable[[Message], bool] = lambda _: False
     mute: Callable[[Message], bool] = lambda _: False
@@ -195,7 +197,7 @@ class ScriptedRobot:
                 match int(command.param1):
                     case AutopilotVersion.ID:
                         major, minor = self.version
-                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16)
+                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid)
                     case JuniorStatus.ID:
                         reply = self.status()
                     case JuniorSensors.ID:
