@@ -3,6 +3,7 @@
 from firmware_protocol.faults import FaultSpec
 from firmware_protocol.links.faulty import FaultCounts, FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
+from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import SerialLink, SerialPort, list_ports
 from firmware_protocol.links.tcp import TcpLink
 from firmware_protocol.links.udp import UdpLink
@@ -11,6 +12,7 @@ __all__ = [
     "FaultCounts",
     "FaultSpec",
     "FaultyLink",
+    "LinkOpener",
     "MemoryLink",
     "SerialLink",
     "SerialPort",

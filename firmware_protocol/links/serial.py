@@ -34,11 +34,26 @@ class SerialPort:
         device: What to open, as `/dev/ttyACM0` or `COM3`.
         description: Its hardware in words; empty where the system does not say.
         serial_number: Serial number of the USB device, which stays when the port's name changes; empty for none.
+        vendor: USB vendor id; None where it is no USB device.
+        product: USB product id, likewise.
     """
 
     device: str
     description: str
     serial_number: str
+    vendor: int | None = None
+    product: int | None = None
+
+    @property
+    def words(self) -> str:
+        """What it is, to a person who looks for it."""
+        kind = f"{self.vendor or 0:04x}:{self.product or 0:04x}"
+        return f"the USB device {kind}" + (f" with serial number {self.serial_number}" if self.serial_number else "")
+
+    def same_hardware(self, other: SerialPort) -> bool:
+        """Whether this may be the same piece of hardware, whatever its name: for certain only if it has a serial number."""
+        same = (self.vendor, self.product, self.serial_number) == (other.vendor, other.product, other.serial_number)
+        return same and self.vendor is not None
 
 
 def list_ports() -> list[SerialPort]:
@@ -46,7 +61,7 @@ def list_ports() -> list[SerialPort]:
     found = []
     for port in serial.tools.list_ports.comports():
         description = "" if port.description in {None, "n/a"} else str(port.description)
-        found.append(SerialPort(str(port.device), description, port.serial_number or ""))
+        found.append(SerialPort(str(port.device), description, port.serial_number or "", port.vid, port.pid))
     return sorted(found, key=lambda port: port.device)
 
 

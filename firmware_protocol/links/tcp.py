@@ -14,6 +14,9 @@ OPEN_TIMEOUT: Final = 5.0
 WRITE_TIMEOUT: Final = 0.5
 """How long the other end may take to accept bytes, in s."""
 
+SILENT_TIMEOUT: Final = 5.0
+"""The connection is gone when the other machine has not acknowledged what was sent for this long, in s."""
+
 
 class TcpLink(Link):
     """An open TCP connection.
@@ -38,6 +41,8 @@ class TcpLink(Link):
         except (OSError, UnicodeError) as error:
             raise LinkOpenError(url, f"cannot connect to {host}: {error}") from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        if hasattr(socket, "TCP_USER_TIMEOUT"):  # Linux: a machine that vanished without a word ends the connection
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(SILENT_TIMEOUT * 1000))
         self._socket.settimeout(WRITE_TIMEOUT)
         self._closed = False
 

@@ -1,0 +1,81 @@
+"""Opens an address again and again, though what is plugged in may have been given another name meanwhile.
+
+A serial port of USB is known by the serial number, vendor and product of its hardware. Its name changes when it is plugged
+in again while a program still holds the old one, or in another order.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.address import parse_address
+from firmware_protocol.errors import LinkOpenError
+from firmware_protocol.link import open_link
+from firmware_protocol.links.serial import SerialPort, list_ports
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from firmware_protocol.address import Address
+    from firmware_protocol.link import Link
+
+_SLCAN: Final = "slcan/"
+
+
+class LinkOpener:
+    """Opens one address, again and again.
+
+    Args:
+        url: As for `open_link`.
+        ports: Lists the serial ports of this machine.
+
+    Raises:
+        AddressError: It is no address.
+    """
+
+    def __init__(self, url: str, ports: Callable[[], Sequence[SerialPort]] = list_ports) -> None:
+        self._url = url
+        self._ports = ports
+        self._device = _device(parse_address(url))
+        self._hardware: SerialPort | None = None
+        self._tried = 0
+
+    def open(self) -> Link:
+        """Open the link; hardware that was opened once is found again under whatever name it has now.
+
+        Where several look the same, each call takes the next.
+
+        Raises:
+            LinkOpenError: It can't be opened.
+        """
+        if self._hardware is not None:
+            return self._open_again(self._hardware)
+        link = open_link(self._url)
+        if self._device:
+            names = self._own_names()
+            self._hardware = next((port for port in self._ports() if port.device in names and port.vendor is not None), None)
+        return link
+
+    def _open_again(self, hardware: SerialPort) -> Link:
+        names = [port.device for port in self._ports() if port.same_hardware(hardware)]
+        if not names:
+            raise LinkOpenError(self._url, f"{hardware.words} is not plugged in")
+        own = self._own_names()
+        names.sort(key=lambda name: name not in own)  # the name it had comes first
+        name = names[self._tried % len(names)]
+        self._tried += 1
+        return open_link(self._url if name in own else self._url.replace(self._device, name, 1))
+
+    def _own_names(self) -> set[str]:
+        """The name in the address, and the port's own where that is a link to it."""
+        return {self._device, str(Path(self._device).resolve())}
+
+
+def _device(address: Address) -> str:
+    """The serial port of an address; empty where it has none."""
+    if address.scheme == "serial":
+        return address.port_baud()[0]
+    if address.scheme == "can" and address.target.startswith(_SLCAN):
+        return address.target.removeprefix(_SLCAN)
+    return ""
