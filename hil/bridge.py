@@ -6,11 +6,12 @@ import secrets
 from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from firmware_protocol.codec import open_codec
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
-from hil.pump import InlinePump, Pump, ThreadedPump
+from hil.pump import InlinePump, Lost, Pump, ThreadedPump
+from hil.reopening import Reopening
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
     from firmware_protocol.wire import Message
+    from hil.reopening import Opener
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
@@ -67,6 +69,11 @@ class Bridge:
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
 
+    With an opener and patience the link is opened again meanwhile: open tickets and new questions fail with a
+    PeerLostError, `step` goes on as if nobody spoke, LinkNews tell what happens, and the handshake is done anew when the
+    link is back. A robot is known by its unique id; PeerBack says that it can be used again, disarmed and with a new
+    session. Only when the patience is over has the link ended as above.
+
     Args:
         link: An open link; closed with the bridge.
         clock: Tells the time; for a lock-step link, the device's own.
@@ -76,11 +83,16 @@ class Bridge:
         robots: System ids of the robots to speak with; None takes all that answer. Messages of others are passed on.
         open_sessions: False watches only, and neither stops nor disarms the robots: see `Peer`.
         session: Gives session numbers, 1..65535. A run that must be repeatable passes a seeded source.
+        opener: Opens the link again when it is gone; None does not.
+        patience: How long it is tried to have link and robot back, in s.
 
     Attributes:
+        link: The link in use; another one after a loss.
         now: The clock as the last step read it, in s.
         peers: Robots heard so far, by system id.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
+        lost: Why there is no link at present; None while there is one.
+        patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
     """
 
     def __init__(
@@ -94,11 +106,15 @@ class Bridge:
         robots: Collection[int] | None = None,
         open_sessions: bool = True,
         session: Callable[[], int] = random_session,
+        opener: Opener | None = None,
+        patience: float = 0.0,
     ) -> None:
         self.link = link
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
         self.unsent = 0
+        self.lost: LinkError | None = None
+        self.patience = patience if opener is not None else 0.0
         self._read_clock = clock.now
         self._taps = tuple(taps)
         self._system = system
@@ -110,7 +126,13 @@ class Bridge:
         self._ended: LinkError | None = None
         self._told = False
         self._closed = False
-        self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
+        self._lost_at = 0.0
+        self._failed = False
+        self._waiting = False
+        self._cause: LinkError | None = None
+        self._named = ""
+        self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
+        self._pump: Pump = (InlinePump if link.lockstep else ThreadedPump)(link, clock, self._reopening)
 
     def __enter__(self) -> Self:
         return self
@@ -154,9 +176,9 @@ class Bridge:
         elif rest := self._codec.flush(now):
             self._take(rest, events)
         for text in self.link.news():
-            news = LinkNews(text, now)
-            events.append(news)
-            self._tell(news)
+            self._report(text, now, events)
+        if self._reopening is not None:
+            self._turn(self._reopening, now, events)
         if now >= self._next_due() and self._ended is None:
             self._service(now, events)
         ended = self._ended or self._pump.error
@@ -172,10 +194,12 @@ class Bridge:
 
         Raises:
             EncodeError: The wire can't carry it.
-            LinkClosedError: The link has ended.
+            LinkClosedError: The link has ended, or is gone for the moment.
         """
         if self._ended is not None or self._closed:
             raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
+        if self._failed:
+            raise LinkClosedError(self.link.url, "the link is gone for the moment")
         self._write([message], self.now)
         if self._ended is not None:
             raise self._ended
@@ -192,6 +216,8 @@ class Bridge:
 
     def _next_due(self) -> float:
         """When something must be sent next."""
+        if self._failed:
+            return float("inf")
         if not self.peers:
             return self._hello_due
         soonest = float("inf")
@@ -236,6 +262,54 @@ class Bridge:
         self.peers[system] = peer
         return peer
 
+    def _turn(self, reopening: Reopening, now: float, events: list[Event]) -> None:
+        """See to a link that was lost or is back, and to who is at its other end."""
+        turn, self._pump.turn = self._pump.turn, None
+        if isinstance(turn, Lost):
+            self._lose(turn.error, now, events)
+        elif turn is not None:
+            self._return(turn.link, now, events)
+        elif self._waiting and not self._failed:
+            if any(peer.ready for peer in self.peers.values()):
+                self._waiting, self._named = False, ""
+                reopening.settle()
+            elif len(self.peers) == 1 and isinstance(failure := next(iter(self.peers.values())).failure, WrongRobotError):
+                self._failed = True
+                self._pump.drop(LinkClosedError(self.link.url, str(failure)), refused=True)
+
+    def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
+        """The link is gone and will be opened again."""
+        if not self._waiting:
+            self._lost_at = now
+        if not self._waiting or str(error) != str(self._cause):
+            self._report(f"{error}; trying for {self.patience:g} s to open it again", now, events)
+        self.lost = self._cause = error
+        self._failed = self._waiting = True
+        for peer in self.peers.values():
+            for event in peer.unplugged(error, now):
+                events.append(event)
+                self._tell(event)
+        self._pump.let_go()
+
+    def _return(self, link: Link, now: float, events: list[Event]) -> None:
+        """The link is there again, perhaps under another name."""
+        if self._named != link.url:
+            name = "" if link.url == self.link.url else f", as {link.url}"
+            self._report(f"the link is back after {now - self._lost_at:.1f} s{name}", now, events)
+        self._named = link.url
+        self.link = link
+        self.lost, self._failed = None, False
+        self._codec.reset()
+        self._hello_due = now
+        for peer in self.peers.values():
+            events.extend(peer.plugged_in(now))
+
+    def _report(self, text: str, now: float, events: list[Event]) -> None:
+        """Tell of the link."""
+        news = LinkNews(text, now)
+        events.append(news)
+        self._tell(news)
+
     def _tell(self, event: Event) -> None:
         for tap in self._taps:
             tap.event(event)
@@ -259,6 +333,8 @@ class Bridge:
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""
+        if self._failed:
+            return
         encode = self._codec.encode
         data = b"".join([encode(message) for message in messages])
         try:
@@ -267,7 +343,11 @@ class Bridge:
             self.unsent += 1
             return
         except LinkError as error:
-            self._ended = error
+            if self._reopening is None:
+                self._ended = error
+            else:
+                self._failed = True
+                self._pump.drop(error)
             return
         for tap in self._taps:
             tap.wire_tx(now, data)

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import AddressError, FaultSpecError
-from firmware_protocol.link import Link, open_link
 from firmware_protocol.links.faulty import FaultyLink
+from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.reopen import LinkOpener
+from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, Tap, random_session
 from hil.clock import MonotonicClock
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.link import Link
+    from firmware_protocol.links.serial import SerialPort
+    from simdevice.world import World
 
 DEFAULT_URL = "sim://junior"
 SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "system", "node")
@@ -34,6 +39,8 @@ def connect(
     timeout: float = 5.0,
     limits: Limits = Limits(),  # noqa: B008 - frozen
     taps: Sequence[Tap] = (),
+    reconnect: float = 0.0,
+    ports: Callable[[], Sequence[SerialPort]] = list_ports,
 ) -> Junior:
     """Connect to a robot and do the handshake. The robot is stopped and disarmed by that.
 
@@ -46,6 +53,9 @@ def connect(
         timeout: Longest wait for it in s.
         limits: Bounds on what is asked of it.
         taps: What is shown everything that passes: a `Recorder`, for instance.
+        reconnect: How long a robot or link that is lost is waited for, in s: it is tried to open the link again, and to find
+            the same robot there. `Junior.wait_until_back` waits for that. 0 does not: the link's end is an error.
+        ports: Lists the serial ports of this machine, among which a lost one is looked for.
 
     Returns:
         The robot; use it in a `with` block, which stops the robot on every way out.
@@ -55,13 +65,17 @@ def connect(
         LinkOpenError: The link could not be opened; the text says what to do.
         NoRobotError: Nobody answered as a robot.
         VersionError: It speaks a protocol we do not.
+        ValueError: `reconnect` is no time.
     """
     address = parse_address(url)
-    link, clock, session = open_address(address)
+    patience = check_patience(reconnect)
+    opener = AddressOpener(address, ports)
     if system is None:
         system = number_option(address, "node" if "node" in address.options else "system")
     robots = None if system is None else [system]
-    junior = Junior(Bridge(link, clock, taps=taps, robots=robots, session=session), clock.now, limits)
+    link = opener.open()
+    bridge = Bridge(link, opener.clock, taps=taps, robots=robots, session=opener.session, opener=opener, patience=patience)
+    junior = Junior(bridge, opener.clock.now, limits)
     try:
         junior.find(system, timeout)
     except BaseException:
@@ -70,8 +84,91 @@ def connect(
     return junior
 
 
+def check_patience(reconnect: float) -> float:
+    """See that a time can be waited for.
+
+    Args:
+        reconnect: How long to wait for a robot that was lost, in s.
+
+    Returns:
+        Likewise.
+
+    Raises:
+        ValueError: It is negative, or no number.
+    """
+    if not 0 <= reconnect < float("inf"):
+        raise ValueError(f"the time to wait for a lost robot is a number of seconds, 0 or more, not {reconnect:g}")
+    return reconnect
+
+
+class AddressOpener:
+    """Opens what an address names, again and again: see `hil.reopening.Opener`.
+
+    Faults go on, from where their chance stood, on every link opened; an emulated robot in this process lives on while there
+    is no link to it.
+
+    Args:
+        address: The address, taken apart.
+        ports: Lists the serial ports of this machine.
+
+    Attributes:
+        clock: The clock that the link runs by.
+        session: A source of session numbers.
+
+    Raises:
+        AddressError: The URL is no address we know.
+    """
+
+    def __init__(self, address: Address, ports: Callable[[], Sequence[SerialPort]] = list_ports) -> None:
+        seed = number_option(address, "seed") or 0
+        self._spec = fault_option(address)
+        self.clock: Clock
+        self.session: Callable[[], int] = random_session
+        self._inner: Callable[[], Link]
+        if address.scheme == "sim":
+            world = _emulated(address, seed, self._spec)
+            numbers = generator(seed, Branch.SESSION)
+            self.clock = world
+            self.session = lambda: int(numbers.integers(1, 0x10000))
+            self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
+        else:
+            self.clock = MonotonicClock()
+            bare, _, options = address.url.partition("?")
+            kept = "&".join(option for option in options.split("&") if option and not option.startswith(("faults=", "seed=")))
+            self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
+        self._seed = seed
+        self._faulty: FaultyLink | None = None
+
+    def open(self) -> Link:
+        """Open the link.
+
+        Raises:
+            AddressError: The URL is no address we know.
+            LinkOpenError: The link could not be opened.
+        """
+        if self._spec is None:
+            return self._inner()
+        if self._faulty is None:
+            link = self._inner()
+            self._faulty = FaultyLink(link, self._spec, seed=self._seed, clock=self.clock, split=SPLITTERS[link.wire])
+        else:
+            self._faulty.open_again(self._inner)
+        return self._faulty
+
+    def let_pass(self, duration: float) -> None:
+        """Let the emulated robot in this process live on, unheard.
+
+        Args:
+            duration: In s, rounded up to whole control periods.
+        """
+        end = self.clock.now() + duration - 1e-9
+        with self._inner() as nobody:
+            while self.clock.now() < end:
+                nobody.read(end - self.clock.now())
+
+
 def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
-    """Open what an address names.
+    """Open what an address names, once.
 
     Args:
         address: The address, taken apart.
@@ -83,24 +180,8 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         AddressError: The URL is no address we know.
         LinkOpenError: The link could not be opened.
     """
-    seed = number_option(address, "seed") or 0
-    faults = fault_option(address)
-    if address.scheme == "sim":
-        link, clock = _emulated(address, seed, faults)
-        numbers = generator(seed, Branch.SESSION)
-
-        def session() -> int:
-            return int(numbers.integers(1, 0x10000))
-
-    else:
-        clock = MonotonicClock()
-        bare, _, options = address.url.partition("?")
-        kept = "&".join(option for option in options.split("&") if option and not option.startswith(("faults=", "seed=")))
-        link = open_link(f"{bare}?{kept}" if kept else bare)
-        session = random_session
-    if faults is not None:
-        link = FaultyLink(link, faults, seed=seed, clock=clock, split=SPLITTERS[link.wire])
-    return link, clock, session
+    opener = AddressOpener(address)
+    return opener.open(), opener.clock, opener.session
 
 
 def fault_option(address: Address) -> FaultSpec | None:
@@ -131,10 +212,9 @@ def fault_option(address: Address) -> FaultSpec | None:
     return spec
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> tuple[Link, Clock]:
-    """An emulated robot in this process, in lock-step."""
-    from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415 - pymunk is only needed here
-    from simdevice.world import junior_world  # noqa: PLC0415
+def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World:
+    """An emulated robot in this process."""
+    from simdevice.world import junior_world  # noqa: PLC0415 - pymunk is only needed here
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":
@@ -146,7 +226,7 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> tuple[Li
     if wire not in SPLITTERS:
         raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
     try:
-        world = junior_world(
+        return junior_world(
             opponent=address.options.get("opponent", "flat-light"),
             seed=seed,
             referee=referee == "1",
@@ -155,7 +235,6 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> tuple[Li
         )
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
-    return MemoryLink(world, address.url, wire=wire), world
 
 
 def number_option(address: Address, name: str) -> int | None:

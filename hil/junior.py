@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from firmware_protocol.errors import HilError, NoRobotError, RefusedError
+from firmware_protocol.errors import HilError, NoRobotError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import (
@@ -130,6 +130,29 @@ class Junior:
             "" if version is None else f", firmware {version.flight_sw_version >> 24}.{version.flight_sw_version >> 16 & 255}"
         )
         return f"Junior {self.peer.system} on {self.bridge.link.url}{firmware}"
+
+    def wait_until_back(self) -> None:
+        """Wait until a robot that was lost can be used again: its link is open again, and the handshake done anew.
+
+        It is disarmed then, and whatever it was performing is over. Returns at once where the robot is there. How long it is
+        waited for is said to `hil.connect` (`reconnect`); where nothing is, it is not waited for.
+
+        Raises:
+            PeerLostError: It has not come back in time.
+            WrongRobotError: Another one answers in its place.
+            VersionError: It speaks another protocol now.
+            LinkClosedError: Its link could not be opened again in time.
+        """
+        deadline = self.now() + self.bridge.patience
+        while not self.peer.ready:
+            failure = self.peer.failure
+            if isinstance(failure, VersionError):
+                raise failure
+            if self.now() >= deadline:
+                raise failure or PeerLostError(f"robot {self.peer.system} did not come back within {self.bridge.patience:g} s")
+            self._step(min(WAIT, deadline - self.now()))
+        if self.referee is not None:
+            self.referee.forget()
 
     # --- what it senses ----------------------------------------------------------------------------------------------
 

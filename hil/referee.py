@@ -41,6 +41,10 @@ class Referee:
         if not (known.phase == Phase.OVER and state.phase == Phase.OVER and state.bout == known.bout):
             self.latest = state
 
+    def forget(self) -> None:
+        """What it said last may be of another ring: the emulator may have been started anew."""
+        self.latest = NOBODY
+
     def reset(self, seed: int, opponent: OpponentCode = OpponentCode.KEEP) -> RefereeState:
         """Begin a new bout.
 
