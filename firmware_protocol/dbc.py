@@ -293,10 +293,10 @@ class CanCodec:
             self._reject(RejectReason.BAD_CHECKSUM, raw, known.message.NAME)
             return
         gap = (transfer - expected) % layout.TRANSFERS
-        if gap < layout.TRANSFERS // 2:
-            self._next[identifier] = (transfer + 1) % layout.TRANSFERS
+        if gap == layout.TRANSFERS - 1:  # a bus keeps the order: what is not ahead is the last one again
+            gap = -1
         else:
-            gap -= layout.TRANSFERS
+            self._next[identifier] = (transfer + 1) % layout.TRANSFERS
         self._deliver(known, full, identifier, gap, raw)
 
     def _targets(self, identifier: int) -> bytes:

@@ -35,7 +35,9 @@ class Parameter:
 
 
 PARAMETERS: Final[tuple[Parameter, ...]] = (
-    Parameter("SYS_ID", 1, 1, 254, "", "System id on the network; in force after a reboot", whole=True),
+    Parameter(
+        "SYS_ID", 1, 1, 254, "", "System id on the network, on CAN the node (up to 127); in force after a reboot", whole=True
+    ),
     Parameter("MEM_SLOTS", 32, 1, 254, "", "Slots of the maneuver memory", read_only=True, whole=True),
     Parameter("SPD_FAST", 1.0, 0.0, 1.0, "", "Wheel speed of fast actions, share of full"),
     Parameter("SPD_MODERATE", 0.7, 0.0, 1.0, "", "Wheel speed of moderate actions"),

@@ -9,15 +9,17 @@ import typer
 from rich.table import Table
 
 from firmware_protocol.address import parse_address
+from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli import common
 from hil.cli.session import open_recorder, terminate_as_interrupt
-from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, perform
+from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
 from hil.connecting import DEFAULT_URL, number_option, open_address
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 _COLOURS = {Outcome.PASSED: "green", Outcome.FAILED: "bold red", Outcome.NOT_RUN: "dim"}
+_WIRE_NAMES = {MAVLINK: "MAVLink", CAN: "CAN"}
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
 
 
@@ -53,7 +55,7 @@ def check(
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = _chosen(only)
     if listing:
-        _list(chosen, console, as_json=as_json)
+        _list(chosen or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
     path = common.log_path("check", log, no_log=no_log or (log is None and not moving))
     url = link or f"{DEFAULT_URL}?seed={seed}"
@@ -71,10 +73,11 @@ def check(
         if path is not None:
             config_told = {"verb": "check", "moving": moving, "seed": seed}
             taps.append(stack.enter_context(open_recorder(path, url, config_told, lockstep=wire.lockstep)))
-        robot = Subject(wire, clock, session=session, system=system or number_option(address, "system"), taps=taps)
+        node = number_option(address, "node" if "node" in address.options else "system")
+        robot = Subject(wire, clock, session=session, system=system or node, taps=taps)
         stack.callback(robot.close)
         robot.greet(timeout)
-        verdicts = perform(robot, chosen, LAST, moving=moving, told=told)
+        verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)
     if as_json:
         common.print_json([_plain(verdict) for verdict in verdicts])
     else:
@@ -91,9 +94,9 @@ def check(
 
 
 def _chosen(only: list[str] | None) -> list[Check]:
-    """The checks that were asked for, in the suite's order."""
+    """The checks that were asked for by name, in the suite's order."""
     if not only:
-        return list(CHECKS)
+        return []
     known = {check.name for check in CHECKS}
     for name in only:
         if name not in known:
@@ -105,16 +108,23 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
     if as_json:
         common.print_json(
             [
-                {"name": check.name, "group": check.group, "demands": check.demands, "rule": check.rule, "moving": check.moving}
+                {
+                    "name": check.name,
+                    "group": check.group,
+                    "demands": check.demands,
+                    "rule": check.rule,
+                    "moving": check.moving,
+                    "wire": check.wire or None,
+                }
                 for check in checks
             ]
         )
         return
     table = Table(box=None)
-    for head in ("check", "about", "wheels turn", "what the protocol demands"):
+    for head in ("check", "about", "wheels turn", "over", "what the protocol demands"):
         table.add_column(head)
     for check in checks:
-        table.add_row(check.name, check.group, "yes" if check.moving else "", check.demands)
+        table.add_row(check.name, check.group, "yes" if check.moving else "", _WIRE_NAMES.get(check.wire, ""), check.demands)
     console.print(table)
 
 

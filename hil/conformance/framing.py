@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.mavlink_layout import payload_length
 from firmware_protocol.messages import CommandLong, JuniorStatus, Ping, Timesync
+from firmware_protocol.wire import MAVLINK
 from hil.conformance.frames import damaged, foreign, header, untrimmed, version_1
 from hil.conformance.probe import PATIENCE, QUIET
-from hil.conformance.registry import Group, require
+from hil.conformance.registry import ANY_WIRE, Group, require
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("framing")
+GROUP: Final = Group("framing", MAVLINK)
 _GIVEN_UP: Final = 0.05
 """A partial frame has been given up after this, in s; the rule says 0.02."""
 _FRAME_LIMIT: Final = 256
@@ -173,7 +174,7 @@ def lost_frames(robot: Subject) -> str:
     return "a gap of 3"
 
 
-@GROUP.check("frames-numbered", rule="A frame")
+@GROUP.check("frames-numbered", rule="A frame", wire=ANY_WIRE)
 def frames_numbered(robot: Subject) -> str:
     """Every frame carries the number that follows the sender's last."""
     robot.spend(1.0)

@@ -6,6 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
+from firmware_protocol.wire import CAN, MAVLINK
 from hil.conformance.suite import CHECKS, LAST
 
 PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "check.md"
@@ -13,6 +14,9 @@ PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "check.md"
 BEGIN: Final = "<!-- checks: python -m hil.conformance.page -->\n"
 """The table stands between this and `END`."""
 END: Final = "<!-- end of checks -->\n"
+
+_OVER: Final = {MAVLINK: " *MAVLink.*", CAN: " *CAN.*"}
+"""What a check is about that is not run on every link."""
 
 
 def table() -> str:
@@ -22,7 +26,7 @@ def table() -> str:
         lines += [f"### {title[0].upper()}{title[1:]}", "", "| check | what the protocol demands | says |", "|---|---|---|"]
         for check in checks:
             wheels = " *Wheels turn.*" if check.moving else ""
-            lines.append(f"| `{check.name}` | {check.demands}{wheels} | {check.rule} |")
+            lines.append(f"| `{check.name}` | {check.demands}{_OVER.get(check.wire, '')}{wheels} | {check.rule} |")
         lines.append("")
     return "\n".join(lines)
 

@@ -6,9 +6,10 @@ import math
 import struct
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.can_layout import LAST_NODE
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
 from firmware_protocol.parameters import PARAMETERS, Parameter
-from hil.conformance.frames import forged
+from firmware_protocol.wire import CAN
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, require
 
@@ -81,7 +82,8 @@ def limits(robot: Subject) -> str:
     for parameter in WRITABLE:
         before = robot.parameter(parameter.name).param_value
         try:
-            for value in (parameter.minimum, parameter.maximum):
+            greatest = LAST_NODE if parameter.name == "SYS_ID" and robot.wire == CAN else parameter.maximum
+            for value in (parameter.minimum, greatest):
                 found = robot.set_parameter(parameter.name, value)
                 require(found == single(value), f"{parameter.name} did not take {value:g} and has {found:g}")
         finally:
@@ -108,8 +110,8 @@ def not_a_number(robot: Subject) -> str:
     for parameter in WRITABLE:
         before = robot.parameter(parameter.name).param_value
         for value in (math.nan, math.inf, -math.inf):
-            frame = robot.frame(ParamSet(robot.system, ROBOT_COMPONENT, parameter.name, 0.0))
-            robot.raw(forged(frame, ParamSet, "param_value", value))
+            message = ParamSet(robot.system, ROBOT_COMPONENT, parameter.name, 0.0)
+            robot.raw(robot.forged(message, "param_value", value))
             robot.spend(0.01)
             question = ParamRequestRead(robot.system, ROBOT_COMPONENT, parameter.name)
             answer = robot.ask(question, ParamValue)  # one that says NaN is no good message: it counts as none

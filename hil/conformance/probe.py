@@ -9,18 +9,23 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
+from firmware_protocol.can_frame import pack_frames
 from firmware_protocol.codec import open_codec
+from firmware_protocol.dbc import CanCodec
 from firmware_protocol.errors import EncodeError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
 from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.wire import CAN
+from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.pump import InlinePump, ThreadedPump
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from firmware_protocol.can_frame import CanFrame
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
     from firmware_protocol.wire import Message
@@ -67,6 +72,7 @@ class Probe:
 
     Attributes:
         system: System id of the robot; 0 while none has been heard.
+        wire: What the link carries: `mavlink` or `can`.
         heard: Everything the robot has said since `forget`, in order.
         rejected: What came that was no good message, since `forget`.
         spoilt: Pieces of wire input that were no good message, in all.
@@ -83,6 +89,7 @@ class Probe:
         taps: Sequence[Tap] = (),
     ) -> None:
         self.system = system or 0
+        self.wire = link.wire
         self.heard: list[Received] = []
         self.rejected: list[Rejected] = []
         self.spoilt = 0
@@ -117,7 +124,7 @@ class Probe:
             if isinstance(self._codec, MavlinkCodec):
                 raise
             raise NotRunError(str(error)) from error
-        self._write(data)
+        self.raw(data)
         for tap in self._taps:
             for message in messages:
                 tap.sent(self.now(), message)
@@ -132,18 +139,43 @@ class Probe:
             raise NotRunError("only on links that carry MAVLink bytes")
         return self._codec.encode(message)
 
-    def raw(self, data: bytes) -> None:
-        """Send bytes as they are.
+    def frames(self, message: Message) -> list[CanFrame]:
+        """The CAN frames of a message, not sent; a transfer takes the next number.
+
+        Raises:
+            NotRunError: The link does not carry CAN frames.
+        """
+        if not isinstance(self._codec, CanCodec):
+            raise NotRunError("only on links that carry CAN frames")
+        return self._codec.encode_frames(message)
+
+    def forged(self, message: Message, name: str, value: float, index: int = 0) -> bytes:
+        """The wire data of a message with a value that no codec of ours would send, with a good checksum; not sent.
+
+        Args:
+            message: A good message.
+            name: The field.
+            value: Its new value as it stands on the wire: an integer in wire units, or a float for `f32`.
+            index: Which element, where the field has several.
+        """
+        if isinstance(self._codec, CanCodec):
+            return pack_frames(can_frames.forged(self.frames(message), message, name, value, index))
+        return frames.forged(self.frame(message), type(message), name, value, index)
+
+    def put(self, *sent: CanFrame) -> None:
+        """Send CAN frames as they are, in one piece.
 
         Raises:
             LinkError: The link is gone.
-            NotRunError: The link does not carry MAVLink bytes.
         """
-        if not isinstance(self._codec, MavlinkCodec):
-            raise NotRunError("only on links that carry MAVLink bytes")
-        self._write(data)
+        self.raw(pack_frames(sent))
 
-    def _write(self, data: bytes) -> None:
+    def raw(self, data: bytes) -> None:
+        """Send wire data as it is.
+
+        Raises:
+            LinkError: The link is gone.
+        """
         self._link.write(data)
         for tap in self._taps:
             tap.wire_tx(self.now(), data)
@@ -297,6 +329,7 @@ class Probe:
         while not self.heard and (left := end - self.now()) > 0:
             self.step(left)
         if not self.heard:
-            spoke = "what came was no MAVLink: is the baud rate right?" if self.rejected else "is it switched on?"
+            strange = "no frame of a robot" if self.wire == CAN else "no MAVLink: is the baud rate right?"
+            spoke = f"what came was {strange}" if self.rejected else "is it switched on?"
             whom = f"robot with system id {self.system}" if self.system else "robot"
             raise NoRobotError(f"{self._link.url}: no {whom} answered within {timeout:g} s; {spoke}")

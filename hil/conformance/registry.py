@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     """Performs a check; returns what was found, in words; raises CheckFailedError or NotRunError."""
 
 T = TypeVar("T")
+
+ANY_WIRE: Final = ""
+"""What a check is about can be seen on every wire."""
 
 
 class CheckFailedError(Exception):
@@ -36,6 +39,7 @@ class Check:
         run: Performs it.
         moving: The wheels turn.
         needs: Checks that must not have failed: what they look at is taken for granted here.
+        wire: The wire whose frames it is about, `mavlink` or `can`; empty where it is about messages, on any wire.
     """
 
     name: str
@@ -45,6 +49,7 @@ class Check:
     run: Run
     moving: bool = False
     needs: tuple[str, ...] = ()
+    wire: str = ANY_WIRE
 
 
 @dataclass(frozen=True)
@@ -53,17 +58,25 @@ class Group:
 
     Attributes:
         title: What they are about.
+        wire: The wire whose frames they are about; empty is any.
         checks: Filled by `check`, in the order of the source.
     """
 
     title: str
+    wire: str = ANY_WIRE
     checks: list[Check] = field(default_factory=list)
 
-    def check(self, name: str, *, rule: str, moving: bool = False, needs: tuple[str, ...] = ()) -> Callable[[Run], Run]:
-        """Register the decorated function as a check; see `Check` for the arguments. Its docstring is what is demanded."""
+    def check(
+        self, name: str, *, rule: str, moving: bool = False, needs: tuple[str, ...] = (), wire: str | None = None
+    ) -> Callable[[Run], Run]:
+        """Register the decorated function as a check; see `Check` for the arguments. Its docstring is what is demanded.
+
+        The wire is the group's unless another is named.
+        """
 
         def register(run: Run) -> Run:
-            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs))
+            about = self.wire if wire is None else wire
+            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs, about))
             return run
 
         return register

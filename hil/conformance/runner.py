@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from hil.conformance.registry import CheckFailedError, NotRunError
+from firmware_protocol.wire import CAN, MAVLINK
+from hil.conformance.registry import ANY_WIRE, CheckFailedError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hil.conformance.registry import Check
     from hil.conformance.subject import Subject
+
+CARRIED: Final = {MAVLINK: "MAVLink bytes", CAN: "CAN frames"}
+"""What links carry, in words, by wire."""
 
 
 class Outcome(Enum):
@@ -80,6 +84,8 @@ def perform(
         for check in checks:
             if check.moving and not moving:
                 note(Verdict(check, Outcome.NOT_RUN, "turns the wheels: --moving"))
+            elif check.wire not in {ANY_WIRE, robot.wire}:
+                note(Verdict(check, Outcome.NOT_RUN, f"only on links that carry {CARRIED[check.wire]}"))
             elif missing := [name for name in check.needs if name in failed]:
                 note(Verdict(check, Outcome.NOT_RUN, f"makes no sense as long as {missing[0]} fails"))
             else:
@@ -87,6 +93,16 @@ def perform(
     finally:
         note(_judge(last, robot))
     return verdicts
+
+
+def on_wire(checks: Sequence[Check], wire: str) -> list[Check]:
+    """Those of the checks that can be run on a wire.
+
+    Args:
+        checks: Any.
+        wire: `mavlink` or `can`, as a link says.
+    """
+    return [check for check in checks if check.wire in {ANY_WIRE, wire}]
 
 
 def _judge(check: Check, robot: Subject) -> Verdict:

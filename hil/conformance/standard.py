@@ -6,6 +6,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.can_layout import LAST_NODE
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -18,8 +19,10 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
+    JuniorAck,
     JuniorSensors,
     JuniorStatus,
+    JuniorWheels,
     ParamRequestRead,
     ParamSet,
     ParamValue,
@@ -28,6 +31,7 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
+from firmware_protocol.wire import CAN
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
@@ -156,19 +160,23 @@ def timesync(robot: Subject) -> str:
 @GROUP.check("other-target-ignored", rule="Addresses")
 def other_target(robot: Subject) -> str:
     """What is addressed to another system or component is ignored."""
-    other = robot.system % 254 + 1
-    for system, component in ((other, ROBOT_COMPONENT), (robot.system, 99)):
+    on_can = robot.wire == CAN  # where a frame names a node, and no component
+    other = robot.system % (LAST_NODE if on_can else 254) + 1
+    for system, component in ((other, ROBOT_COMPONENT), (robot.system, 99))[: 1 if on_can else 2]:
         robot.forget()
         robot.send(
             CommandLong(system, component, Command.ARM_DISARM, param1=1.0),
+            CommandLong(system, component, Command.FLIGHT_TERMINATION, param1=1.0),
             ParamRequestRead(system, component, "SYS_ID"),
             ParamSet(system, component, "SPD_SLOW", 0.123),
+            robot.numbered(JuniorWheels, speed=(0.0, 0.0), duration=1.0, target_system=system, target_component=component),
         )
         robot.spend(QUIET)
         require(not robot.got(CommandAck), f"a command to system {system}, component {component} was answered")
         require(not robot.got(ParamValue), f"a parameter asked of system {system}, component {component} was answered")
-    robot.expect_state(State.DISARMED, "after somebody else was armed")
-    return "another system, another component"
+        require(not robot.got(JuniorAck), f"wheels of system {system}, component {component} were answered")
+    robot.expect_state(State.DISARMED, "after somebody else was armed and stopped")
+    return "another system" if on_can else "another system, another component"
 
 
 @GROUP.check("all-means-stop-only", rule="Addresses", needs=("other-target-ignored",))
@@ -186,6 +194,10 @@ def broadcast(robot: Subject) -> str:
     robot.spend(QUIET)
     require(not robot.got(ParamValue), "a parameter asked of all was answered")
     robot.arm()
+    robot.forget()
+    robot.send(robot.numbered(JuniorWheels, speed=(0.0, 0.0), duration=1.0, target_system=0, target_component=0))
+    robot.spend(QUIET)
+    require(not robot.got(JuniorAck), "all were told to drive, and one answered")
     say(Command.ARM_DISARM, 0.0)
     robot.expect_state(State.DISARMED, "after all were told to disarm")
     say(Command.FLIGHT_TERMINATION, 1.0)

@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import Action, Outcome
+from firmware_protocol.wire import MAVLINK
 from hil.conformance.numbering import STAY
 from hil.conformance.orders import SLACK, named
 from hil.conformance.registry import Group, given, require
@@ -168,10 +169,9 @@ def watchdog_driving(robot: Subject) -> str:
     return _in_time("it stopped", given(seen, "it went on driving with no word from its host") - last, 0.25)
 
 
-@GROUP.check("watchdog-hears-who-armed", rule="WATCHDOG", needs=("watchdog-stops",))
+@GROUP.check("watchdog-hears-who-armed", rule="WATCHDOG", needs=("watchdog-stops",), wire=MAVLINK)
 def watchdog_stranger(robot: Subject) -> str:
     """Only who armed the robot keeps it going."""
-    robot.frame(HOST_HEARTBEAT)
     stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
     robot.arm()
     maneuver = robot.maneuver(STAY, 5.0)
@@ -228,11 +228,10 @@ def manual(robot: Subject) -> str:
     return _in_time("it ended", ended - begun, 0.25)
 
 
-@GROUP.check("manual-control-from-who-armed", rule="MANUAL_CONTROL")
+@GROUP.check("manual-control-from-who-armed", rule="MANUAL_CONTROL", wire=MAVLINK)
 def manual_stranger(robot: Subject) -> str:
     """MANUAL_CONTROL is taken from the system that armed the robot."""
     stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
-    robot.frame(HOST_HEARTBEAT)
     robot.arm()
     robot.raw(stranger.encode(ManualControl(robot.system, x=0, r=0)))
     robot.expect_state(State.READY, "after MANUAL_CONTROL from a stranger")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from hil.conformance import (
+    can_singles,
+    can_transfers,
     contest,
     framing,
     maneuvers,
@@ -23,6 +25,21 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 _AFTERWARDS: Final = Group("afterwards")
+_MODULES: Final = (
+    framing,
+    can_singles,
+    can_transfers,
+    standard,
+    streams,
+    parameters,
+    numbering,
+    values,
+    stopping,
+    maneuvers,
+    memory,
+    contest,
+    wheels,
+)
 
 
 @_AFTERWARDS.check("left-as-found", rule="Stopping")
@@ -35,9 +52,5 @@ def left_as_found(robot: Subject) -> str:
 
 LAST: Final[Check] = _AFTERWARDS.checks[0]
 """Run after all others."""
-CHECKS: Final[tuple[Check, ...]] = tuple(
-    check
-    for module in (framing, standard, streams, parameters, numbering, values, stopping, maneuvers, memory, contest, wheels)
-    for check in module.GROUP.checks
-)
+CHECKS: Final[tuple[Check, ...]] = tuple(check for module in _MODULES for check in module.GROUP.checks)
 """All others."""

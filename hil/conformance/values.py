@@ -14,7 +14,6 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action
-from hil.conformance.frames import forged
 from hil.conformance.numbering import STAY
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
@@ -36,7 +35,7 @@ def _refused(robot: Subject, make: Callable[[], Message], values: Sequence[Bad])
     for name, value, index in values:
         message = make()
         start = len(robot.heard)
-        robot.raw(forged(robot.frame(message), type(message), name, value, index))
+        robot.raw(robot.forged(message, name, value, index))
         reason = given(robot.answered(message, start=start), f"{message.NAME} with {name} {value} was not answered")
         words = "accepted" if reason == Reason.NONE else f"refused by {named(Reason, reason)}"
         require(reason == Reason.BAD_VALUE, f"{message.NAME} with {name} {value} was {words}")
@@ -99,7 +98,7 @@ def stick(robot: Subject) -> str:
     robot.arm()
     for field in ("x", "r"):
         for value in (1001, -1001, -32_768):
-            robot.raw(forged(robot.frame(ManualControl(robot.system)), ManualControl, field, value))
+            robot.raw(robot.forged(ManualControl(robot.system), field, value))
             robot.spend(QUIET / 4)
             robot.expect_state(State.READY, f"after MANUAL_CONTROL with {field} {value}")
     return "x, r"

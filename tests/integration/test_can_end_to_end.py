@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-from itertools import count
 from typing import TYPE_CHECKING
 
 import pytest
@@ -20,8 +19,6 @@ from firmware_protocol.wire import CAN
 from hil.bridge import Bridge
 from hil.clock import MonotonicClock
 from hil.coaching import Coaching, new_pal
-from hil.conformance import CHECKS, LAST, Subject, perform
-from hil.conformance import Outcome as Verdicts
 from hil.mcaplog.reader import LogReader
 from hil.recorder import Recorder
 from hil.ring import open_ring
@@ -90,18 +87,6 @@ def test_a_robot_served_on_a_bus_is_found_driven_stopped_and_recorded(served: st
     topics = {entry.topic for entry in entries}
     assert {"/wire/rx", "/wire/tx", "/junior/sensors", "/junior/maneuver_result", "/junior/wheels"} <= topics
     assert "/wire/rejected" not in topics
-
-
-def test_the_emulated_robot_keeps_the_protocol_over_can() -> None:
-    world = junior_world(wire=CAN)
-    robot = Subject(MemoryLink(world, wire=CAN), world, session=count(4711).__next__)
-    robot.greet(5.0)
-    verdicts = perform(robot, list(CHECKS), LAST, moving=True)
-    robot.close()
-    assert [verdict.check.name for verdict in verdicts if verdict.outcome is Verdicts.FAILED] == []
-    left_out = {verdict.detail for verdict in verdicts if verdict.outcome is Verdicts.NOT_RUN}
-    assert all("MAVLink bytes" in detail or "no place on a CAN bus" in detail for detail in left_out)
-    assert sum(verdict.outcome is Verdicts.PASSED for verdict in verdicts) > 60
 
 
 class TroubledLink(MemoryLink):

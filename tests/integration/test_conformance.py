@@ -5,45 +5,42 @@ from __future__ import annotations
 import dataclasses
 import json
 import signal
-import threading
-from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from can_mutants import CAN_MUTANTS
 from mutants import MUTANTS, Mutant, Workshop
+from serving import MULTICAST, served
 
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli.app import run
-from hil.clock import MonotonicClock
-from hil.conformance import CHECKS, LAST, Outcome, Subject, perform
+from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
 from hil.connecting import DEFAULT_URL
 from hil.mcaplog import LogReader
-from simdevice.endpoints import open_endpoint
-from simdevice.server import Server
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from mutants import Build
 
     from hil.conformance import Verdict
     from simdevice.world import World
 
-NAMES: Final = [check.name for check in CHECKS]
-STILL: Final = [check.name for check in CHECKS if not check.moving]
+ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
+NAMES: Final = [check.name for check in ON_BYTES]
+STILL: Final = [check.name for check in ON_BYTES if not check.moving]
+EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS)
 TAUGHT: Final = {(255, 0): (Action.L,), (255, 3): (Action.FF, Action.FF), (2, 1): (Action.LSRF, Action.SF, Action.SF)}
 SET: Final = {"SPD_FAST": 0.9, "WATCHDOG": 400.0, "EYE_L_ON": 200.0, "STIM_ARMS": 1.0}
-PATIENCE: Final = 60.0
 
 
 def subject(world: World) -> Subject:
     numbers = count(4711)
-    return Subject(MemoryLink(world), world, session=lambda: next(numbers))
+    return Subject(MemoryLink(world, wire=world.wire), world, session=lambda: next(numbers))
 
 
 def failed(verdicts: list[Verdict]) -> list[str]:
@@ -75,19 +72,20 @@ def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
     numbers = count(1)
     robot = Subject(MemoryLink(watched), watched, session=lambda: next(numbers))
     robot.greet()
-    verdicts = perform(robot, CHECKS, LAST)
+    verdicts = perform(robot, ON_BYTES, LAST)
     assert failed(verdicts) == []
     assert watched.turned == 0, "without --moving no wheel was ever given any effort"
     assert [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.PASSED] == [*STILL, LAST.name]
 
 
+@pytest.mark.parametrize("wire", [MAVLINK, CAN])
 @pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "point-light")])
-def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str) -> None:
-    world = junior_world(seed=seed, opponent=opponent, referee=seed != 2)
+def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str) -> None:
+    world = junior_world(seed=seed, opponent=opponent, referee=seed != 2, wire=wire)
     robot = subject(world)
     robot.greet()
     told: list[Verdict] = []
-    verdicts = perform(robot, CHECKS, LAST, moving=True, told=told.append)
+    verdicts = perform(robot, on_wire(CHECKS, wire), LAST, moving=True, told=told.append)
     assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
     assert told == verdicts
     assert world.device.wheels == (0.0, 0.0)
@@ -152,14 +150,14 @@ def test_an_interrupted_run_leaves_the_robot_as_it_was_found() -> None:
 
 def test_checks_have_names_demands_and_rules_of_the_protocol_page() -> None:
     page = (Path(__file__).parents[2] / "docs" / "protocol.md").read_text(encoding="utf-8")
-    names = [*NAMES, LAST.name]
-    assert len(set(names)) == len(names) >= 100
+    names = [check.name for check in (*CHECKS, LAST)]
+    assert len(set(names)) == len(names) >= 120
     for check in (*CHECKS, LAST):
         assert check.name.replace("-", "").isalnum()
         assert check.name == check.name.lower()
         assert check.demands.endswith(".")
         assert check.rule in page, f"{check.name}: the protocol page has no {check.rule!r}"
-        assert all(NAMES.index(need) < NAMES.index(check.name) for need in check.needs)
+        assert all(names.index(need) < names.index(check.name) for need in check.needs)
 
 
 def test_what_rests_on_a_failed_check_is_not_run() -> None:
@@ -182,15 +180,17 @@ def test_what_rests_on_a_failed_check_is_not_run() -> None:
 
 
 @pytest.fixture(scope="session")
-def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Build]:
+def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[Mutant, Build]:
     """All mutants, built."""
-    made = Workshop(tmp_path_factory.mktemp("mutants")).build(MUTANTS)
-    return {mutant.caught_by: build for mutant, build in zip(MUTANTS, made, strict=True)}
+    made = Workshop(tmp_path_factory.mktemp("mutants")).build(EVERY_MUTANT)
+    return dict(zip(EVERY_MUTANT, made, strict=True))
 
 
-@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.caught_by)
-def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(mutant: Mutant, builds: dict[str, Build]) -> None:
-    robot = subject(junior_world(host=builds[mutant.caught_by]))
+@pytest.mark.parametrize("mutant", EVERY_MUTANT, ids=lambda mutant: f"{mutant.wire}-{mutant.caught_by}")
+def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(
+    mutant: Mutant, builds: dict[Mutant, Build]
+) -> None:
+    robot = subject(junior_world(host=builds[mutant], wire=mutant.wire))
     robot.greet()
     assert failed(perform(robot, CHECKS, LAST, moving=True)) == [mutant.caught_by], f"it {mutant.fault}"
 
@@ -241,9 +241,10 @@ def test_a_moving_run_is_logged(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_failed_check_is_the_exit_status(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[str, Build]
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[Mutant, Build]
 ) -> None:
-    world = junior_world(host=builds["watchdog-stops"])
+    (mutant,) = (mutant for mutant in MUTANTS if mutant.caught_by == "watchdog-stops")
+    world = junior_world(host=builds[mutant])
     numbers = count(1)
     monkeypatch.setattr("hil.cli.check.open_address", lambda _: (MemoryLink(world), world, lambda: next(numbers)))
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
@@ -256,7 +257,8 @@ def test_a_failed_check_is_the_exit_status(
 def test_the_list_needs_no_robot(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "serial:///dev/ttyNobody:115200", "--list", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert [entry["name"] for entry in listed] == NAMES
+    assert [entry["name"] for entry in listed] == [check.name for check in CHECKS]
+    assert {entry["name"] for entry in listed if entry["wire"] != CAN} == set(NAMES)
     assert run(["check", "--list"]) == 0
     assert "emergency-stop-latched" in capsys.readouterr().out
 
@@ -301,22 +303,6 @@ REAL_TIME: Final = (
 )
 
 
-@contextmanager
-def served(link: str) -> Iterator[str]:
-    """An emulated robot in real time, in a thread of this process."""
-    endpoint, stop = open_endpoint(link), threading.Event()
-    server = Server(junior_world(), endpoint, MonotonicClock())
-    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
-    thread.start()
-    try:
-        yield endpoint.url
-    finally:
-        stop.set()
-        thread.join(PATIENCE)
-        assert not thread.is_alive()
-        endpoint.close()
-
-
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a pty")
 def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in REAL_TIME for argument in ("--only", name)]
@@ -326,3 +312,35 @@ def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -
     assert [verdict for verdict in verdicts if not verdict["passed"]] == []
     assert status == 0
     assert len(verdicts) == len(REAL_TIME) + 1
+
+
+ON_A_BUS: Final = [check.name for check in CHECKS if check.wire == CAN]
+SOME: Final = ["stop-frame-stops", "transfers-interleaved", "lost-transfers-counted"]
+
+
+@pytest.mark.parametrize(("link", "names"), [("can://virtual/checked", SOME), (MULTICAST, ON_A_BUS), ("slcan", ON_A_BUS)])
+def test_it_passes_over_a_bus_in_real_time(link: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    wanted = [argument for name in names for argument in ("--only", name)]
+    with served(link) as url:
+        status = run(["check", url, "--json", *wanted])
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [verdict for verdict in verdicts if not verdict["passed"]] == []
+    assert status == 0
+    assert len(verdicts) == len(names) + 1
+
+
+def test_a_check_of_the_other_wire_is_run_only_when_asked_for_and_then_says_why_it_is_not(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run(["check", "sim://junior?wire=can", "--only", "bad-checksum-dropped", "--only", "stop-frame-stops"]) == 0
+    said = capsys.readouterr().out
+    assert "only on links that carry MAVLink bytes" in said
+    assert run(["check", "sim://junior?wire=can", "--json"]) == 0
+    names = {verdict["name"] for verdict in json.loads(capsys.readouterr().out)}
+    assert names == {check.name for check in on_wire(CHECKS, CAN)} | {LAST.name}
+
+
+def test_a_node_is_picked_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", "sim://junior?wire=can&node=1", "--only", "stop-frame-stops"]) == 0
+    assert run(["check", "sim://junior?wire=can&node=7", "--timeout", "0.3"]) == 3
+    assert "no robot with system id 7" in capsys.readouterr().err

@@ -15,6 +15,7 @@ import cffi
 
 from firmware_protocol.firmware import _host
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
+from firmware_protocol.wire import MAVLINK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -33,6 +34,7 @@ class Mutant:
         source: File of the core that is changed.
         before: Text in it, that is there once.
         after: What stands there instead.
+        wire: What the firmware speaks when it is checked.
     """
 
     caught_by: str
@@ -40,6 +42,7 @@ class Mutant:
     source: str
     before: str
     after: str
+    wire: str = MAVLINK
 
     def text(self) -> str:
         """The changed source."""

@@ -142,12 +142,12 @@ bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *
 
 /* --- in ---------------------------------------------------------------------------------------------------------- */
 
-/* The transfers before this one that did not come. Half the range or more ahead is behind. */
+/* The transfers before this one that did not come. A bus keeps the order: what is not ahead is the last one again. */
 static void count_number(struct junior *robot, struct can_transfer *transfer)
 {
-    uint8_t gap = (uint8_t)((transfer->number - transfer->next) % TRANSFERS);
+    uint8_t gap = (uint8_t)(transfer->number - transfer->next) % TRANSFERS;
 
-    if (transfer->known && gap >= TRANSFERS / 2) {
+    if (transfer->known && gap == TRANSFERS - 1) {
         return;
     }
     if (transfer->known) {

@@ -142,6 +142,19 @@ void params_handle_read(struct junior *robot, const mavlink_param_request_read_t
     SEND(robot, PARAM_VALUE, &nothing);
 }
 
+/* A node of a CAN bus has seven bits. */
+static bool has_place(const struct junior *robot, uint8_t index, float value)
+{
+#if JUNIOR_CAN
+    return !(robot->can.fitted && index == PARAM_SYS_ID && value > 127.0f);
+#else
+    (void)robot;
+    (void)index;
+    (void)value;
+    return true;
+#endif
+}
+
 /* What is not allowed changes nothing; the answer is the value in force. */
 void params_handle_set(struct junior *robot, const mavlink_param_set_t *request)
 {
@@ -151,7 +164,7 @@ void params_handle_set(struct junior *robot, const mavlink_param_set_t *request)
         return;
     }
     if (!(flash_u8(&rows[index].flags) & PARAM_FLAG_READ_ONLY) && allowed(index, request->param_value)
-        && request->param_value != robot->params.value[index]) {
+        && has_place(robot, index, request->param_value) && request->param_value != robot->params.value[index]) {
         take(robot, index, request->param_value);
         robot->params.unsaved[index / 8] |= (uint8_t)(1U << index % 8);
     }
