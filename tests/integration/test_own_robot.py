@@ -17,9 +17,10 @@ from processes import Program
 
 from firmware_protocol import parameters
 from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, perform
+from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
 from hil.junior import Junior
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -47,9 +48,10 @@ def test_it_keeps_the_protocol() -> None:
     numbers = count(4711)
     subject = Subject(MemoryLink(world), world, session=lambda: next(numbers))
     subject.greet()
-    verdicts = perform(subject, CHECKS, LAST, moving=True)
+    checks = on_wire(CHECKS, MAVLINK)
+    verdicts = perform(subject, checks, LAST, moving=True)
     assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
-    assert len(verdicts) == len(CHECKS) + 1
+    assert len(verdicts) == len(checks) + 1
 
 
 def test_its_parameters_are_the_protocol_s() -> None:
