@@ -19,6 +19,7 @@ import serial.tools.list_ports
 
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
+from firmware_protocol.links.access import access_remedy, busy_remedy, holders
 
 WRITE_TIMEOUT: Final = 0.5
 """How long the other end may take to accept bytes, in s."""
@@ -36,6 +37,8 @@ class SerialPort:
         serial_number: Serial number of the USB device, which stays when the port's name changes; empty for none.
         vendor: USB vendor id; None where it is no USB device.
         product: USB product id, likewise.
+        maker: Who made it, as it says; empty where it does not.
+        model: What it calls itself; empty where it does not.
     """
 
     device: str
@@ -43,6 +46,8 @@ class SerialPort:
     serial_number: str
     vendor: int | None = None
     product: int | None = None
+    maker: str = ""
+    model: str = ""
 
     @property
     def words(self) -> str:
@@ -61,7 +66,17 @@ def list_ports() -> list[SerialPort]:
     found = []
     for port in serial.tools.list_ports.comports():
         description = "" if port.description in {None, "n/a"} else str(port.description)
-        found.append(SerialPort(str(port.device), description, port.serial_number or "", port.vid, port.pid))
+        found.append(
+            SerialPort(
+                device=str(port.device),
+                description=description,
+                serial_number=port.serial_number or "",
+                vendor=port.vid,
+                product=port.pid,
+                maker=port.manufacturer or "",
+                model=port.product or "",
+            )
+        )
     return sorted(found, key=lambda port: port.device)
 
 
@@ -73,14 +88,12 @@ def _open_error(url: str, port: str, error: OSError) -> LinkOpenError:
     text = str(error)
     windows_busy = "PermissionError" in text  # Windows answers "access denied" for a port that is in use
     if code in (errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK) or windows_busy:
-        return LinkOpenError(url, f"{port} is in use by another program", f"Close that program (`fuser {port}` names it)")
-    if code in (errno.EACCES, errno.EPERM):
-        group = "dialout"
+        having = holders(port)
         return LinkOpenError(
-            url,
-            f"you are not allowed to open {port}",
-            f"Join the group that owns it: `sudo usermod -aG {group} $USER` (`uucp` on Arch), then log in again",
+            url, f"{port} is in use by {having[0] if having else 'another program'}", busy_remedy(port, having)
         )
+    if code in (errno.EACCES, errno.EPERM):
+        return LinkOpenError(url, f"you are not allowed to open {port}", access_remedy(port))
     if code in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text:
         present = [port.device for port in list_ports()]
         remedy = (
@@ -153,6 +166,25 @@ class SerialLink(Link):
         if not data:  # ready, yet nothing to read: the device was unplugged
             raise LinkClosedError(self.url, "the port is gone (unplugged?)")
         return data
+
+    def set_baud(self, baud: int) -> None:
+        """Listen at another rate from now on, without closing the port (which makes many boards restart).
+
+        Args:
+            baud: In bit/s.
+
+        Raises:
+            LinkClosedError: The port is gone.
+            LinkOpenError: It can't do this rate.
+        """
+        if self._closed:
+            raise LinkClosedError(self.url, "the link is closed")
+        try:
+            self._port.baudrate = baud
+        except ValueError as error:
+            raise LinkOpenError(self.url, f"{self._port.port} does not take {baud} baud") from error
+        except OSError as error:
+            raise LinkClosedError(self.url, f"the port is gone ({error})") from error
 
     def close(self) -> None:
         """Close the port."""

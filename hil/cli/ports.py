@@ -1,83 +1,121 @@
-"""`hil ports`: what is connected, and what answers as a robot."""
+"""`hil ports`: what could be connected to, what answers as a robot, and what to do about the rest."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
-from firmware_protocol.address import DEFAULT_BAUD, parse_address
-from firmware_protocol.errors import HilError
-from firmware_protocol.links.serial import list_ports
-from hil.bridge import Bridge
+from firmware_protocol.address import DEFAULT_BAUD
 from hil.cli import common
-from hil.connecting import open_address
+from hil.discovery import Finding, Status, survey
+from hil.places import named, present
 
 if TYPE_CHECKING:
-    from firmware_protocol.links.serial import SerialPort
+    from hil.listening import Robot
+    from hil.places import Place
 
 
 def ports(
+    links: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[LINK]...", help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0."),
+    ] = None,
     *,
-    probe: Annotated[bool, typer.Option("--probe/--no-probe", help="Open each port and listen for a robot.")] = True,
-    baud: Annotated[int, typer.Option("--baud", min=1, help="Baud rate to listen at.")] = DEFAULT_BAUD,
-    timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to listen at each, in s.")] = 2.5,
+    probe: Annotated[bool, typer.Option("--probe/--no-probe", help="Open each and listen for a robot.")] = True,
+    baud: Annotated[
+        int, typer.Option("--baud", min=1, help="Rate to listen at first; others are tried after it.")
+    ] = DEFAULT_BAUD,
+    timeout: Annotated[
+        float, typer.Option("--timeout", min=0.1, max=60, help="Longest look, in s; all are looked at together.")
+    ] = 5.0,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
-) -> None:
-    """List serial ports, and say which answer as a robot. Nothing is moved: the program only listens and asks for the version.
+) -> int:
+    """List serial ports and CAN interfaces, and say which answer as a robot. Nothing is moved, stopped or disarmed.
+
+    A port that another program has open is left alone. Exit status 3 when no robot answers.
 
     Example: hil ports
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    found = list_ports()
-    rows = [(port, _probe(f"serial://{port.device}:{baud}", timeout) if probe else "") for port in found]
+    places = named(links) if links else present(baud=baud)
+    findings = survey(places, timeout) if probe else [_unprobed(place) for place in places]
     if as_json:
-        common.print_json([_plain(port, answer, baud) for port, answer in rows])
-        return
-    if not rows:
-        console.print(
-            "There is no serial port. Plug the robot in; or try an emulated one: hil emulate junior --link pty", markup=False
-        )
-        return
-    table = Table(box=None)
-    for head in ("port", "hardware", "serial number", "who is there"):
-        table.add_column(head)
-    for port, answer in rows:
-        table.add_row(port.device, port.description, port.serial_number, answer)
-    console.print(table)
+        common.print_json([_plain(finding) for finding in findings])
+    else:
+        for finding in findings:
+            for line in _lines(finding):
+                console.print(line, markup=False)
+        if not findings:
+            console.print(
+                "There is no serial port and no CAN interface. Plug the robot in; or try an emulated one: "
+                "hil emulate junior --link pty",
+                markup=False,
+            )
+    found = any(finding.status is Status.ROBOT for finding in findings)
+    return common.EXIT_DONE if found or not probe else common.EXIT_NO_ROBOT
 
 
-def _probe(url: str, timeout: float) -> str:
-    """Who answers at a port, in words; opens no session, so that nothing is stopped or disarmed."""
-    try:
-        link, clock, session = open_address(parse_address(url))
-    except HilError as error:
-        return str(error).removeprefix(f"{url}: ")
-    with Bridge(link, clock, open_sessions=False, session=session) as bridge:
-        deadline = clock.now() + timeout
-        try:
-            while clock.now() < deadline:
-                bridge.step(min(0.05, deadline - clock.now()))
-                for peer in bridge.peers.values():
-                    if peer.ready:
-                        return f"Junior, system {peer.system}: hil coach {url}"
-                    if peer.failure is not None:
-                        return str(peer.failure)
-        except HilError as error:
-            return str(error).removeprefix(f"{url}: ")
-        if bridge.peers:
-            return "speaks MAVLink, but did not answer as a Junior"
-        return "something is there, but no MAVLink: another baud rate?" if sum(bridge.rejected.values()) else "nothing answers"
+def _unprobed(place: Place) -> Finding:
+    if place.obstacle:
+        return Finding(place, Status.UNAVAILABLE, place.url, reason=place.obstacle, remedy=place.remedy)
+    return Finding(place, Status.NOT_PROBED, place.url)
 
 
-def _plain(port: SerialPort, answer: str, baud: int) -> dict[str, object]:
+def _lines(finding: Finding) -> list[str]:
+    """A place and what is there, for a person."""
+    place = finding.place
+    ids = ":".join(str(part) for key in ("vendor_id", "product_id") if (part := place.details.get(key)))
+    extra = [f"serial number {place.serial_number}"] if place.serial_number else []
+    hardware = "  ".join(part for part in (place.description, ids and f"({', '.join((ids, *extra))})") if part)
+    lines = [f"{place.device}  {hardware}".rstrip()]
+    lines += [_robot(finding, robot) for robot in finding.robots]
+    if finding.reason:
+        lines.append(f"    {finding.reason}")
+    if finding.remedy:
+        lines.append(f"    {finding.remedy}")
+    return lines
+
+
+def _robot(finding: Finding, robot: Robot) -> str:
+    if not robot.usable:
+        return f"    {robot}"
+    address = finding.address(robot)
+    return f"    {robot}: hil monitor {_quoted(address)}"
+
+
+def _quoted(address: str) -> str:
+    """As a shell takes it."""
+    return f"'{address}'" if set("?&*; ") & set(address) else address
+
+
+def _plain(finding: Finding) -> dict[str, object]:
+    place = finding.place
     return {
-        "device": port.device,
-        "url": f"serial://{port.device}:{baud}",
-        "description": port.description,
-        "serial_number": port.serial_number,
-        "answer": answer,
+        "kind": place.kind,
+        "device": place.device,
+        "url": finding.url,
+        "description": place.description,
+        "serial_number": place.serial_number,
+        "details": place.details,
+        "status": str(finding.status),
+        "robots": [
+            {
+                "url": finding.address(robot),
+                "system": robot.system,
+                "junior": robot.junior,
+                "usable": robot.usable,
+                "armed": robot.armed,
+                "state": None if robot.state is None else robot.state.name.lower(),
+                "firmware": robot.firmware,
+                "protocol": robot.protocol,
+                "uid": robot.uid,
+                "battery": robot.battery,
+            }
+            for robot in finding.robots
+        ],
+        "reason": finding.reason,
+        "remedy": finding.remedy,
     }

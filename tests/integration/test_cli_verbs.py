@@ -214,7 +214,7 @@ def test_wrong_usage_of_param(capsys: pytest.CaptureFixture[str], folder: Path, 
     assert "Traceback" not in said
 
 
-# --- monitor, ports, report ------------------------------------------------------------------------------------------
+# --- monitor, report -------------------------------------------------------------------------------------------------
 
 
 def test_a_robot_is_watched_for_a_while(capsys: pytest.CaptureFixture[str]) -> None:
@@ -227,13 +227,6 @@ def test_a_robot_is_watched_for_a_while(capsys: pytest.CaptureFixture[str]) -> N
     assert (document["system"], document["armed"], document["state"]) == (1, False, "disarmed")
     assert document["link"]["lost"] == 0
     assert list(LogReader(Path("watch.mcap")).entries({"/junior/wheels", "/junior/maneuver"})) == []
-
-
-def test_ports_are_listed_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["ports", "--json", "--no-probe"]) == 0
-    for port in json.loads(capsys.readouterr().out):
-        assert set(port) == {"device", "url", "description", "serial_number", "answer"}
-        assert port["url"].startswith("serial://")
 
 
 def test_a_log_is_reported_on(capsys: pytest.CaptureFixture[str]) -> None:

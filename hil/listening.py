@@ -1,0 +1,318 @@
+"""Who is on a link, found out without disturbing anybody: bytes in, robots out. No I/O, no clock.
+
+No session is opened, since that would stop and disarm a robot that somebody else drives. What is sent goes out under a
+system id of its own, so that it keeps no other host's robot awake: a heartbeat, and to a robot that is not armed the question
+for its version. An armed robot is listened to and nothing else. On a CAN bus nothing is sent until a robot has been heard, and
+never while another host speaks there: frames carry no sender, and the two could not be told apart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.can_frame import CanFrame, split_records
+from firmware_protocol.can_layout import FUNCTION_SHIFT
+from firmware_protocol.codec import open_codec
+from firmware_protocol.events import Received
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ROBOT_COMPONENT,
+    AutopilotVersion,
+    Command,
+    CommandLong,
+    Heartbeat,
+    JuniorSensors,
+    JuniorStatus,
+    State,
+    SysStatus,
+)
+from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.wire import CAN
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message
+
+LISTENER_SYSTEM: Final = 254
+"""System id we speak under: not the one that hosts have."""
+HEARTBEATS: Final = 1.3
+"""After this long everybody who sends a heartbeat once a second has been heard, in s."""
+_HELLO_PERIOD: Final = 1.0
+_ASK_PERIOD: Final = 0.3
+_ASK_TIMES: Final = 3
+_ARMED: Final = 128
+_GROUND_STATION: Final = 6
+_GENERIC: Final = 0
+"""MAV_AUTOPILOT_GENERIC: what a Junior is."""
+_KEPT: Final = 512
+"""Bytes kept of what is no message of ours, to see what else it is."""
+_MARKERS: Final = ((0xFD, 12, 2), (0xFE, 8, 1))
+"""Start marker, bytes of a frame around its payload, version of MAVLink."""
+_SIGNATURE: Final = 13
+_MOSTLY: Final = 0.9
+"""Share of letters that makes bytes a text."""
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot as it was heard.
+
+    Attributes:
+        system: Its system id, on a CAN bus its node.
+        junior: It is a Junior; else it is some other vehicle.
+        armed: It said so in its last heartbeat.
+        state: What it is doing; None for another vehicle.
+        firmware: Version of its firmware, as `0.1`; None where it was not asked or did not say.
+        protocol: Version of the protocol it speaks; likewise.
+        uid: Unique id of its board, 16 hexadecimal digits; likewise.
+        battery: In V; None where it did not say.
+    """
+
+    system: int
+    junior: bool
+    armed: bool
+    state: State | None
+    firmware: str | None
+    protocol: str | None
+    uid: str | None
+    battery: float | None
+
+    @property
+    def usable(self) -> bool:
+        """A Junior whose protocol we speak, as far as is known."""
+        return self.junior and (self.protocol is None or self.protocol.partition(".")[0] == str(PROTOCOL_MAJOR))
+
+    def __str__(self) -> str:
+        """In words, as `Junior, system 1, disarmed, firmware 0.1, battery 7.5 V`."""
+        if not self.junior:
+            return f"system {self.system} speaks MAVLink but is no Junior{', armed' if self.armed else ''}"
+        parts = [f"Junior, system {self.system}", self.state.name.lower() if self.state is not None else "state unknown"]
+        if self.firmware is not None:
+            parts.append(f"firmware {self.firmware}")
+        if self.battery is not None:
+            parts.append(f"battery {self.battery:.1f} V")
+        if self.armed:
+            parts.append("armed: somebody may be driving it")
+        if not self.usable:
+            parts.append(
+                f"speaks protocol {self.protocol}, this software {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}: update the older one"
+            )
+        return ", ".join(parts)
+
+
+class _Heard:
+    """What one system has said so far."""
+
+    def __init__(self, heartbeat: Heartbeat) -> None:
+        self.heartbeat = heartbeat
+        self.is_junior = False
+        self.version: AutopilotVersion | None = None
+        self.battery: float | None = None
+        self.asked = 0
+        self.ask_due = float("-inf")
+
+    @property
+    def armed(self) -> bool:
+        return bool(self.heartbeat.base_mode & _ARMED)
+
+    def robot(self, system: int) -> Robot:
+        junior, version = self.is_junior, self.version
+        if version is not None and self.heartbeat.autopilot == _GENERIC and version.middleware_sw_version >> 24:
+            junior = True
+        known = {int(state) for state in State}
+        mode = self.heartbeat.custom_mode
+        return Robot(
+            system=system,
+            junior=junior,
+            armed=self.armed,
+            state=State(mode) if junior and mode in known else None,
+            firmware=None if version is None else _version(version.flight_sw_version),
+            protocol=None if version is None else _version(version.middleware_sw_version),
+            uid=None if version is None else f"{version.uid:016x}",
+            battery=self.battery,
+        )
+
+
+def _version(number: int) -> str:
+    return f"{number >> 24}.{number >> 16 & 0xFF}"
+
+
+class Listener:
+    """Listens on one link.
+
+    Args:
+        wire: What the link carries.
+        now: Time in s.
+
+    Attributes:
+        good: Good messages heard.
+        received: Bytes that have come.
+        host: Somebody else speaks to robots here.
+        echo: What we have said comes back.
+    """
+
+    def __init__(self, wire: str, now: float) -> None:
+        self.received = 0
+        self.host = False
+        self.echo = False
+        self._wire = wire
+        self._codec = open_codec(wire, system=LISTENER_SYSTEM, component=HOST_COMPONENT)
+        self._begun = now
+        self._hello_due = now
+        self._systems: dict[int, _Heard] = {}
+        self._early: set[int] = set()
+        self._tail = b""
+
+    @property
+    def good(self) -> int:
+        """Good messages heard."""
+        return self._codec.good
+
+    @property
+    def robots(self) -> tuple[Robot, ...]:
+        """The robots heard so far, by system id."""
+        return tuple(heard.robot(system) for system, heard in sorted(self._systems.items()))
+
+    @property
+    def mavlink(self) -> int:
+        """Version of MAVLink that seems to be spoken, in whatever dialect; 0 for none."""
+        return framing(self._tail)
+
+    @property
+    def text(self) -> str:
+        """What has come last, if it is text for people; else empty."""
+        return printable(self._tail)
+
+    def settled(self, now: float) -> bool:
+        """Whether everybody has had time to be heard, and who can be asked has been.
+
+        Args:
+            now: Time in s.
+        """
+        if not self._systems or now < self._begun + HEARTBEATS:
+            return False
+        return all(not self._wants_asking(heard) for heard in self._systems.values())
+
+    def take(self, data: bytes, now: float) -> None:
+        """Take what the link brought.
+
+        Args:
+            data: Bytes; may be empty.
+            now: Their stamp in s.
+        """
+        self.received += len(data)
+        if self._wire == CAN:
+            self._look_for_hosts(data)
+        else:
+            self._tail = (self._tail + data)[-_KEPT:]
+        for event in self._codec.receive(data, now) if data else self._codec.flush(now):
+            if isinstance(event, Received):
+                self._hear(event)
+
+    def due(self, now: float) -> bytes:
+        """What is to be sent now; it counts as sent.
+
+        Args:
+            now: Time in s.
+        """
+        messages: list[Message] = []
+        if self._wire != CAN and now >= self._hello_due:
+            self._hello_due = now + _HELLO_PERIOD
+            messages.append(HOST_HEARTBEAT)
+        for system, heard in self._systems.items():
+            if self._wants_asking(heard, done=1) and now >= heard.ask_due:
+                heard.asked += 1
+                heard.ask_due = now + _ASK_PERIOD
+                messages.append(_question(system))
+        return b"".join(map(self._codec.encode, messages))
+
+    def _wants_asking(self, heard: _Heard, done: int = 0) -> bool:
+        """Whether its version is still missing and may be asked for (`done` 0: or an answer may still come)."""
+        if heard.version is not None or heard.armed or (self._wire == CAN and self.host):
+            return False
+        return heard.asked < _ASK_TIMES + 1 - done
+
+    def _look_for_hosts(self, data: bytes) -> None:
+        for record in split_records(data):
+            frame = CanFrame.unpack(record)
+            if not frame.extended and not frame.identifier >> FUNCTION_SHIFT & 1:
+                self.host = True
+
+    def _hear(self, event: Received) -> None:
+        message, system = event.message, event.system
+        if system == LISTENER_SYSTEM:
+            self.echo = True
+            return
+        if isinstance(message, Heartbeat) and message.type == _GROUND_STATION:
+            self.host = True
+            return
+        if event.component != ROBOT_COMPONENT or system == 0:
+            return
+        heard = self._systems.get(system)
+        if heard is None:
+            if not isinstance(message, Heartbeat):
+                if isinstance(message, (JuniorSensors, JuniorStatus)):
+                    self._early.add(system)
+                return
+            heard = self._systems[system] = _Heard(message)
+            heard.is_junior = system in self._early
+        match message:
+            case Heartbeat():
+                heard.heartbeat = message
+            case AutopilotVersion():
+                heard.version = message
+            case JuniorSensors():
+                heard.is_junior = True
+                heard.battery = message.battery
+            case JuniorStatus():
+                heard.is_junior = True
+            case SysStatus() if message.voltage_battery != 0xFFFF:
+                heard.battery = message.voltage_battery * 1e-3
+            case _:
+                pass
+
+
+def _question(system: int) -> CommandLong:
+    """Asks who it is."""
+    return CommandLong(system, ROBOT_COMPONENT, Command.REQUEST_MESSAGE, param1=float(AutopilotVersion.ID))
+
+
+def framing(data: bytes) -> int:
+    """See whether bytes are MAVLink of any dialect: two frames, the second where the length of the first says.
+
+    Args:
+        data: Bytes from a byte link.
+
+    Returns:
+        2 or 1, the version of MAVLink; 0 for none.
+    """
+    for marker, around, version in _MARKERS:
+        at = data.find(marker)
+        while 0 <= at < len(data) - around:
+            signed = _SIGNATURE if version == 2 and data[at + 2] & 1 else 0
+            following = at + around + data[at + 1] + signed
+            if following < len(data) and data[following] == marker and following + around + 1 < len(data):
+                beyond = following + around + data[following + 1]
+                beyond += _SIGNATURE if version == 2 and data[following + 2] & 1 else 0
+                if beyond == len(data) or (beyond < len(data) and data[beyond] == marker):
+                    return version
+            at = data.find(marker, at + 1)
+    return 0
+
+
+def printable(data: bytes) -> str:
+    """The last line of a text; empty when the bytes are none.
+
+    Args:
+        data: Bytes from a serial port.
+    """
+    letters = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in data)
+    if len(data) < 8 or letters < _MOSTLY * len(data):
+        return ""
+    lines = [line.strip() for line in data.decode("ascii", "replace").splitlines() if line.strip()]
+    if not lines:
+        return ""
+    whole = lines[-2] if len(lines) > 1 and not data.endswith((b"\r", b"\n")) else lines[-1]
+    return "".join(letter for letter in whole if letter.isprintable())[:60]
