@@ -36,6 +36,7 @@ class VirtualDevice:
     Attributes:
         robot: Its hardware on the table.
         other: What its eyes and arms may meet.
+        powered: It is switched on.
         system: System id it uses on the wire, as its frames say.
     """
 
@@ -60,6 +61,7 @@ class VirtualDevice:
         )
         self._micros = 0
         self._fresh = True
+        self.powered = True
         self.power_cycle()
 
     @property
@@ -89,6 +91,18 @@ class VirtualDevice:
         self._micros = 0
         self._fresh = True
 
+    def switch_off(self) -> None:
+        """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""
+        self.powered = False
+        self.robot.motors.command(0, 0)
+        self._board.power_off()
+
+    def switch_on(self) -> None:
+        """Give the power back, if there is none: it boots."""
+        if not self.powered:
+            self.powered = True
+            self.power_cycle()
+
     def step(self, inbound: bytes, *, lifted: bool = False) -> bytes:
         """One control period: sensors, firmware, wheels. The physics is stepped by the world afterwards.
 
@@ -99,6 +113,8 @@ class VirtualDevice:
         Returns:
             Bytes for the host.
         """
+        if not self.powered:
+            return b""
         robot = self.robot
         board = self._board
         sensors = robot.sensors

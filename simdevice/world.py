@@ -90,6 +90,19 @@ class World:
         """Time of the emulation, in s."""
         return self._ticks * PERIOD
 
+    @property
+    def nvm(self) -> bytes:
+        """Image of Junior's EEPROM."""
+        return self.device.nvm
+
+    def switch_off(self) -> None:
+        """Cut Junior's power: its wheels are off and nothing is heard of it; the world goes on, and the EEPROM is kept."""
+        self.device.switch_off()
+
+    def switch_on(self) -> None:
+        """Give Junior its power back, if it has none: it boots."""
+        self.device.switch_on()
+
     def step(self, inbound: bytes) -> bytes:
         """One control period for everything: sensors, firmware, wheels, physics, referee.
 
@@ -99,8 +112,8 @@ class World:
         Returns:
             Everything sent to the host in this period.
         """
-        referee = self.referee
         device = self.device
+        referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
         lifted = self.table.lifted > 0
         sent = device.step(inbound, lifted=lifted)
