@@ -6,6 +6,8 @@ A robot that has restarted goes through the handshake again, with a new session.
 back, after a look at who it is and whether it has restarted:
 
     any state --link gone--> UNPLUGGED --link back--> IDENTIFYING --recognised--> COMPARING --same boot--> OPENING --> READY
+
+A robot that is only being watched is READY without a session, until it is taken.
 """
 
 from __future__ import annotations
@@ -46,6 +48,7 @@ class Input(Enum):
     RECOGNISED = auto()
     STRANGER = auto()
     WATCH_ONLY = auto()
+    TAKEN = auto()
     OPENED = auto()
     TURNED_DOWN = auto()
     NO_ANSWER = auto()
@@ -71,10 +74,12 @@ TRANSITIONS: Final[dict[tuple[PeerState, Input], PeerState]] = {
     (PeerState.OPENING, Input.NO_ANSWER): PeerState.SILENT,
     (PeerState.OPENING, Input.SILENCE): PeerState.SILENT,
     (PeerState.OPENING, Input.RESTARTED): PeerState.IDENTIFYING,
+    (PeerState.READY, Input.TAKEN): PeerState.OPENING,
     (PeerState.READY, Input.SILENCE): PeerState.LOST,
     (PeerState.READY, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.LOST, Input.HEARD): PeerState.CHECKING,
     (PeerState.CHECKING, Input.SAME_BOOT): PeerState.READY,
+    (PeerState.CHECKING, Input.TAKEN): PeerState.OPENING,
     (PeerState.CHECKING, Input.RESTARTED): PeerState.IDENTIFYING,
     (PeerState.CHECKING, Input.NO_ANSWER): PeerState.LOST,
     (PeerState.CHECKING, Input.SILENCE): PeerState.LOST,

@@ -52,6 +52,10 @@ _REST: Final = Struct("<HH")
 _TIME: Final = Struct("<Q")
 _STOP: Final = b"\1"
 _MS_MASK: Final = 0xFFFFFFFF
+_IDENTIFIER: Final = 4
+"""Bytes of a frame in serial form that are its identifier and flags."""
+_STANDARD: Final = 0x7FF
+"""Greatest identifier of 11 bits."""
 _AT: Final = offsets(JuniorSensors)
 _WHEELS: Final = slice(offsets(JuniorWheels)["sequence"], offsets(JuniorWheels)["target_system"])
 _TRANSFERS: Final = {
@@ -195,7 +199,7 @@ class CanCodec:
             try:
                 frame = CanFrame.unpack(record)
             except ValueError as cause:
-                self._reject(RejectReason.BAD_HEADER, record, str(cause))
+                self._reject(RejectReason.BAD_HEADER, record, str(cause), frames=False)
             else:
                 self._take(frame, record)
         return events
@@ -378,6 +382,10 @@ class CanCodec:
         self._counts[sender] = self._counts.get(sender, 0) + 1
         self._reject(RejectReason.INCOMPLETE, b"".join(digests.raw), JuniorSensors.NAME)
 
-    def _reject(self, reason: RejectReason, raw: bytes, detail: str) -> None:
+    def _reject(self, reason: RejectReason, raw: bytes, detail: str, *, frames: bool = True) -> None:
+        """Report what was not accepted; where it is `frames`, CAN has checked each, and with it who sent it."""
         self.rejected[reason] += 1
-        self._events.append(Rejected(reason, raw, self._now, detail))
+        identifier = int.from_bytes(raw[:_IDENTIFIER], "little") if frames else 0
+        up = identifier <= _STANDARD and identifier >> layout.FUNCTION_SHIFT & 1
+        sender = identifier & layout.NODE_MASK if up else 0
+        self._events.append(Rejected(reason, raw, self._now, detail, sender or None))

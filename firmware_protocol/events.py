@@ -52,12 +52,14 @@ class Rejected:
         raw: The bytes.
         time: Stamp of the chunk, in s.
         detail: More, where there is more to say.
+        system: System id of the sender, where that much is certain: the frame came whole, and what was in it was bad.
     """
 
     reason: RejectReason
     raw: bytes
     time: float
     detail: str = ""
+    system: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

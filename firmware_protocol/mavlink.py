@@ -191,7 +191,7 @@ class MavlinkCodec:
             message = payload.unpack(data[at + HEADER_LENGTH : tail])
         except BadValueError as cause:
             self.rejected[RejectReason.BAD_VALUE] += 1
-            events.append(Rejected(RejectReason.BAD_VALUE, raw, self._stamp, str(cause)))
+            events.append(Rejected(RejectReason.BAD_VALUE, raw, self._stamp, str(cause), system))
         else:
             self.good += 1
             if flags:

@@ -64,8 +64,8 @@ class Peer(Requests):
         system: System id of the robot.
         session: Gives the number of a new session, 1..65535, at random.
         now: Time in s.
-        open_session: False watches only: no session is opened, which would stop and disarm the robot, and numbered
-            messages fail.
+        open_session: False watches only: no session is opened, which would stop and disarm the robot, numbered messages
+            fail, and an armed robot is not kept alive, which is for the host that armed it to do. `take` changes that.
         host_system: System id of the host.
         retry: When to ask again.
 
@@ -109,6 +109,7 @@ class Peer(Requests):
         self._handshake: Ticket[AutopilotVersion] | Ticket[JuniorAck] | Ticket[JuniorStatus] | None = None
         self._candidate = 0
         self._known = False
+        self._present = False
         self._restarted = False
         self._uid = 0
         self._cut_off: HilError | None = None
@@ -128,6 +129,22 @@ class Peer(Requests):
     def ready(self) -> bool:
         """The handshake is done and the robot is there."""
         return self.state is PeerState.READY
+
+    @property
+    def taken(self) -> bool:
+        """It is ours to command, not only to watch."""
+        return self._open_session
+
+    def take(self, now: float) -> None:
+        """Open a session with a robot that was only being watched: it is stopped and disarmed by that.
+
+        Args:
+            now: Time in s.
+        """
+        if not self._open_session:
+            self._open_session = True
+            if self.state is PeerState.READY:
+                self._move(Input.TAKEN, now)
 
     @property
     def session(self) -> int | None:
@@ -223,7 +240,7 @@ class Peer(Requests):
             return NOW
         due = self._exchanges.next_due
         due = min(due, self._timer_due)
-        if self.armed and self._sent + KEEP_ALIVE < due:
+        if self.armed and self._open_session and self._sent + KEEP_ALIVE < due:
             due = self._sent + KEEP_ALIVE
         return due
 
@@ -242,7 +259,7 @@ class Peer(Requests):
         if now >= self._exchanges.next_due:
             out += self._exchanges.due(now)
             self._follow(now)
-        starving = self.armed and not out and now >= self._sent + KEEP_ALIVE
+        starving = self.armed and self._open_session and not out and now >= self._sent + KEEP_ALIVE
         if now >= self._timer_due or starving:
             out += self._timers(now, starving=starving)
         if out:
@@ -300,8 +317,7 @@ class Peer(Requests):
             now: Time in s.
         """
         self._cut_off = told
-        if self.state is PeerState.READY:
-            self._events.append(PeerLost(self.system, now, str(cause)))
+        self._gone(str(cause), now)
         self._move(Input.LINK_GONE, now)
         return self._take()
 
@@ -367,7 +383,8 @@ class Peer(Requests):
         self._watch_clock(status.time, now)
         if self.state is PeerState.CHECKING:
             forgotten = self._numbering.session is not None and status.session == 0
-            self._move(Input.RESTARTED if before is None or forgotten else Input.SAME_BOOT, now)
+            same = Input.TAKEN if self._open_session and self.session is None else Input.SAME_BOOT
+            self._move(Input.RESTARTED if before is None or forgotten else same, now)
         elif self.state is PeerState.COMPARING:
             self._move(Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY, now)
 
@@ -437,7 +454,7 @@ class Peer(Requests):
             return
         self.state = after
         if happened is Input.RESTARTED:
-            self._forget(before, now)
+            self._forget(now)
         match after:
             case PeerState.IDENTIFYING:
                 self.failure = None
@@ -454,9 +471,10 @@ class Peer(Requests):
             case PeerState.READY:
                 self._begin(happened, now)
             case PeerState.LOST:
-                self._lose(before, now)
+                self._lose(now)
             case PeerState.SILENT:
                 self._handshake = None
+                self._gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED:
                 self.unavailable = self.failure
@@ -474,27 +492,32 @@ class Peer(Requests):
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self._timesync_due = now
         self._timer_due = NOW
-        if self._known:
-            self._events.append(PeerBack(self.system, now, self._restarted))
-        else:
+        if not self._known:
             self._events.append(PeerFound(self.system, now))
-        self._known, self._restarted = True, False
+        elif not self._present:
+            self._events.append(PeerBack(self.system, now, self._restarted))
+        self._known = self._present = True
+        self._restarted = False
         if self.status is None:  # the count of its starts, to compare later ones with
             self._exchanges.add(RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False))
 
-    def _lose(self, before: PeerState, now: float) -> None:
+    def _gone(self, cause: str, now: float) -> None:
+        """Tell that the robot is lost, if it was there."""
+        if self._present:
+            self._present = False
+            self._events.append(PeerLost(self.system, now, cause))
+
+    def _lose(self, now: float) -> None:
         """The robot fell silent."""
-        if before is PeerState.READY:
-            self._events.append(PeerLost(self.system, now, f"nothing heard for {SILENCE:g} s"))
+        self._gone(f"nothing heard for {SILENCE:g} s", now)
         self._handshake = None
         self.armed = False
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)
 
-    def _forget(self, before: PeerState, now: float) -> None:
+    def _forget(self, now: float) -> None:
         """The robot has restarted: what it knew of us is gone."""
-        if before is PeerState.READY:
-            self._events.append(PeerLost(self.system, now, "it has restarted"))
+        self._gone("it has restarted", now)
         self._restarted = self._known
         self._cut_off = None
         self._handshake = None

@@ -130,8 +130,9 @@ class Requests:
 
     def ping(self, component: int = ROBOT_COMPONENT) -> Ticket[Ping]:
         """Ask whether it is there."""
-        self._pings = (self._pings + 1) & 0xFFFFFFFF
-        return self._exchanges.add(PingExchange(self._pings, component, self._host_system))
+        self._pings = (self._pings + 1) & 0xFFFFFF
+        number = self.system << 24 | self._pings  # every robot on the link answers: it is only ours that counts
+        return self._exchanges.add(PingExchange(number, component, self._host_system))
 
     # --- Parameters --------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,8 @@
 """The bridge: connects, coaches, records, replays, shows.
 
-`connect` opens a robot, real or emulated; the rest are the types it deals in. Public names are loaded when they are first
-used: every pytest run loads this package for its plugin, whether a test asks for a robot or not.
+`connect` opens a robot, real or emulated, `connect_all` all that are on a link; the rest are the types they deal in. Public
+names are loaded when they are first used: every pytest run loads this package for its plugin, whether a test asks for a
+robot or not.
 """
 
 from importlib import import_module
@@ -11,21 +12,41 @@ if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
     from hil.connecting import connect
+    from hil.connecting_all import connect_all
     from hil.junior import Junior
+    from hil.networks import RobotAddress
+    from hil.robots import Answers, Robots
     from hil.safety import Limits
 
 _HOMES: Final = {
+    "Answers": "hil.robots",
     "Action": "firmware_protocol.vocabulary",
     "Junior": "hil.junior",
     "Limits": "hil.safety",
     "Maneuver": "firmware_protocol.vocabulary",
     "ManeuverReport": "firmware_protocol.maneuver_fields",
     "Outcome": "firmware_protocol.vocabulary",
+    "RobotAddress": "hil.networks",
+    "Robots": "hil.robots",
     "Stimulus": "firmware_protocol.vocabulary",
     "connect": "hil.connecting",
+    "connect_all": "hil.connecting_all",
 }
 
-__all__ = ["Action", "Junior", "Limits", "Maneuver", "ManeuverReport", "Outcome", "Stimulus", "connect"]
+__all__ = [
+    "Action",
+    "Answers",
+    "Junior",
+    "Limits",
+    "Maneuver",
+    "ManeuverReport",
+    "Outcome",
+    "RobotAddress",
+    "Robots",
+    "Stimulus",
+    "connect",
+    "connect_all",
+]
 
 
 def __getattr__(name: str) -> object:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, Received
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, JuniorSensors, JuniorStatus
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
 from hil.pump import InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
@@ -80,16 +80,19 @@ class Bridge:
         taps: What sees everything.
         system: Own system id.
         component: Own component id.
-        robots: System ids of the robots to speak with; None takes all that answer. Messages of others are passed on.
-        open_sessions: False watches only, and neither stops nor disarms the robots: see `Peer`.
+        robots: System ids of the robots to speak with; None are all that answer. Messages of others are passed on.
+        open_sessions: False watches only, and neither stops nor disarms the robots, until one is taken: see `Peer`.
         session: Gives session numbers, 1..65535. A run that must be repeatable passes a seeded source.
         opener: Opens the link again when it is gone; None does not.
         patience: How long it is tried to have link and robot back, in s.
+        arrived: Called whenever something has come, in another thread where the link is read by one.
 
     Attributes:
         link: The link in use; another one after a loss.
         now: The clock as the last step read it, in s.
-        peers: Robots heard so far, by system id.
+        peers: Robots heard so far that are spoken with, by system id.
+        strangers: System ids of robots heard that are not spoken with.
+        unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
@@ -108,10 +111,13 @@ class Bridge:
         session: Callable[[], int] = random_session,
         opener: Opener | None = None,
         patience: float = 0.0,
+        arrived: Callable[[], None] | None = None,
     ) -> None:
         self.link = link
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
+        self.strangers: set[int] = set()
+        self.unclaimed = 0
         self.unsent = 0
         self.lost: LinkError | None = None
         self.patience = patience if opener is not None else 0.0
@@ -132,7 +138,11 @@ class Bridge:
         self._cause: LinkError | None = None
         self._named = ""
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
-        self._pump: Pump = (InlinePump if link.lockstep else ThreadedPump)(link, clock, self._reopening)
+        self._pump: Pump
+        if link.lockstep:
+            self._pump = InlinePump(link, clock, self._reopening)
+        else:
+            self._pump = ThreadedPump(link, clock, self._reopening, arrived)
 
     def __enter__(self) -> Self:
         return self
@@ -162,7 +172,7 @@ class Bridge:
         """
         if self._told or self._closed:
             raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
-        until = self._next_due()
+        until = self.next_due()
         chunks = self._pump.take(wait if until > self.now else 0.0, until)
         now = self.now = self._read_clock()
         events: list[Event] = []
@@ -179,7 +189,7 @@ class Bridge:
             self._report(text, now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
-        if now >= self._next_due() and self._ended is None:
+        if now >= self.next_due() and self._ended is None:
             self._service(now, events)
         ended = self._ended or self._pump.error
         if ended is not None:
@@ -204,6 +214,16 @@ class Bridge:
         if self._ended is not None:
             raise self._ended
 
+    def keep(self, robots: Collection[int]) -> None:
+        """Speak with these robots only from now on; nothing is said to the others any more, and what comes is passed on.
+
+        Args:
+            robots: Their system ids.
+        """
+        self._robots = robots
+        self.strangers |= set(self.peers) - set(robots)
+        self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
+
     def close(self) -> None:
         """Stop reading and close the link. Repeating it does nothing."""
         if self._closed:
@@ -214,7 +234,7 @@ class Bridge:
         finally:
             self.link.close()
 
-    def _next_due(self) -> float:
+    def next_due(self) -> float:
         """When something must be sent next."""
         if self._failed:
             return float("inf")
@@ -229,12 +249,12 @@ class Bridge:
         """Tell taps and peers of what the codec has found."""
         taps, peers = self._taps, self.peers
         for item in items:
-            for tap in taps:
-                tap.received(item)
+            if not isinstance(item, Received) or item.system not in self.strangers:  # of others there are the bytes
+                for tap in taps:
+                    tap.received(item)
             if not isinstance(item, Received):
                 events.append(item)
-                if len(peers) == 1:  # whose it was can't be told otherwise
-                    next(iter(peers.values())).reject()
+                self._blame(item)
                 continue
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
@@ -245,12 +265,27 @@ class Bridge:
                 if event is not item:
                     self._tell(event)
 
+    def _blame(self, rejected: Rejected) -> None:
+        """Count rejected input on the robot that it came from, or on the link."""
+        system = rejected.system
+        if system is None and len(self.peers) == 1 and not self.strangers:  # nobody else is there
+            system = next(iter(self.peers))
+        if system in self.peers:
+            self.peers[system].reject()
+        elif system not in self.strangers:
+            self.unclaimed += 1
+
     def _meet(self, received: Received) -> Peer | None:
         """A new robot, if this is one's heartbeat."""
         message, system = received.message, received.system
-        if not isinstance(message, Heartbeat) or message.type == _GROUND_STATION or received.component != ROBOT_COMPONENT:
+        if system in self.strangers or system in {0, self._system} or received.component != ROBOT_COMPONENT:
             return None
-        if system in {0, self._system} or (self._robots is not None and system not in self._robots):
+        heartbeat = isinstance(message, Heartbeat) and message.type != _GROUND_STATION
+        if self._robots is not None and system not in self._robots:
+            if heartbeat or isinstance(message, JuniorSensors | JuniorStatus):
+                self.strangers.add(system)
+            return None
+        if not heartbeat:
             return None
         peer = Peer(
             system,

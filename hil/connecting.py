@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from simdevice.crowd import Crowd
     from simdevice.world import World
 
 DEFAULT_URL = "sim://junior"
-SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "system", "node")
+SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "count", "system", "node")
 
 
 def connect(
@@ -42,7 +43,7 @@ def connect(
     reconnect: float = 0.0,
     ports: Callable[[], Sequence[SerialPort]] = list_ports,
 ) -> Junior:
-    """Connect to a robot and do the handshake. The robot is stopped and disarmed by that.
+    """Connect to a robot and do the handshake. The robot is stopped and disarmed by that, and no other one is.
 
     Args:
         url: `serial:///dev/ttyACM0:115200`, `tcp://127.0.0.1:5760`, `udpin://127.0.0.1:14550`, or an emulated robot in this
@@ -71,10 +72,19 @@ def connect(
     patience = check_patience(reconnect)
     opener = AddressOpener(address, ports)
     if system is None:
-        system = number_option(address, "node" if "node" in address.options else "system")
+        system = asked_for(address)
     robots = None if system is None else [system]
     link = opener.open()
-    bridge = Bridge(link, opener.clock, taps=taps, robots=robots, session=opener.session, opener=opener, patience=patience)
+    bridge = Bridge(
+        link,
+        opener.clock,
+        taps=taps,
+        robots=robots,
+        open_sessions=False,
+        session=opener.session,
+        opener=opener,
+        patience=patience,
+    )
     junior = Junior(bridge, opener.clock.now, limits)
     try:
         junior.find(system, timeout)
@@ -167,6 +177,18 @@ class AddressOpener:
                 nobody.read(end - self.clock.now())
 
 
+def asked_for(address: Address) -> int | None:
+    """The system id, or on CAN the node id, that an address asks for; None where it leaves that open.
+
+    Args:
+        address: The address, taken apart.
+
+    Raises:
+        AddressError: It is no whole number.
+    """
+    return number_option(address, "node" if "node" in address.options else "system")
+
+
 def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
     """Open what an address names, once.
 
@@ -212,9 +234,10 @@ def fault_option(address: Address) -> FaultSpec | None:
     return spec
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World:
-    """An emulated robot in this process."""
-    from simdevice.world import junior_world  # noqa: PLC0415 - pymunk is only needed here
+def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World | Crowd:
+    """An emulated robot in this process, or several."""
+    from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.world import junior_world  # noqa: PLC0415
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":
@@ -225,14 +248,12 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World:
     wire = address.options.get("wire", MAVLINK)
     if wire not in SPLITTERS:
         raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
+    count = number_option(address, "count")
+    opponent = address.options.get("opponent", "flat-light")
     try:
-        return junior_world(
-            opponent=address.options.get("opponent", "flat-light"),
-            seed=seed,
-            referee=referee == "1",
-            wire=wire,
-            faults=faults,
-        )
+        if count is None:
+            return junior_world(opponent=opponent, seed=seed, referee=referee == "1", wire=wire, faults=faults)
+        return Crowd(count, opponent=opponent, seed=seed, referee=referee == "1", wire=wire, faults=faults)
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
 

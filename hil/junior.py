@@ -17,6 +17,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
+from hil.networks import RobotAddress
 from hil.referee import Referee
 from hil.safety import Limits
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from firmware_protocol.exchange import Ticket
+    from firmware_protocol.messages import CommandAck, JuniorManeuverResult
     from firmware_protocol.peer import Peer
     from hil.bridge import Bridge
 
@@ -35,6 +37,10 @@ WAIT = 0.05
 """Longest wait of one step of the bridge, in s."""
 REFEREE_WAIT = 0.5
 """A referee speaks 20 times a second: who is silent for ten periods is not there, bad line or slow emulator, in s."""
+OTHERS_WAIT = 1.5
+"""A robot says that it is there once a second: after this time one that can't be spoken to is no reason to wait on, in s."""
+TAKE_WAIT = 5.0
+"""How long a robot that answers is given to open a session, in s."""
 STOP_WAIT = 0.5
 """How long a robot is given to acknowledge the stop on the way out, in s."""
 STIMULUS_BITS = 15
@@ -50,21 +56,32 @@ class Junior:
         bridge: Speaks with the robot.
         now: Reads the clock, in s.
         limits: Bounds on what is asked of it.
+        serve: Serves the links of several robots once, for so long in s, and hands each its events (`notice`); the links are
+            then closed by whoever does that. None serves the bridge.
 
     Attributes:
         bridge: Speaks with the robot.
         peer: What is known of the robot.
+        address: Where the robot is: its network, and its id there.
         limits: Bounds on what is asked of it.
         referee: The referee, where one is; else None.
     """
 
     peer: Peer
+    address: RobotAddress
 
-    def __init__(self, bridge: Bridge, now: Callable[[], float], limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
+    def __init__(
+        self,
+        bridge: Bridge,
+        now: Callable[[], float],
+        limits: Limits = Limits(),  # noqa: B008 - frozen
+        serve: Callable[[float], list[Event]] | None = None,
+    ) -> None:
         self.bridge = bridge
         self.limits = limits
         self.referee: Referee | None = None
         self.now = now
+        self._serve = serve
         self._sensors: JuniorSensors | None = None
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
@@ -79,7 +96,10 @@ class Junior:
     # --- connecting --------------------------------------------------------------------------------------------------
 
     def find(self, system: int | None = None, timeout: float = 5.0) -> None:
-        """Wait for a robot and do the handshake.
+        """Wait for a robot and do the handshake; the bridge speaks with no other robot afterwards.
+
+        Where the bridge opens no sessions by itself, the robot that is taken is the only one that gets one, and the only
+        one that is stopped and disarmed.
 
         Args:
             system: Its system id; None takes the first that answers.
@@ -91,24 +111,61 @@ class Junior:
             LinkClosedError: The link went away.
         """
         deadline = self.now() + timeout
+        patience = self.now() + OTHERS_WAIT
         while self.now() < deadline:
-            for number, peer in self.bridge.peers.items():
-                if system not in {None, number}:
-                    continue
-                if peer.failure is not None:
-                    raise peer.failure
-                if peer.ready:
-                    self.peer = peer
-                    self._look_for_referee()
-                    return
+            chosen = self._candidate(system)
+            if chosen is not None and chosen.ready and chosen.taken:
+                self.adopt(chosen)
+                self.bridge.keep([chosen.system])
+                self._look_for_referee()
+                return
+            if chosen is not None and chosen.ready:
+                chosen.take(self.now())
+            elif chosen is not None and chosen.failure is not None and (system or chosen.taken or self.now() >= patience):
+                raise chosen.failure
             self._step(min(WAIT, deadline - self.now()))
         raise NoRobotError(self._nobody(system, timeout))
+
+    def _candidate(self, system: int | None) -> Peer | None:
+        """Of the robots asked for: the one that was taken, else one that answers, else one that can't be spoken to."""
+        peers = [peer for number, peer in self.bridge.peers.items() if system in {None, number}]
+        ours = [peer for peer in peers if peer.taken and peer.failure is None]
+        ready = [peer for peer in peers if peer.ready]
+        failed = [peer for peer in peers if peer.failure is not None]
+        return next((peer for peer in ours if peer.ready), None) or next(iter([*ours, *ready, *failed]), None)
+
+    def take(self) -> None:
+        """Open a session with a robot that was only being watched: it is stopped and disarmed by that.
+
+        Raises:
+            PeerError: It does not answer, or does not want one.
+            LinkError: The link is gone.
+        """
+        self.peer.take(self.now())
+        deadline = self.now() + TAKE_WAIT
+        while not self.peer.session and self.now() < deadline:
+            if self.peer.failure is not None:
+                raise self.peer.failure
+            self._step(WAIT)
+        if not self.peer.session:
+            raise PeerLostError(f"robot {self.peer.system} did not open a session within {TAKE_WAIT:g} s")
+
+    def adopt(self, peer: Peer, network: str | None = None) -> None:
+        """Be the handle of this robot.
+
+        Args:
+            peer: What the bridge knows of it.
+            network: Name of the network that it is on; None is the address of the link.
+        """
+        self.peer = peer
+        self.address = RobotAddress(self.bridge.link.url if network is None else network, peer.system)
 
     def _nobody(self, system: int | None, timeout: float) -> str:
         url = self.bridge.link.url
         whom = "no robot" if system is None else f"no robot with system id {system}"
-        if self.bridge.peers:
-            others = ", ".join(str(number) for number in self.bridge.peers) or "none"
+        heard = sorted({*self.bridge.peers, *self.bridge.strangers})
+        if heard:
+            others = ", ".join(map(str, heard))
             return f"{url}: {whom} answered within {timeout:g} s, though MAVLink is spoken there (systems seen: {others})"
         if sum(self.bridge.rejected.values()):
             return f"{url}: {whom} answered within {timeout:g} s; what came was no MAVLink: is the baud rate right?"
@@ -221,13 +278,21 @@ class Junior:
 
     def disarm(self) -> None:
         """Stop it, and keep its wheels from turning; ends an emergency stop. Raises as `read_sensors` does."""
-        self.finish(self.peer.disarm())
+        self.finish(self.ask_disarm())
+
+    def ask_disarm(self) -> Ticket[CommandAck]:
+        """Begin to disarm it, and do not wait for the answer."""
         self._emergency = False
+        return self.peer.disarm()
 
     def emergency_stop(self) -> None:
         """Stop at once; it stays stopped until it is disarmed and armed again. Raises as `read_sensors` does."""
+        self.finish(self.ask_emergency_stop())
+
+    def ask_emergency_stop(self) -> Ticket[CommandAck]:
+        """Ask for the emergency stop, and do not wait for the answer."""
         self._emergency = True
-        self.finish(self.peer.emergency_stop())
+        return self.peer.emergency_stop()
 
     def stop(self) -> None:
         """Stop the wheels and whatever it is performing; it stays armed. Raises as `drive` does."""
@@ -277,11 +342,7 @@ class Junior:
             PeerError: The robot is gone or does not answer.
             LinkError: The link is gone.
         """
-        if isinstance(maneuver, str):
-            maneuver = maneuver.split()
-        if not isinstance(maneuver, Maneuver):
-            maneuver = Maneuver(tuple(_action(one) for one in maneuver), period=period)
-        ticket = self.peer.perform(self.limits.bounded(maneuver))
+        ticket = self.start(maneuver, period=period)
         broken_off = False
         while not ticket.done:
             self._step(WAIT)
@@ -289,6 +350,22 @@ class Junior:
                 self.peer.drive(0.0, 0.0, 0.0)
                 broken_off = True
         return to_report(ticket.value())
+
+    def start(self, maneuver: Maneuver | Iterable[Action | str], *, period: float = 0.25) -> Ticket[JuniorManeuverResult]:
+        """Have a maneuver performed, and do not wait for it; `to_report` makes a report of what comes.
+
+        Args:
+            maneuver: As for `perform`.
+            period: Likewise.
+
+        Raises:
+            ValueError: As by `perform`.
+        """
+        if isinstance(maneuver, str):
+            maneuver = maneuver.split()
+        if not isinstance(maneuver, Maneuver):
+            maneuver = Maneuver(tuple(_action(one) for one in maneuver), period=period)
+        return self.peer.perform(self.limits.bounded(maneuver))
 
     # --- parameters --------------------------------------------------------------------------------------------------
 
@@ -361,50 +438,69 @@ class Junior:
         return ticket.value()
 
     def _step(self, wait: float) -> list[Event]:
+        if self._serve is not None:
+            return self._serve(wait)
         events = self.bridge.step(wait)
         for event in events:
-            if isinstance(event, Received):
-                message = event.message
-                if type(message) is JuniorSensors:
-                    self._sensors = message
-                elif type(message) is RefereeState and self.referee is not None:
-                    self.referee.heard(message)
-            for listener in self._listeners:
-                listener(event)
+            self.notice(event)
         return events
+
+    def notice(self, event: Event) -> None:
+        """Take in something that has happened on the link; what comes from other robots is none of ours.
+
+        Args:
+            event: What happened.
+        """
+        if isinstance(event, Received) and hasattr(self, "peer") and event.system == self.peer.system:
+            message = event.message
+            if type(message) is JuniorSensors:
+                self._sensors = message
+            elif type(message) is RefereeState and self.referee is not None:
+                self.referee.heard(message)
+        for listener in self._listeners:
+            listener(event)
 
     # --- leaving -----------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
         """Stop and disarm the robot, and give the link back. Safe to repeat, and when the robot or link is gone.
 
+        The link of several robots stays open for the others.
+
         A robot that has not been heard for a while is told too: it may hear us. One whose emergency stop is engaged is left
         as it is, since to disarm it would release the stop: that is a person's decision.
         """
         if self._closed:
             return
+        ticket = self.ask_to_end()
         self._closed = True
         self._listeners.clear()
         try:
-            if hasattr(self, "peer") and not self._emergency:
-                self._say_stop()
+            deadline = self.now() + STOP_WAIT
+            while ticket is not None and not ticket.done and self.now() < deadline:
+                self._step(min(WAIT, deadline - self.now()))
         except (HilError, OSError):
             pass  # the robot stops by its own watchdog
         finally:
-            self.bridge.close()
+            if self._serve is None:
+                self.bridge.close()
 
     def leave(self) -> None:
         """Give the link back and let the robot go on with what it does: a contest, that is; all else ends by its watchdog."""
         self._closed = True
         self._listeners.clear()
-        self.bridge.close()
+        if self._serve is None:
+            self.bridge.close()
 
-    def _say_stop(self) -> None:
-        """Disarm, which stops the wheels, and wait a little for the answer."""
-        ticket = self.peer.disarm()
-        deadline = self.now() + STOP_WAIT
-        while not ticket.done and self.now() < deadline:
-            self._step(min(WAIT, deadline - self.now()))
+    def ask_to_end(self) -> Ticket[CommandAck] | None:
+        """Ask the robot to stop and disarm because we leave it, and do not wait for the answer.
+
+        Returns:
+            None where it is left as it is: it was only watched, was left before, or its emergency stop is engaged.
+        """
+        if self._closed or not hasattr(self, "peer") or not self.peer.taken or self._emergency:
+            return None
+        return self.peer.disarm()
 
 
 def _action(name: Action | str) -> Action:

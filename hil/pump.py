@@ -165,6 +165,7 @@ class ThreadedPump:
         link: What to read.
         clock: Stamps the chunks.
         reopening: How to open it again; None does not.
+        arrived: Called, by the thread, whenever there is something to take.
         wait: Lets so many seconds pass between two tries, and returns True at once when the event is set.
     """
 
@@ -173,12 +174,14 @@ class ThreadedPump:
         link: Link,
         clock: Clock,
         reopening: Reopening | None = None,
+        arrived: Callable[[], None] | None = None,
         *,
         wait: Callable[[threading.Event, float], bool] = threading.Event.wait,
     ) -> None:
         self.error: LinkError | None = None
         self.turn: Turn | None = None
         self._link = link
+        self._arrived = arrived
         self._now = clock.now
         self._reopening = reopening
         self._wait = wait
@@ -232,8 +235,13 @@ class ThreadedPump:
         self._thread.join()
         self._link.close()
 
+    def _put(self, item: Chunk | Turn | LinkError) -> None:
+        self._queue.put(item)
+        if self._arrived is not None:
+            self._arrived()
+
     def _run(self) -> None:
-        put = self._queue.put
+        put = self._put
         try:
             while not self._stop.is_set():
                 try:
@@ -249,7 +257,7 @@ class ThreadedPump:
 
     def _read_on(self) -> None:
         """Read until told to stop, or the link is lost."""
-        put, read, now, stopped = self._queue.put, self._link.read, self._now, self._stop.is_set
+        put, read, now, stopped = self._put, self._link.read, self._now, self._stop.is_set
         while not stopped():
             if self._queue.qsize() >= _LIMIT:  # nobody takes: let the link's own buffers fill, not ours
                 self._stop.wait(_SLICE)
@@ -263,7 +271,7 @@ class ThreadedPump:
         refused = self._dropped is not None and self._dropped[1]
         reopening.begin(error, self._now(), refused=refused)
         self._free.clear()
-        self._queue.put(Lost(error))
+        self._put(Lost(error))
         while not self._free.wait(_SLICE) and not self._stop.is_set():
             pass
         self._link.close()
@@ -272,5 +280,5 @@ class ThreadedPump:
             link = reopening.attempt(self._now())
             if link is not None:
                 self._link = link
-                self._queue.put(Back(link))
+                self._put(Back(link))
                 return

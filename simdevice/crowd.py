@@ -24,6 +24,7 @@ from simdevice.world import World
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from firmware_protocol.faults import FaultSpec
     from simdevice.board import Host
     from simdevice.junior import JuniorProfile
 
@@ -87,6 +88,7 @@ class Crowd:
         nvm: Images of their EEPROMs, one after the other, as `nvm` gave them; None are new robots.
         host: Build of the firmware that they run; None is the one that comes with the package.
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
+        faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
 
     Attributes:
         members: The robots by the id they were made with.
@@ -107,6 +109,7 @@ class Crowd:
         nvm: bytes | None = None,
         host: Host | None = None,
         wire: str = MAVLINK,
+        faults: FaultSpec | None = None,
     ) -> None:
         most = LAST_NODE if wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
@@ -123,7 +126,14 @@ class Crowd:
             if image is None and system != NEW_SYSTEM:
                 image = image_of(system)
             world = World(
-                opponent=opponent, seed=seed + number, referee=referee, profile=profile, nvm=image, host=host, wire=wire
+                opponent=opponent,
+                seed=seed + number,
+                referee=referee,
+                profile=profile,
+                nvm=image,
+                host=host,
+                wire=wire,
+                faults=faults,
             )
             self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
 

@@ -464,12 +464,12 @@ def test_latency_is_measured_on_questions_asked_once(bench: Bench) -> None:
     bench.peer.ping()
     bench.peer.due(bench.clock.now())
     bench.clock.advance(0.03)
-    bench.heard(Ping(0, 1, 255, 190))
+    bench.heard(Ping(0, 1 << 24 | 1, 255, 190))
     assert counters.answers == before + 1
     assert counters.latency == pytest.approx(0.03)
     bench.peer.ping()
     bench.wait(0.1)
-    bench.heard(Ping(0, 2, 255, 190))
+    bench.heard(Ping(0, 1 << 24 | 2, 255, 190))
     assert counters.answers == before + 1
     assert counters.latency_min <= counters.latency_mean
 
@@ -501,7 +501,7 @@ def test_a_ticket_shows_what_it_is(bench: Bench) -> None:
     with pytest.raises(PeerError, match="no answer to a ping yet"):
         ticket.value()
     bench.wait(0.005)
-    bench.heard(Ping(0, 1, 255, 190))
+    bench.heard(Ping(0, 1 << 24 | 1, 255, 190))
     assert "answered" in repr(ticket)
     refused = bench.peer.erase_memory()
     bench.wait(0.005)

@@ -1,0 +1,103 @@
+"""From addresses to all the robots that are there: on one link, or on several."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firmware_protocol.address import Address, parse_address
+from firmware_protocol.links.serial import list_ports
+from hil.bridge import Bridge, Tap
+from hil.connecting import AddressOpener, asked_for, check_patience, number_option
+from hil.networks import Networks, RobotAddress
+from hil.robots import SETTLE, Robots
+from hil.safety import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from firmware_protocol.links.serial import SerialPort
+
+
+def connect_all(
+    *urls: str,
+    settle: float = SETTLE,
+    expect: int | Collection[int | RobotAddress] | None = None,
+    timeout: float = 5.0,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
+    taps: Sequence[Tap] = (),
+    watch: bool = False,
+    reconnect: float = 0.0,
+    ports: Callable[[], Sequence[SerialPort]] = list_ports,
+) -> Robots:
+    """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
+
+    Args:
+        *urls: Addresses as for `connect`; each is a network of its own. `sim://junior?count=10` are ten emulated robots;
+            `?system=` takes this robot of its network only.
+        settle: The wait is over when no further robot was heard for this long, in s.
+        expect: How many, or which, are expected: the wait is over when they are there, and no sooner. Of others none is
+            taken where they are named by id. Emulated robots in this process are counted by themselves.
+        timeout: Longest wait in s; those who are there by then are taken.
+        limits: Bounds on what is asked of each robot.
+        taps: What is shown everything that passes, on every network.
+        watch: Open no sessions: the robots are looked at and neither stopped nor disarmed, until `Junior.take`.
+        reconnect: How long each link that is lost is tried to be opened again, in s; its robots leave and come back
+            meanwhile. 0 does not: they are gone with their link.
+        ports: Lists the serial ports of this machine, among which a lost one is looked for.
+
+    Returns:
+        The robots; use it in a `with` block, which stops and disarms all on every way out.
+
+    Raises:
+        AddressError: A URL is no address we know.
+        LinkOpenError: A link could not be opened; the text says what to do.
+        NoRobotError: Nobody answered.
+        VersionError: Nobody but robots with a protocol that we do not speak.
+        ValueError: No address is given, one twice, or emulated ones together with others; `reconnect` is no time.
+    """
+    if not urls:
+        raise ValueError("connect_all needs the address of a link")
+    patience = check_patience(reconnect)
+    addresses = [parse_address(url) for url in urls]
+    networks = Networks()
+    robots = Robots(networks, limits)
+    try:
+        for address in addresses:
+            opener = AddressOpener(address, ports)
+            bridge = Bridge(
+                opener.open(),
+                opener.clock,
+                taps=taps,
+                robots=_allowed(address, expect),
+                open_sessions=not watch,
+                session=opener.session,
+                opener=opener,
+                patience=patience,
+                arrived=networks.wake,
+            )
+            try:
+                networks.add(address.url, bridge, opener.clock)
+            except ValueError:
+                bridge.close()
+                raise
+        if expect is None and all(address.scheme == "sim" for address in addresses):
+            expect = sum(1 if asked_for(address) else number_option(address, "count") or 1 for address in addresses)
+        robots.find(settle=settle, expect=expect, timeout=timeout)
+    except BaseException:
+        robots.close()
+        raise
+    return robots
+
+
+def _allowed(address: Address, expect: int | Collection[int | RobotAddress] | None) -> Collection[int] | None:
+    """System ids of the robots to be taken on a network; None for all."""
+    system = asked_for(address)
+    if system is not None:
+        return [system]
+    if isinstance(expect, int | None):
+        return None
+    return {
+        robot.system if isinstance(robot, RobotAddress) else robot
+        for robot in expect
+        if not isinstance(robot, RobotAddress) or robot.network == address.url
+    }
