@@ -88,6 +88,11 @@ class SlcanEndpoint(Endpoint):
         self.path = self._pty.path
         self.url = f"can://slcan/{self.path}?sleep_after_open=0"
 
+    @property
+    def is_open(self) -> bool:
+        """The client has opened the adapter's channel: frames pass."""
+        return self._adapter.is_open
+
     def files(self) -> list[int]:
         """The pty's file."""
         return self._pty.files()

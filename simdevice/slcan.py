@@ -80,6 +80,8 @@ class SlcanAdapter:
         digits = 8 if extended else 3
         try:
             text = line[1:].decode("ascii")
+            if not text.isalnum():  # signs and spaces, which Python takes for a part of numbers
+                return ERROR
             frame = CanFrame(int(text[:digits], 16), bytes.fromhex(text[digits + 1 :]), extended)
             good = int(text[digits], 16) == frame.length and len(text) == digits + 1 + 2 * frame.length
         except (ValueError, IndexError):

@@ -8,11 +8,19 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import inspect
+import os
+import socket
+import sys
 import threading
 from collections import deque
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
+import serial
+
 from firmware_protocol.can_frame import CanFrame, split_records
+from firmware_protocol.can_layout import LAST_NODE
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
 from firmware_protocol.wire import CAN
@@ -30,6 +38,8 @@ if TYPE_CHECKING:
 
 SEND_TIMEOUT: Final = 0.2
 """Longest wait for a frame to be taken, in s."""
+_RETRY: Final = 0.001
+"""A full queue is tried again after this, in s: a frame's time on a slow bus."""
 _CHUNK: Final = 256
 """Most frames handed over at once."""
 _NOT_OURS: Final = frozenset({"system", "node", "faults", "seed"})
@@ -42,6 +52,13 @@ _ECHOING: Final = frozenset({"udp_multicast"})
 """Interfaces that give us back what we have sent; such frames are dropped. Host and robot never send the same frame."""
 _ECHOES: Final = 1024
 """Frames sent that may yet come back."""
+
+_STRICT: Final = frozenset({"socketcan", "slcan", "udp_multicast", "virtual"})
+"""Interfaces whose options are all known; python-can itself lets a misspelt one pass without a word."""
+_GREATEST: Final = {"port": 65535, "hop_limit": 255}
+"""Of numbers on which python-can would stumble and leave a socket behind."""
+_ALL_GROUPS: Final = {socket.AF_INET: (socket.IPPROTO_IP, 49), socket.AF_INET6: (socket.IPPROTO_IPV6, 29)}
+"""Level and number of Linux's IP_MULTICAST_ALL and IPV6_MULTICAST_ALL, which Python has no names for."""
 
 ERROR_CONTROLLER: Final = 0x004
 ERROR_BUS_OFF: Final = 0x040
@@ -79,8 +96,10 @@ class CanLink(Link):
         self._babbling = interface in _BABBLING
         self._echoes: deque[bytes] | None = deque(maxlen=_ECHOES) if interface in _ECHOING else None
         self._lock = threading.Lock()
+        self._full = threading.Event()  # never set: to wait by
         self._state = WELL
-        self._news: list[str] = []
+        self._watched = False
+        self._news: deque[str] = deque()
         self._closed = False
 
     def fileno(self) -> int:
@@ -92,15 +111,14 @@ class CanLink(Link):
 
     def news(self) -> list[str]:
         """What the bus's state has become since the last call, in words."""
-        news, self._news = self._news, []
-        return news
+        return [self._news.popleft() for _ in range(len(self._news))]
 
     def write(self, data: bytes) -> None:
-        """Send whole frames in serial form.
+        """Send whole frames in serial form. A queue that is full is waited for.
 
         Raises:
             LinkClosedError: The bus is gone.
-            LinkTimeoutError: A frame was not taken; it and those behind it are lost.
+            LinkTimeoutError: A frame was not taken in time; it and those behind it are lost.
             ValueError: The bytes are no frames.
         """
         if self._closed:
@@ -111,32 +129,52 @@ class CanLink(Link):
             if self._echoes is not None:
                 with self._lock:
                     self._echoes.append(record)
+            self._send(message)
+
+    def _send(self, message: can.Message) -> None:
+        """Send one frame."""
+        tries = round(SEND_TIMEOUT / _RETRY)
+        while True:
             try:
                 self._bus.send(message, SEND_TIMEOUT)
             except (can.CanError, OSError) as error:
-                if _errno(error) in _GONE:
+                tries -= 1
+                if _errno(error) == errno.ENOBUFS and tries > 0:  # Linux's queue of an interface, of 10 frames by default
+                    self._full.wait(_RETRY)
+                    continue
+                if self._is_gone(error):
                     raise LinkClosedError(self.url, f"the CAN bus is gone ({error})") from error
                 raise LinkTimeoutError(self.url, f"the CAN bus takes no frames ({error})") from error
+            return
+
+    def _is_gone(self, error: BaseException) -> bool:
+        """Whether what sending said means that there is no bus any more."""
+        if isinstance(self._bus, slcanBus):  # pyserial's errors have no number
+            return not any(isinstance(cause, serial.SerialTimeoutException) for cause in (error, error.__cause__))
+        return _errno(error) in _GONE
 
     def read(self, timeout: float) -> bytes:
-        """Wait for frames, at most `timeout` s.
+        """Wait for frames, at most `timeout` s. What is no frame for us, as an echo of our own, does not end the wait.
 
         Returns:
-            Frames in serial form; now and then nothing before the time is over, when what came was no frame for us.
+            Frames in serial form.
         """
         if self._closed:
             raise LinkClosedError(self.url, "the link is closed")
+        deadline = monotonic() + timeout
         records: list[bytes] = []
-        message = self._receive(max(0.0, timeout))
-        if message is None:
-            self._watch()
-            return b""
-        while message is not None:
-            self._take(message, records)
-            if len(records) >= _CHUNK or not self._more():
-                break
-            message = self._receive(0.0)
-        return b"".join(records)
+        while True:
+            message = self._receive(max(0.0, deadline - monotonic()))
+            while message is not None:
+                self._take(message, records)
+                if len(records) >= _CHUNK or not self._more():
+                    break
+                message = self._receive(0.0)
+            if records:
+                return b"".join(records)
+            if monotonic() >= deadline:
+                self._watch()
+                return b""
 
     def close(self) -> None:
         """Leave the bus."""
@@ -144,6 +182,9 @@ class CanLink(Link):
             self._closed = True
             with contextlib.suppress(can.CanError, OSError):
                 self._bus.shutdown()
+            if isinstance(self._bus, slcanBus):  # where the adapter is gone, its driver gives up before it closes the port
+                with contextlib.suppress(OSError):
+                    self._bus.serialPortOrig.close()
 
     def _receive(self, timeout: float) -> can.Message | None:
         """One frame of any kind."""
@@ -212,10 +253,12 @@ class CanLink(Link):
             state = self._bus.state
         except (NotImplementedError, can.CanError, OSError):
             return
-        if state is can.BusState.ERROR:
-            self._become(BUS_OFF)
-        elif state is can.BusState.PASSIVE:
-            self._become(PASSIVE)
+        if state is not can.BusState.ACTIVE:
+            self._watched = True
+            self._become(BUS_OFF if state is can.BusState.ERROR else PASSIVE)
+        elif self._watched:
+            self._watched = False
+            self._become(WELL)
 
     def _become(self, state: str) -> None:
         if state != self._state:
@@ -232,7 +275,8 @@ def open_can(address: Address) -> CanLink:
             behind `?`. `udp_multicast` stays on this machine unless `hop_limit` says otherwise.
 
     Raises:
-        AddressError: No interface or channel is named.
+        AddressError: No interface or channel is named, an option that the interface does not have, or a robot that can be
+            on no bus.
         LinkOpenError: python-can is not installed, or cannot open the bus.
     """
     url = address.url
@@ -246,11 +290,41 @@ def open_can(address: Address) -> CanLink:
     if interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise AddressError(url, f"python-can has no interface {interface!r}", f"It has {known}")
+    _check_options(address, interface, options)
     try:
         bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **options)
     except (can.CanError, OSError, ImportError, ValueError, TypeError, AttributeError, NotImplementedError) as error:
-        raise LinkOpenError(url, f"cannot open the CAN bus: {error}", _remedy(interface, channel, error)) from error
+        refused = isinstance(error, (ValueError, TypeError))
+        remedy = "Correct the options of the address" if refused else _remedy(interface, channel, error)
+        raise LinkOpenError(url, f"cannot open the CAN bus: {str(error).rstrip('.')}", remedy) from error
+    if interface == "udp_multicast":
+        _keep_apart(bus)
     return CanLink(url, bus, interface)
+
+
+def _check_options(address: Address, interface: str, options: dict[str, Any]) -> None:
+    """See that an address asks for a robot that can be on a bus, and for nothing that would be overlooked."""
+    for name in ("node", "system"):
+        text = address.options.get(name, "1")
+        if not (text.isascii() and text.isdigit() and 1 <= int(text) <= LAST_NODE):
+            raise AddressError(address.url, f"{name} is 1 to {LAST_NODE} on a CAN bus, not {text!r}")
+    if interface not in _STRICT:
+        return
+    kinds = can.interface._get_class_for_interface(interface).__mro__[:-1]  # noqa: SLF001 - no public way to ask
+    known = {name for kind in kinds for name in inspect.signature(kind).parameters}
+    known = (known | {"bitrate"}) - {"args", "kwargs", "channel", "can_filters"}
+    if strange := options.keys() - known:
+        raise AddressError(address.url, f"{interface} has no option {min(strange)!r}", f"It has {', '.join(sorted(known))}")
+    for name, greatest in _GREATEST.items():
+        if name in options and not (isinstance(options[name], int) and 0 <= options[name] <= greatest):
+            raise AddressError(address.url, f"{name} is 0 to {greatest}, not {options[name]!r}")
+
+
+def _keep_apart(bus: can.BusABC) -> None:
+    """Have a multicast bus hear its own group alone: on Linux a socket hears all groups that anybody here has joined."""
+    if sys.platform == "linux":
+        with socket.socket(fileno=os.dup(bus.fileno())) as same, contextlib.suppress(OSError):
+            same.setsockopt(*_ALL_GROUPS[same.family], 0)
 
 
 def _value(text: str) -> int | float | bool | str:

@@ -1,263 +1,200 @@
-"""One suite for every link, with and without a faulty wrapper around it (that only delays)."""
+"""One suite for every link: as it is, with a wrapper that delays, and with one that drops, doubles and damages."""
 
 from __future__ import annotations
 
 import contextlib
-import os
-import select
 import socket
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final
 
 import pytest
+from link_kinds import KINDS, PATIENCE, MemoryEnd, Setup, closed, frames, read_all
 
+from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link, open_link
-from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink, UdpLink
-from hil.clock import MonotonicClock
+from firmware_protocol.links import FaultSpec, FaultyLink
+from firmware_protocol.wire import CAN, MAVLINK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-PATIENCE = 2.0
-"""How long anything may take before a test fails, in s."""
+LATE: Final = FaultSpec(delay=0.002, jitter=0.003)
+BAD: Final = FaultSpec(drop=0.15, duplicate=0.15, corrupt=0.15)
+SEED: Final = 7
 
 
-class FarEnd(Protocol):
-    """The other end of a link, in the test's hands."""
-
-    def send(self, data: bytes) -> None: ...
-    def receive(self, count: int) -> bytes: ...
-    def close(self) -> None: ...
+def faulty(link: Link, setup: Setup, down: FaultSpec, up: FaultSpec | None = None) -> FaultyLink:
+    return FaultyLink(link, down, up, seed=SEED, clock=setup.clock, split=SPLITTERS[link.wire])
 
 
-@dataclass
-class MemoryEnd:
-    """A device in the same process."""
+@pytest.fixture
+def plain(request: pytest.FixtureRequest) -> Iterator[Setup]:
+    """A link of the kind that is asked for."""
+    setup = KINDS[str(request.param)]()
+    if isinstance(setup.far, MemoryEnd):
+        setup.far.link = setup.link
+    yield setup
+    closed(setup)
 
-    link: Link | None = None
-    outgoing: list[bytes] = field(default_factory=list)
-    came: bytes = b""
-    ticks: int = 0
 
-    def now(self) -> float:
-        return self.ticks * 0.005
+@pytest.fixture(params=[f"{kind}{how}" for kind in KINDS for how in ("", "-late")])
+def setup(request: pytest.FixtureRequest) -> Iterator[Setup]:
+    """A link of every kind, as it is and with frames that are late."""
+    kind, _, late = str(request.param).partition("-")
+    setup = KINDS[kind]()
+    if late:
+        setup.link = faulty(setup.link, setup, LATE)
+    if isinstance(setup.far, MemoryEnd):
+        setup.far.link = setup.link
+    yield setup
+    closed(setup)
 
-    def step(self, inbound: bytes) -> bytes:
-        self.ticks += 1
-        self.came += inbound
-        return self.outgoing.pop(0) if self.outgoing else b""
 
-    def send(self, data: bytes) -> None:
-        self.outgoing.append(data)
+# --- what every link does --------------------------------------------------------------------------------------------
 
-    def receive(self, count: int) -> bytes:
-        assert self.link
-        while len(self.came) < count and self.ticks < 2000:
-            self.link.read(0.005)
-        came, self.came = self.came, b""
-        return came
+
+def test_frames_come_in_intact_and_in_order(setup: Setup) -> None:
+    sent = frames(setup.link.wire, 40)
+    for frame in sent:
+        setup.far.send(frame)
+    assert read_all(setup.link, len(b"".join(sent))) == b"".join(sent)
+
+
+def test_frames_go_out_intact_in_order_and_do_not_come_back(setup: Setup) -> None:
+    sent = frames(setup.link.wire, 40)
+    for at in range(0, len(sent), 4):  # one call may carry several
+        setup.link.write(b"".join(sent[at : at + 4]))
+    if isinstance(setup.link, FaultyLink):
+        setup.link.read(0.02)  # a late frame leaves while somebody reads
+    assert setup.far.receive(len(b"".join(sent))) == b"".join(sent)
+    assert setup.link.read(0.01) == b""
+
+
+def test_a_wait_ends_with_nothing_after_the_time_allowed(setup: Setup) -> None:
+    assert setup.link.read(0) == b""
+    began = setup.clock.now()
+    assert setup.link.read(0.02) == b""
+    assert setup.clock.now() - began >= 0.0199
+
+
+def test_one_s_own_frames_do_not_end_a_wait(setup: Setup) -> None:
+    for frame in frames(setup.link.wire, 5):
+        setup.link.write(frame)
+    began = setup.clock.now()
+    assert setup.link.read(0.03) == b""
+    assert setup.clock.now() - began >= 0.0299
+
+
+def test_a_wait_ends_as_soon_as_something_is_there(setup: Setup) -> None:
+    (frame,) = frames(setup.link.wire, 1)
+    setup.far.send(frame)
+    began = setup.clock.now()
+    assert setup.link.read(PATIENCE) == frame
+    assert setup.clock.now() - began < PATIENCE / 2
+
+
+def test_closing_twice_does_nothing_and_a_closed_link_says_so(setup: Setup) -> None:
+    (frame,) = frames(setup.link.wire, 1)
+    with setup.link as link:
+        assert link is setup.link
+        assert link.news() == []
+    link.close()
+    with pytest.raises(LinkClosedError, match="closed"):
+        link.read(0)
+    with pytest.raises(LinkClosedError, match="closed"):
+        link.write(frame)
+
+
+def test_lockstep_is_said_of_memory_alone_and_can_of_buses(setup: Setup, request: pytest.FixtureRequest) -> None:
+    kind = request.node.callspec.params["setup"].partition("-")[0]
+    assert setup.link.lockstep == kind.startswith("memory")
+    assert setup.link.wire == (CAN if kind in {"memory_can", "virtual", "udp_multicast", "slcan", "socketcan"} else MAVLINK)
+
+
+@pytest.mark.parametrize("setup", ["pty", "pty-late", "tcp", "tcp-late", "slcan", "slcan-late"], indirect=True)
+def test_the_other_end_closing_is_told_after_what_it_had_sent(setup: Setup, request: pytest.FixtureRequest) -> None:
+    (frame,) = frames(setup.link.wire, 1)
+    keeps = request.node.callspec.params["setup"].startswith("tcp")  # a pty loses what nobody has taken
+    if keeps:
+        setup.far.send(frame)
+    setup.far.close()
+    if keeps:
+        assert read_all(setup.link, len(frame)) == frame
+    for _ in range(2):
+        with pytest.raises(LinkClosedError) as caught:
+            read_all(setup.link, 1)
+        assert caught.value.url == setup.link.url
+    with contextlib.suppress(LinkClosedError):  # a socket may take one more write before it notices
+        setup.link.write(frame)
+    with pytest.raises(LinkClosedError):
+        setup.link.write(frame)
+
+
+# --- with faults -----------------------------------------------------------------------------------------------------
+
+
+class Loop(Link):
+    """A link that keeps what is written, and gives it back."""
+
+    def __init__(self, wire: str) -> None:
+        self.url, self.wire = "loop:", wire
+        self.written: list[bytes] = []
+
+    def write(self, data: bytes) -> None:
+        self.written.append(data)
+
+    def read(self, timeout: float) -> bytes:  # noqa: ARG002
+        return self.written.pop(0) if self.written else b""
 
     def close(self) -> None:
         pass
 
 
-@dataclass
-class FileEnd:
-    """The controlling end of a pseudo-terminal."""
-
-    handle: int
-
-    def send(self, data: bytes) -> None:
-        os.write(self.handle, data)
-
-    def receive(self, count: int) -> bytes:
-        came = b""
-        while len(came) < count and select.select([self.handle], [], [], PATIENCE)[0]:
-            came += os.read(self.handle, 65536)
-        return came
-
-    def close(self) -> None:
-        if self.handle >= 0:
-            os.close(self.handle)
-        self.handle = -1
+@pytest.mark.parametrize("plain", KINDS, indirect=True)
+def test_a_seed_does_the_same_to_the_frames_that_go_out_on_every_link(plain: Setup) -> None:
+    loop = Loop(plain.link.wire)
+    expected, link = faulty(loop, plain, BAD), faulty(plain.link, plain, BAD)
+    for frame in frames(plain.link.wire, 60):
+        expected.write(frame)
+        link.write(frame)
+    wanted = b"".join(loop.written)
+    assert plain.far.receive(len(wanted)) == wanted
+    assert link.down == expected.down
+    assert min(link.down.dropped, link.down.duplicated, link.down.corrupted) > 0
 
 
-@dataclass
-class SocketEnd:
-    """A socket, connected or (UDP) with the other end's address."""
-
-    socket: socket.socket
-    to: tuple[str, int] | None = None
-
-    def send(self, data: bytes) -> None:
-        if self.to:
-            self.socket.sendto(data, self.to)
-        else:
-            self.socket.sendall(data)
-
-    def receive(self, count: int) -> bytes:
-        came = b""
-        while len(came) < count and select.select([self.socket], [], [], PATIENCE)[0]:
-            data, sender = self.socket.recvfrom(65536)
-            came += data
-            self.to = self.to or sender
-        return came
-
-    def close(self) -> None:
-        self.socket.close()
+@pytest.mark.parametrize("plain", KINDS, indirect=True)
+def test_a_seed_does_the_same_to_the_frames_that_come_in_on_every_link(plain: Setup) -> None:
+    loop = Loop(plain.link.wire)
+    expected, link = faulty(loop, plain, BAD), faulty(plain.link, plain, BAD)
+    wanted, came = b"", b""
+    for number, frame in enumerate(frames(plain.link.wire, 60), 1):
+        loop.written.append(frame)
+        wanted += expected.read(0)
+        plain.far.send(frame)
+        end = plain.clock.now() + PATIENCE
+        while link.up.frames < number and plain.clock.now() < end:
+            came += link.read(0.005)
+    assert came == wanted
+    assert link.up == expected.up
+    assert min(link.up.dropped, link.up.duplicated, link.up.corrupted) > 0
 
 
-@dataclass
-class Setup:
-    """A link, its far end, and what is true of its kind."""
-
-    link: Link
-    far: FarEnd
-    keeps: bool = False
-    """Bytes under way survive the other end's closing."""
-    listens: bool = False
-
-
-def _memory() -> Setup:
-    end = MemoryEnd()
-    return Setup(MemoryLink(end), end)
+@pytest.mark.parametrize("plain", KINDS, indirect=True)
+def test_the_plug_is_pulled_at_its_time_and_not_before(plain: Setup) -> None:
+    (frame,) = frames(plain.link.wire, 1)
+    dies = plain.clock.now() + 0.15
+    link = faulty(plain.link, plain, FaultSpec.parse("unplug:0.15"))
+    plain.far.send(frame)
+    assert link.read(0.1) == frame
+    with pytest.raises(LinkClosedError, match="unplugged"):
+        read_all(link, 1)
+    assert plain.clock.now() >= dies
+    with pytest.raises(LinkClosedError, match="unplugged"):
+        link.write(frame)
 
 
-def _pty() -> Setup:
-    master, slave = os.openpty()
-    link = open_link(f"serial://{os.ttyname(slave)}:115200")
-    os.close(slave)
-    return Setup(link, FileEnd(master))
-
-
-def _tcp() -> Setup:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        link = open_link(f"tcp://127.0.0.1:{server.getsockname()[1]}")
-        return Setup(link, SocketEnd(server.accept()[0]), keeps=True)
-
-
-def _udpin() -> Setup:
-    link = open_link("udpin://127.0.0.1:0")
-    assert isinstance(link, UdpLink)
-    end = SocketEnd(socket.socket(socket.AF_INET, socket.SOCK_DGRAM), ("127.0.0.1", link.local_port))
-    return Setup(link, end, listens=True)
-
-
-def _udpout() -> Setup:
-    far = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    far.bind(("127.0.0.1", 0))
-    link = open_link(f"udpout://127.0.0.1:{far.getsockname()[1]}")
-    assert isinstance(link, UdpLink)
-    return Setup(link, SocketEnd(far, ("127.0.0.1", link.local_port)))
-
-
-KINDS = {"memory": _memory, "pty": _pty, "tcp": _tcp, "udpin": _udpin, "udpout": _udpout}
-
-
-@pytest.fixture(params=[f"{kind}{how}" for kind in KINDS for how in ("", "-faulty")])
-def setup(request: pytest.FixtureRequest) -> Iterator[Setup]:
-    kind, _, faulty = str(request.param).partition("-")
-    setup = KINDS[kind]()
-    inner, far = setup.link, setup.far
-    if faulty:
-        clock = far if isinstance(far, MemoryEnd) else MonotonicClock()
-        setup.link = FaultyLink(inner, FaultSpec(delay=0.002, jitter=0.003), seed=1, clock=clock)
-    if isinstance(far, MemoryEnd):
-        far.link = setup.link
-    yield setup
-    setup.link.close()
-    far.close()
-
-
-def read_all(link: Link, count: int) -> bytes:
-    """Read until so many bytes have come, or nothing more does."""
-    came = b""
-    while len(came) < count:
-        data = link.read(PATIENCE)
-        if not data:
-            break
-        came += data
-    return came
-
-
-def pieces(count: int) -> list[bytes]:
-    return [bytes((k + i) & 255 for i in range(1 + k % 60)) for k in range(count)]
-
-
-def test_bytes_come_in_intact_and_in_order(setup: Setup) -> None:
-    sent = pieces(40)
-    for piece in sent:
-        setup.far.send(piece)
-    assert read_all(setup.link, len(b"".join(sent))) == b"".join(sent)
-
-
-def test_bytes_go_out_intact_and_in_order(setup: Setup) -> None:
-    if setup.listens:
-        setup.far.send(b"hello")
-        assert setup.link.read(PATIENCE) == b"hello"
-    sent = pieces(40)
-    for piece in sent:
-        setup.link.write(piece)
-    if isinstance(setup.link, FaultyLink):
-        setup.link.read(0.02)  # a late frame leaves while somebody reads
-    assert setup.far.receive(len(b"".join(sent))) == b"".join(sent)
-
-
-def test_reading_with_no_wait_returns_at_once_with_nothing(setup: Setup) -> None:
-    assert setup.link.read(0) == b""
-
-
-def test_a_wait_ends_with_nothing_after_the_time_allowed(setup: Setup) -> None:
-    clock = setup.far if isinstance(setup.far, MemoryEnd) else MonotonicClock()
-    began = clock.now()
-    assert setup.link.read(0.02) == b""
-    assert clock.now() - began >= 0.0199
-
-
-def test_a_wait_ends_as_soon_as_bytes_are_there(setup: Setup) -> None:
-    setup.far.send(b"x")
-    clock = setup.far if isinstance(setup.far, MemoryEnd) else MonotonicClock()
-    began = clock.now()
-    assert setup.link.read(PATIENCE) == b"x"
-    assert clock.now() - began < PATIENCE / 2
-
-
-def test_closing_twice_does_nothing_and_a_closed_link_says_so(setup: Setup) -> None:
-    setup.link.close()
-    setup.link.close()
-    with pytest.raises(LinkClosedError, match="closed"):
-        setup.link.read(0)
-    with pytest.raises(LinkClosedError, match="closed"):
-        setup.link.write(b"x")
-
-
-def test_a_link_is_a_context_manager(setup: Setup) -> None:
-    with setup.link as link:
-        assert link is setup.link
-    with pytest.raises(LinkClosedError):
-        setup.link.read(0)
-
-
-@pytest.mark.parametrize("setup", ["pty", "pty-faulty", "tcp", "tcp-faulty"], indirect=True)
-def test_the_other_end_closing_is_told_after_what_it_had_sent(setup: Setup) -> None:
-    if setup.keeps:
-        setup.far.send(b"last words")
-    setup.far.close()
-    if setup.keeps:
-        assert read_all(setup.link, 10) == b"last words"
-    for _ in range(2):
-        with pytest.raises(LinkClosedError) as caught:
-            setup.link.read(PATIENCE)
-        assert caught.value.url == setup.link.url
-    with contextlib.suppress(LinkClosedError):  # a socket may take one more write before it notices
-        setup.link.write(b"anyone?")
-    with pytest.raises(LinkClosedError):
-        setup.link.write(b"anyone?")
-
-
-def test_lockstep_is_said_of_memory_alone(setup: Setup) -> None:
-    assert setup.link.lockstep == isinstance(setup.far, MemoryEnd)
+# --- UDP alone -------------------------------------------------------------------------------------------------------
 
 
 def test_a_robot_that_is_not_there_is_no_error_on_udp() -> None:
