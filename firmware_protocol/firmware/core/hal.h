@@ -10,7 +10,8 @@
 
 #define HAL_NVM_SIZE 1024U /* bytes of non-volatile memory; a blank byte reads 0xFF */
 
-uint64_t hal_micros(void *board);                 /* time since power-on, us */
+uint64_t hal_micros(void *board);                 /* time since power-on at which this control period began, us */
+uint16_t hal_used(void *board);                   /* time since this control period's work began, us */
 uint64_t hal_uid(void *board);                    /* unique id of the board */
 
 uint16_t hal_eye(void *board, uint8_t side);      /* ADC counts 0..1023 */

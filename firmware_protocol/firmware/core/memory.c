@@ -83,24 +83,40 @@ static void exclude(struct junior *robot, uint8_t slot)
     memory->used = kept;
 }
 
-/* Takes 3 ms on a micro-controller with a full memory: done when somebody asks, not when something is written. */
+/* What becomes of each bit of a CRC over 14 zeros: the bytes of a slot that count. */
+static const uint16_t over_slot[16] HAL_FLASH = {
+    0x7EEA, 0xFDD4, 0xF3B9, 0xEF63, 0xD6D7, 0xA5BF, 0x436F, 0x86DE, /* bit 0 .. */
+    0x05AD, 0x0B5A, 0x16B4, 0x2D68, 0x5AD0, 0xB5A0, 0x6351, 0xC6A2,
+};
+enum { TURN_1 = 0x5760, TURN_2 = 0xAEC0 /* what the bits of the turn add to a slot's CRC */ };
+
+/* Computed when somebody asks, from the slots' own checksums: a third of the time that it takes to read every byte, which
+ * would be most of a control period on a micro-controller.
+ *
+ * A CRC is linear: the same bytes from two starting values differ by what the difference of these becomes over zeros. A
+ * slot's own CRC starts at 0xFFFF and has the turn in it. So what the slots before have come to goes over zeros, and the
+ * slot's own CRC is added, less the turn: as if the slot's bytes had gone through.
+ */
 static uint16_t checksum(struct junior *robot)
 {
     struct memory *memory = &robot->memory;
-    uint16_t crc = 0xFFFF;
-    uint8_t at, i;
+    uint16_t before, crc = 0xFFFF;
+    uint8_t at, bit, slot, turn;
 
     if (memory->checked) {
         return memory->checksum;
     }
     for (at = 0; at < memory->used; at++) {
-        uint8_t slot = memory->order[at];
-
-        for (i = 0; i < AT_CRC; i++) {
-            uint8_t byte = read(robot, slot, i);
-            crc = wire_crc(crc, i == AT_OPTIONS ? byte & MANEUVER_OPTIONS : byte);
+        slot = memory->order[at];
+        turn = read(robot, slot, AT_OPTIONS) >> TURN_BIT;
+        before = (uint16_t)~crc;
+        crc = (uint16_t)(read(robot, slot, AT_CRC) | (uint16_t)read(robot, slot, AT_CRC + 1) << 8);
+        crc ^= turn == 1 ? TURN_1 : turn == 2 ? TURN_2 : 0;
+        for (bit = 0; before != 0; bit++, before >>= 1) {
+            if (before & 1U) {
+                crc ^= flash_u16(&over_slot[bit]);
+            }
         }
-        crc = wire_crc(crc, read(robot, slot, AT_COUNT));
     }
     memory->checksum = crc;
     memory->checked = true;

@@ -81,6 +81,8 @@ static void read_travel(struct junior *robot, uint8_t side)
 
     if (has(sensing, JUNIOR_SENSOR_FLAG_TRAVEL_FROM_ENCODERS)) {
         um = moved(hal_travel(robot->board, side), &sensing->encoder[side]);
+    } else if (robot->wheels.effort[side] == 0) {
+        return;
     } else {
         um = (int32_t)robot->wheels.effort[side] * params_get(robot, PARAM_WHEEL_SPEED) / 1000 * robot->time.elapsed;
     }

@@ -11,19 +11,18 @@ void time_tick(struct junior *robot)
     struct time *time = &robot->time;
     uint64_t micros = hal_micros(robot->board) - time->power_on;
     uint32_t passed = (uint32_t)(micros - time->micros) + time->carry;
+    uint32_t ms = passed <= UINT16_MAX ? (uint16_t)passed / 1000U : passed / 1000U; /* the former is quick on 8 bits */
 
     time->micros = micros;
-    time->elapsed = (uint16_t)(passed / 1000U > 1000U ? 1000U : passed / 1000U);
-    time->now += passed / 1000U;
-    time->carry = (uint16_t)(passed % 1000U);
+    time->elapsed = (uint16_t)(ms > 1000U ? 1000U : ms);
+    time->now += ms;
+    time->carry = (uint16_t)(passed - ms * 1000U);
 }
 
 /* At the end of a control period: what share of it was used. */
 void time_measure_load(struct junior *robot)
 {
-    uint16_t used = (uint16_t)(hal_micros(robot->board) - robot->time.power_on - robot->time.micros);
-
-    robot->time.load = (uint16_t)(used / TICK_MS);
+    robot->time.load = hal_used(robot->board) / TICK_MS; /* us of 1000 times as many: permille */
 }
 
 bool time_due(const struct junior *robot, uint32_t deadline)
