@@ -248,6 +248,18 @@ class MavlinkCodec:
         self._junk_left = 0
 
 
+def frame_size(data: bytes, at: int) -> int | None:
+    """Length of the frame that begins here, in bytes, as its header says; None where too little of that has come.
+
+    Args:
+        data: Bytes of frames.
+        at: Where the frame begins.
+    """
+    if len(data) < at + 3:
+        return None
+    return HEADER_LENGTH + data[at + 1] + CHECKSUM_LENGTH + (SIGNATURE_LENGTH if data[at + 2] & FLAG_SIGNED else 0)
+
+
 def split_frames(data: bytes) -> list[bytes]:
     """Cut a chunk of whole frames into frames.
 
@@ -260,9 +272,8 @@ def split_frames(data: bytes) -> list[bytes]:
     pieces: list[bytes] = []
     at = 0
     while len(data) - at >= HEADER_LENGTH and data[at] == MARKER:
-        signature = SIGNATURE_LENGTH if data[at + 2] & FLAG_SIGNED else 0
-        size = HEADER_LENGTH + data[at + 1] + CHECKSUM_LENGTH + signature
-        if at + size > len(data):
+        size = frame_size(data, at)
+        if size is None or at + size > len(data):
             break
         pieces.append(data[at : at + size])
         at += size
