@@ -1,7 +1,7 @@
 """The board of an emulated robot: it runs the C firmware itself, and stands where the drivers would.
 
-The only module that knows cffi. One `Board` is one micro-controller: its working memory is a C struct, its EEPROM an
-image of bytes that survives a power cycle.
+It and `avr_board` are the only modules that know cffi. One `Board` is one micro-controller: its working memory is a C
+struct, its EEPROM an image of bytes that survives a power cycle.
 """
 
 from __future__ import annotations
@@ -132,6 +132,10 @@ class Board:
     def power_off(self) -> None:
         """Cut the power: nothing drives the wheels. `power_on` gives it back."""
         self.wheel_left = self.wheel_right = 0
+
+    def restart(self) -> None:
+        """Boot after the reset that it has asked for; here that is the same as after a power cut."""
+        self.power_on()
 
     def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:
         """Run one control period of the firmware.

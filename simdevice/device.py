@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from simdevice.arena import Piece
     from simdevice.board import Host
+    from simdevice.board_interface import BoardInterface, BoardMaker
     from simdevice.sumo import Robot
 
 _SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
@@ -32,6 +33,7 @@ class VirtualDevice:
         host: Build of the firmware that it runs; None is the one that comes with the package.
         wire: What it speaks: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with it, by its own time from now on; None is nothing.
+        board: Makes its board; None is one in this process.
 
     Attributes:
         robot: Its hardware on the table.
@@ -49,6 +51,7 @@ class VirtualDevice:
         host: Host | None = None,
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
+        board: BoardMaker | None = None,
     ) -> None:
         profile = robot.profile
         self.robot = robot
@@ -56,9 +59,13 @@ class VirtualDevice:
         self.system = 1
         self._wire = wire
         self._faults = DeviceFaults(faults, robot.motors) if faults is not None and faults.of_device else None
-        self._board = Board(
-            uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=profile.ground_odometer, host=host, can=wire == CAN
-        )
+        if board is not None:
+            self._board: BoardInterface = board(uid=uid, nvm=nvm)
+        else:
+            odometer = profile.ground_odometer
+            self._board = Board(
+                uid=uid, nvm=nvm, encoders=profile.encoders, ground_odometer=odometer, host=host, can=wire == CAN
+            )
         self._micros = 0
         self._fresh = True
         self.powered = True
@@ -85,9 +92,13 @@ class VirtualDevice:
 
     def power_cycle(self) -> None:
         """Cut the power and give it back: the EEPROM is kept, clock and encoders start at 0, the wheels are off."""
+        self._board.power_on()
+        self._begin()
+
+    def _begin(self) -> None:
+        """The board has booted."""
         self.robot.motors.power_on()
         self.robot.body.ground = 0.0
-        self._board.power_on()
         self._micros = 0
         self._fresh = True
 
@@ -141,5 +152,6 @@ class VirtualDevice:
             self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
             self._fresh = False
         if board.reboot:
-            self.power_cycle()
+            board.restart()
+            self._begin()
         return sent

@@ -15,6 +15,7 @@ from simdevice.sumo import Stream, Table, stream
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from simdevice.board import Host
+    from simdevice.board_interface import BoardMaker
     from simdevice.sumo import Robot
 
 
@@ -32,6 +33,7 @@ class World:
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with Junior, by the world's time; faults of a line are `DisturbedWorld`'s business.
+        board: Makes Junior's board, as `AvrBoard` does; None is one in this process. A second Junior always has the latter.
 
     Attributes:
         table: Bodies and rules.
@@ -54,6 +56,7 @@ class World:
         host: Host | None = None,
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
+        board: BoardMaker | None = None,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
@@ -61,18 +64,26 @@ class World:
         self.table = Table(opponent, seed, self._profile)
         self.wire = wire
         self._faults = faults
-        self.device = self._device(self.table.robot, nvm, host, wire)
+        self.device = self._device(self.table.robot, nvm, host, wire, board)
         self.referee = Referee(self.table, self._placed, wire=wire) if referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
 
-    def _device(self, robot: Robot, nvm: bytes | None = None, host: Host | None = None, wire: str = MAVLINK) -> VirtualDevice:
+    def _device(
+        self,
+        robot: Robot,
+        nvm: bytes | None = None,
+        host: Host | None = None,
+        wire: str = MAVLINK,
+        board: BoardMaker | None = None,
+    ) -> VirtualDevice:
         """Put a board into a robot."""
         first = robot is self.table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
-        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=self._faults if first else None)
+        faults = self._faults if first else None
+        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
@@ -137,6 +148,7 @@ def junior_world(
     host: Host | None = None,
     wire: str = MAVLINK,
     faults: FaultSpec | None = None,
+    board: BoardMaker | None = None,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -149,6 +161,7 @@ def junior_world(
         host: Build of the firmware that Junior runs; None is the one that comes with the package.
         wire: `mavlink`, or `can` for CAN frames in serial form.
         faults: What goes wrong with Junior, by the world's time; None is nothing.
+        board: Makes Junior's board, as `AvrBoard` does; None is one in this process.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -156,4 +169,14 @@ def junior_world(
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
-    return World(opponent=opponent, seed=seed, referee=referee, profile=profile, nvm=nvm, host=host, wire=wire, faults=faults)
+    return World(
+        opponent=opponent,
+        seed=seed,
+        referee=referee,
+        profile=profile,
+        nvm=nvm,
+        host=host,
+        wire=wire,
+        faults=faults,
+        board=board,
+    )
