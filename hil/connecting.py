@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from simdevice.board_interface import BoardMaker
     from simdevice.crowd import Crowd
     from simdevice.world import World
 
 DEFAULT_URL = "sim://junior"
-SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "count", "system", "node")
+SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "board", "count", "system", "node")
+BOARDS = ("host", "avr")
+"""What an emulated robot's firmware runs on: this process, or an ATmega328P emulated by simavr."""
 
 
 def connect(
@@ -47,7 +50,8 @@ def connect(
 
     Args:
         url: `serial:///dev/ttyACM0:115200`, `tcp://127.0.0.1:5760`, `udpin://127.0.0.1:14550`, or an emulated robot in this
-            process, in lock-step: `sim://junior?opponent=flat-light&seed=1`. `?system=` selects one of several robots, and
+            process, in lock-step: `sim://junior?opponent=flat-light&seed=1`, with `&board=avr` on an emulated ATmega328P.
+            `?system=` selects one of several robots, and
             `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
             `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
         system: System id of the robot; None takes the first that answers.
@@ -248,14 +252,41 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World | 
     wire = address.options.get("wire", MAVLINK)
     if wire not in SPLITTERS:
         raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
+    board = address.options.get("board", BOARDS[0])
+    if board not in BOARDS:
+        raise AddressError(address.url, f"board is {' or '.join(BOARDS)}")
+    maker = board_maker(board, wire)
     count = number_option(address, "count")
     opponent = address.options.get("opponent", "flat-light")
+    refereed = referee == "1"
     try:
         if count is None:
-            return junior_world(opponent=opponent, seed=seed, referee=referee == "1", wire=wire, faults=faults)
-        return Crowd(count, opponent=opponent, seed=seed, referee=referee == "1", wire=wire, faults=faults)
+            return junior_world(opponent=opponent, seed=seed, referee=refereed, wire=wire, faults=faults, board=maker)
+        return Crowd(count, opponent=opponent, seed=seed, referee=refereed, wire=wire, faults=faults, board=maker)
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
+
+
+def board_maker(name: str, wire: str = MAVLINK) -> BoardMaker | None:
+    """What puts a board into an emulated robot.
+
+    Args:
+        name: One of `BOARDS`.
+        wire: What it is to speak.
+
+    Returns:
+        The maker; None where the world's own board will do.
+
+    Raises:
+        AddressError: That board does not speak it.
+    """
+    if name != "avr":
+        return None
+    if wire != MAVLINK:
+        raise AddressError("board=avr", "the AVR board has a serial line and no CAN", "Choose another wire or another board")
+    from simdevice.avr_board import AvrBoard  # noqa: PLC0415 - only where it is wanted
+
+    return AvrBoard
 
 
 def number_option(address: Address, name: str) -> int | None:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.faults import FaultSpec
     from simdevice.board import Host
+    from simdevice.board_interface import BoardMaker
     from simdevice.junior import JuniorProfile
 
 LAST_SYSTEM: Final = 254
@@ -89,6 +90,7 @@ class Crowd:
         host: Build of the firmware that they run; None is the one that comes with the package.
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
+        board: Makes their boards, as `AvrBoard` does; None are boards in this process.
 
     Attributes:
         members: The robots by the id they were made with.
@@ -110,6 +112,7 @@ class Crowd:
         host: Host | None = None,
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
+        board: BoardMaker | None = None,
     ) -> None:
         most = LAST_NODE if wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
@@ -134,6 +137,7 @@ class Crowd:
                 host=host,
                 wire=wire,
                 faults=faults,
+                board=board,
             )
             self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
 

@@ -11,11 +11,12 @@ from typing import Annotated
 
 import typer
 
-from firmware_protocol.errors import FaultSpecError
+from firmware_protocol.errors import FaultSpecError, LinkOpenError
 from firmware_protocol.faults import FaultSpec
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
+from hil.connecting import board_maker
 from hil.fault_file import read_faults
 from hil.files import replace_file
 
@@ -26,6 +27,13 @@ class What(StrEnum):
     JUNIOR = "junior"
 
 
+class BoardName(StrEnum):
+    """What the robot's firmware runs on."""
+
+    HOST = "host"
+    AVR = "avr"
+
+
 def emulate(
     what: Annotated[What, typer.Argument(help="Which robot.")] = What.JUNIOR,
     *,
@@ -33,6 +41,9 @@ def emulate(
         str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760, udp://127.0.0.1:14550, slcan or can://....")
     ] = "pty" if hasattr(os, "openpty") else "tcp://127.0.0.1:5760",
     opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
+    board: Annotated[
+        BoardName, typer.Option("--board", help="host: the firmware in this process; avr: its ELF on an emulated ATmega328P.")
+    ] = BoardName.HOST,
     speed: Annotated[float, typer.Option("--speed", min=0.01, max=100, help="Seconds of emulation per second.")] = 1.0,
     referee: Annotated[
         bool, typer.Option("--referee/--no-referee", help="A referee sees the ring; without, it is as with a physical robot.")
@@ -72,7 +83,18 @@ def emulate(
     spec = FaultSpec() if faults is None else _read(faults)
     endpoint = open_endpoint(link, public=public)
     try:
-        world = junior_world(opponent=opponent, seed=seed, referee=referee, nvm=nvm, wire=endpoint.wire, faults=spec)
+        world = junior_world(
+            opponent=opponent,
+            seed=seed,
+            referee=referee,
+            nvm=nvm,
+            wire=endpoint.wire,
+            faults=spec,
+            board=board_maker(board, endpoint.wire),
+        )
+    except LinkOpenError:
+        endpoint.close()
+        raise
     except ValueError as error:
         endpoint.close()
         raise common.UsageError(f"{memory}: {error}") from error

@@ -25,6 +25,7 @@ const uint32_t PERIOD_US = 5000;
 static struct junior robot;
 static uint8_t waiting[192];  // bytes that Serial has no room for yet
 static uint8_t first, used;
+static uint32_t begun;  // when this control period's work began
 
 extern "C" {
 
@@ -37,6 +38,8 @@ uint64_t hal_micros(void *) {
   last = now;
   return (uint64_t)wraps << 32 | now;
 }
+
+uint16_t hal_used(void *) { return micros() - begun; }
 
 uint64_t hal_uid(void *) { return 1; }  // tell several robots apart by their SYS_ID
 
@@ -117,6 +120,7 @@ void loop() {
   static uint32_t due;
   if (micros() - due >= PERIOD_US) {
     due += PERIOD_US;
+    begun = micros();
     junior_tick(&robot);
   }
   while (used > 0 && Serial.availableForWrite() > 0) {
