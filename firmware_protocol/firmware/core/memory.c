@@ -88,7 +88,8 @@ static const uint16_t over_slot[16] HAL_FLASH = {
     0x7EEA, 0xFDD4, 0xF3B9, 0xEF63, 0xD6D7, 0xA5BF, 0x436F, 0x86DE, /* bit 0 .. */
     0x05AD, 0x0B5A, 0x16B4, 0x2D68, 0x5AD0, 0xB5A0, 0x6351, 0xC6A2,
 };
-enum { TURN_1 = 0x5760, TURN_2 = 0xAEC0 /* what the bits of the turn add to a slot's CRC */ };
+#define TURN_1 0x5760U /* what the bits of the turn add to a slot's CRC */
+#define TURN_2 0xAEC0U
 
 /* Computed when somebody asks, from the slots' own checksums: a third of the time that it takes to read every byte, which
  * would be most of a control period on a micro-controller.
