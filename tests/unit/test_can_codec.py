@@ -172,6 +172,17 @@ def test_lost_transfers_show_in_the_sequence_of_the_messages() -> None:
     assert len(seen) == 32
 
 
+@pytest.mark.parametrize("lost", range(7))
+def test_up_to_six_lost_transfers_in_a_row_are_counted_wherever_the_numbers_stand(lost: int) -> None:
+    sender, codec = robot(), host()
+    for round_ in range(1, 9):  # the numbers wrap at another place each time
+        for _ in range(lost):
+            sender.encode_frames(BEAT)
+        (event,) = codec.receive_frames(sender.encode_frames(BEAT), 0.0)
+        assert isinstance(event, Received)
+        assert event.sequence == (round_ - 1) * (lost + 1)
+
+
 def test_a_repeated_transfer_is_told_apart_by_its_sequence() -> None:
     codec = host()
     frames = robot().encode_frames(BEAT)

@@ -38,8 +38,9 @@ struct hal_frame {            /* a data frame of CAN 2.0A; others are the driver
 };
 bool hal_has_can(void *board);                    /* frames instead of bytes; asked once, at power-on */
 bool hal_frame_read(void *board, struct hal_frame *frame); /* next frame received; false: none */
-uint16_t hal_frame_room(void *board);             /* frames that hal_frame_write will take now */
-void hal_frame_write(void *board, const struct hal_frame *frame);
+uint16_t hal_frame_room(void *board);             /* frames that hal_frame_write will take now: of 18 in all at least, since
+                                                     what has no room for all its frames is not begun */
+void hal_frame_write(void *board, const struct hal_frame *frame); /* they leave in this order */
 
 uint8_t hal_nvm_read(void *board, uint16_t address);
 bool hal_nvm_ready(void *board);                  /* a write now would not block */
