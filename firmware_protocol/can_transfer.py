@@ -12,7 +12,7 @@ from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import CanFrame
 from firmware_protocol.events import RejectReason
 from firmware_protocol.mavlink_layout import crc_extra
-from firmware_protocol.messages import MESSAGES
+from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
 from firmware_protocol.payload import PAYLOADS
 from firmware_protocol.wire import Direction
 
@@ -79,7 +79,7 @@ class Long:
         return full[: self.start] + targets[: self.cut] + full[self.start :] if self.cut else full
 
 
-LONG: Final = {number: Long(message) for number, message in MESSAGES.items()}
+LONG: Final = {number: Long(message) for number, message in MESSAGES.items() if message not in BYTE_LINKS_ONLY}
 """Every message as a transfer, by message number."""
 
 

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.can_frame import split_records
 from firmware_protocol.dbc import CanCodec
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
+from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
 from firmware_protocol.wire import CAN, MAVLINK
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.events import Received, Rejected, RejectReason
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
 
 
@@ -23,12 +24,14 @@ class Codec(Protocol):
         system: Own system id.
         component: Own component id.
         good: Good messages received.
+        signed: Of these, those with a signature.
         rejected: Rejections by reason.
     """
 
     system: int
     component: int
     good: int
+    signed: int
     rejected: dict[RejectReason, int]
 
     def encode(self, message: Message) -> bytes:
@@ -48,19 +51,24 @@ class Codec(Protocol):
         ...
 
 
-def open_codec(wire: str, *, system: int, component: int) -> Codec:
+def open_codec(wire: str, *, system: int, component: int, signing: Signing | None = None) -> Codec:
     """The codec of a wire.
 
     Args:
         wire: `mavlink` or `can`, as a link says.
         system: Own system id.
         component: Own component id.
+        signing: Makes and checks signatures; None: nothing is signed, and nothing is asked for.
 
     Raises:
-        ValueError: There is no such wire.
+        ValueError: There is no such wire, or nothing can be signed on it.
     """
     if wire not in SPLITTERS:
         raise ValueError(f"there is no wire {wire!r}: there are {', '.join(SPLITTERS)}")
+    if signing is not None:
+        if wire != MAVLINK:
+            raise ValueError(f"nothing is signed on the wire {wire!r}")
+        return SignedMavlinkCodec(system=system, component=component, signing=signing)
     return (CanCodec if wire == CAN else MavlinkCodec)(system=system, component=component)
 
 

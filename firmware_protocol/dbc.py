@@ -25,6 +25,7 @@ from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.mavlink_layout import offsets
 from firmware_protocol.messages import (
+    BYTE_LINKS_ONLY,
     HOST_COMPONENT,
     HOST_SYSTEM,
     REFEREE_COMPONENT,
@@ -86,6 +87,7 @@ class CanCodec:
 
     Attributes:
         good: Good messages received.
+        signed: Always 0: nothing is signed on CAN.
         rejected: Rejections by reason.
     """
 
@@ -93,6 +95,7 @@ class CanCodec:
         self.system = system
         self.component = component
         self.good = 0
+        self.signed = 0
         self.rejected: dict[RejectReason, int] = dict.fromkeys(RejectReason, 0)
         self._is_node = 0 < system <= layout.LAST_NODE
         self.reset()
@@ -130,6 +133,8 @@ class CanCodec:
         """
         kind = type(message)
         found = LONG.get(kind.ID)
+        if kind in BYTE_LINKS_ONLY:
+            raise EncodeError(f"{kind.NAME} can't be sent over CAN: nothing is signed there")
         if found is None or found.message is not kind:
             raise EncodeError(f"{kind.__name__} is not a message of this protocol")
         full = found.payload.pack(message)

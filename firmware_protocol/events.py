@@ -19,7 +19,10 @@ class RejectReason(Enum):
     BAD_CHECKSUM = "bad checksum"
     BAD_VALUE = "value out of range"
     INCOMPLETE = "frame broken off"
+    NOT_SIGNED = "no signature"
     BAD_SIGNATURE = "bad signature"
+    REPLAYED = "signed at a time that has been: replayed"
+    TOO_OLD = "signed more than a minute before"
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,9 @@ and no other: every good frame around it is delivered, in order. A damaged heade
 back what follows until as many bytes have come as it claims (never more than `HOLD_BACK`) or until 20 ms of silence.
 A 16-bit checksum lets one in 65,536 randomly damaged frames through; range checks stand behind it.
 
-MAVLink 1 frames (marker 0xFE) are noise here. Signed frames are taken as what they would be without the signature,
-which is neither checked nor required; `signed` counts them.
+MAVLink 1 frames (marker 0xFE) are noise here. `MavlinkCodec` takes signed frames as what they would be without the
+signature, which is neither checked nor required; `signed` counts them. `SignedMavlinkCodec` signs what it sends and believes
+what is signed: see `signing`. Of a frame with a wrong signature only the start marker is given up, as of a damaged one.
 
 Source: the MAVLink guide, "Packet Serialization" (https://mavlink.io/en/guide/serialization.html).
 """
@@ -37,6 +38,7 @@ from firmware_protocol.messages import MESSAGES
 from firmware_protocol.payload import PAYLOADS, BadValueError
 
 if TYPE_CHECKING:
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
 
 SILENCE: Final = 0.020
@@ -49,6 +51,8 @@ _NOISE_LIMIT: Final = 256
 """Noise is reported in pieces of about this many bytes at most, so that nothing grows without end."""
 
 _START: Final = bytes((MARKER,))
+_SIGNED: Final = bytes((FLAG_SIGNED,))
+_AT_FLAGS: Final = 2
 _HEADER: Final = Struct("<BBBBBBBHB")
 _CHECKSUM: Final = Struct("<H")
 _EXTRA: Final = {number: bytes((crc_extra(message),)) for number, message in MESSAGES.items()}
@@ -65,7 +69,7 @@ class MavlinkCodec:
 
     Attributes:
         good: Good messages received.
-        signed: Of these, those with a signature (which was not checked).
+        signed: Of these, those with a signature.
         rejected: Rejections by reason.
     """
 
@@ -258,6 +262,42 @@ def frame_size(data: bytes, at: int) -> int | None:
     if len(data) < at + 3:
         return None
     return HEADER_LENGTH + data[at + 1] + CHECKSUM_LENGTH + (SIGNATURE_LENGTH if data[at + 2] & FLAG_SIGNED else 0)
+
+
+class SignedMavlinkCodec(MavlinkCodec):
+    """One end of a MAVLink 2 connection on which every frame is signed, and no other is believed.
+
+    Args:
+        system: Own system id, 1 to 255.
+        component: Own component id.
+        signing: Makes and checks the signatures.
+    """
+
+    def __init__(self, *, system: int, component: int, signing: Signing) -> None:
+        super().__init__(system=system, component=component)
+        self._signing = signing
+
+    def encode(self, message: Message) -> bytes:
+        """One signed frame; see `MavlinkCodec.encode`."""
+        plain = super().encode(message)
+        body = plain[1:_AT_FLAGS] + _SIGNED + plain[_AT_FLAGS + 1 : -CHECKSUM_LENGTH]
+        frame = _START + body + _CHECKSUM.pack(mcrf4xx(body + _EXTRA[message.ID]))
+        return frame + self._signing.sign(frame)
+
+    def _take(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> int:
+        """Judge what begins with the marker at `at`; of a good frame also who sent it, and when."""
+        taken = super()._take(data, at, events, final=final)
+        event = events[-1] if taken > 1 else None
+        if isinstance(event, Received) and (reason := self._signing.check(event.raw)) is not None:
+            self.good -= 1
+            self.signed -= event.raw[_AT_FLAGS] & FLAG_SIGNED
+            detail = f"{event.message.NAME} of system {event.system}, component {event.component}"
+            if reason is RejectReason.BAD_SIGNATURE:  # bytes may be missing: it may end in the middle of the next frame
+                events.pop()
+                return self._refuse(reason, taken, detail, events)
+            self.rejected[reason] += 1
+            events[-1] = Rejected(reason, event.raw, event.time, detail)
+        return taken
 
 
 def split_frames(data: bytes) -> list[bytes]:

@@ -7,7 +7,7 @@ unit is. Junior's own fields are declared widest first, so that the MAVLink payl
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, IntFlag
 from typing import Annotated, Final
 
@@ -338,6 +338,21 @@ class Statustext(Message, id=253, direction=Direction.UP):
     chunk_seq: Annotated[int, Wire("u8", extension=True)] = 0
 
 
+@dataclass(frozen=True)
+class SetupSigning(Message, id=256, direction=Direction.DOWN):
+    """Give a robot its signing key, or take it away (all zero). Not answered: from then on the robot signs, or does not.
+
+    Obeyed while disarmed, by a robot that has no key; by one that has, if signed with that. Never over CAN.
+    """
+
+    target_system: Annotated[int, Wire("u8", text="System addressed; never all")]
+    target_component: TargetComponent
+    secret_key: Annotated[
+        tuple[int, ...], Wire("u8", count=32, secret=True, text="The key; all zero: sign and check no more")
+    ] = field(repr=False)
+    initial_timestamp: Annotated[int, Wire("u64", text="Time in 10 us since 2015-01-01 GMT: what was signed before is refused")]
+
+
 # --- Junior ----------------------------------------------------------------------------------------------------------
 
 
@@ -486,6 +501,9 @@ class JuniorStatus(Message, id=47109, direction=Direction.UP):
     session: Session
     sequence: Annotated[int, Wire("u16", text="Last numbered message accepted")]
     state: Annotated[int, Wire("u8", enum=State, maximum=6, text="What the robot is doing")]
+    not_signed: Annotated[int, Wire("u16", extension=True, text="Frames refused for want of a signature; stops at 65535")] = 0
+    bad_signature: Annotated[int, Wire("u16", extension=True, text="Likewise, for a wrong one")] = 0
+    replayed: Annotated[int, Wire("u16", extension=True, text="Likewise, for the time in it: replayed, or too old")] = 0
 
 
 @dataclass(frozen=True)
@@ -548,7 +566,7 @@ class RefereeState(Message, id=47301, direction=Direction.UP):
 
 STANDARD_MESSAGES: Final[tuple[type[Message], ...]] = (
     Heartbeat, SysStatus, Ping, ParamRequestRead, ParamRequestList, ParamValue, ParamSet, ManualControl, CommandLong,
-    CommandAck, Timesync, AutopilotVersion, Statustext,
+    CommandAck, Timesync, AutopilotVersion, Statustext, SetupSigning,
 )  # fmt: skip
 JUNIOR_MESSAGES: Final[tuple[type[Message], ...]] = (
     JuniorSensors, JuniorWheels, JuniorManeuver, JuniorManeuverResult, JuniorMemoryWrite, JuniorMemoryRead,
@@ -559,3 +577,6 @@ MESSAGES: Final[dict[int, type[Message]]] = {
     message.ID: message for message in (*STANDARD_MESSAGES, *JUNIOR_MESSAGES, *REFEREE_MESSAGES)
 }
 """Every message by id."""
+
+BYTE_LINKS_ONLY: Final[frozenset[type[Message]]] = frozenset({SetupSigning})
+"""Messages that CAN has no place for: nothing is signed there."""

@@ -234,7 +234,8 @@ class Payload:
         """Which field the wire can't carry, and what it could."""
         for name, wire in wire_order(self.message):
             if not _fits(getattr(message, name), wire):
-                what = f"{self.message.NAME}.{name} = {getattr(message, name)!r}"
+                shown = "a secret" if wire.secret else repr(getattr(message, name))
+                what = f"{self.message.NAME}.{name} = {shown}"
                 return EncodeError(f"{what} can't be sent: it takes {accepted(wire)}")
         return EncodeError(f"{self.message.NAME} can't be sent: {message!r}")
 

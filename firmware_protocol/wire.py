@@ -46,6 +46,7 @@ class Wire:
         extension: Added after the first version: MAVLink extension field, not sorted, not in the checksum seed.
         text: What it means, in a phrase.
         invalid: Wire value that says "not available"; the Python value is then None.
+        secret: Never shown in an error's text.
         nan: `f32` only: NaN is a value (MAVLink's "not given"). Elsewhere NaN, and everywhere infinity, is out of range.
     """
 
@@ -60,6 +61,7 @@ class Wire:
     text: str = ""
     invalid: int | None = None
     nan: bool = False
+    secret: bool = False
 
 
 class Message:

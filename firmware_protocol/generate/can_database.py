@@ -13,7 +13,7 @@ from typing import Final
 
 from firmware_protocol.can_layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
 from firmware_protocol.mavlink_layout import INTEGER_LIMITS, raw_limits
-from firmware_protocol.messages import MESSAGES
+from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
 from firmware_protocol.wire import SIZES, Direction, Wire, wire_order
 
 _LONG_NAME: Final = 32
@@ -30,6 +30,7 @@ def _long_frames() -> tuple[SingleFrame, ...]:
             tuple(pair for pair in wire_order(message) if pair[0] not in TARGET_FIELDS),
         )
         for message in MESSAGES.values()
+        if message not in BYTE_LINKS_ONLY
     )
 
 

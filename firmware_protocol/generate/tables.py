@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from firmware_protocol import can_layout
 from firmware_protocol.mavlink_layout import crc_extra, payload_length, target_offsets
-from firmware_protocol.messages import MESSAGES, PROTOCOL_MAJOR, PROTOCOL_MINOR, REFEREE_MESSAGES
+from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES, PROTOCOL_MAJOR, PROTOCOL_MINOR, REFEREE_MESSAGES, SetupSigning
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ACTIONS, ANY_STIMULUS, MAX_ACTIONS, Family, Speed
 from firmware_protocol.wire import Direction
@@ -35,7 +35,7 @@ def _can() -> str:
     defines = "".join(f"#define CAN_FUNCTION_{name} {getattr(can_layout, f'{name}_FUNCTION')}\n" for name in functions)
     rows = []
     for message in MESSAGES.values():
-        if message not in REFEREE_MESSAGES:
+        if message not in REFEREE_MESSAGES and message not in BYTE_LINKS_ONLY:
             start, cut = can_layout.target_cut(message)
             inbound = int(message.DIRECTION is not Direction.UP)
             rows.append(
@@ -87,20 +87,24 @@ def tables() -> str:
         ),
     ]
     inbound = []
+    signing = ""
     for message in MESSAGES.values():
         if message.DIRECTION is Direction.UP or message in REFEREE_MESSAGES:
             continue
         system, component = (255 if offset is None else offset for offset in target_offsets(message))
         base = payload_length(message, extensions=False)
-        inbound.append(
-            f"{message.NAME}, {message.ID}, {base}, {payload_length(message)}, {crc_extra(message)}, {system}, {component}"
-        )
+        row = f"{message.NAME}, {message.ID}, {base}, {payload_length(message)}, {crc_extra(message)}, {system}, {component}"
+        if message is SetupSigning:
+            signing = row
+        else:
+            inbound.append(row)
     longest = max(payload_length(message) for message in MESSAGES.values() if message not in REFEREE_MESSAGES)
     parts.append(
         "/* What a robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the\n"
         " * end) and at most `length`; `base` is the length without extensions. Offset 255: there is no such field. */\n"
         f"#define INBOUND_COUNT {len(inbound)}\n"
         + _table("INBOUND_TABLE", "name, id, base, length, crc_extra, target_system_offset, target_component_offset", inbound)
+        + f"/* The same, where signing is compiled in. */\n#define SIGNING_TABLE(X) X({signing})\n"
     )
     parts.append(f"/* Longest payload a robot sends or understands. */\n#define LONGEST_PAYLOAD {longest}\n")
     parts.append(_can())

@@ -17,6 +17,7 @@ from firmware_protocol.dbc import CanCodec
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import raw_limits
 from firmware_protocol.messages import (
+    BYTE_LINKS_ONLY,
     HOST_COMPONENT,
     HOST_SYSTEM,
     MESSAGES,
@@ -134,6 +135,8 @@ def can_vectors() -> list[CanVector]:
     codecs: dict[tuple[int, int], CanCodec] = {}
     for vector in vectors():
         kind = type(vector.message)
+        if kind in BYTE_LINKS_ONLY:
+            continue
         system, component = _sender(kind)
         codec = codecs.setdefault((system, component), CanCodec(system=NODE if system == 1 else system, component=component))
         message = _addressed(vector.message, upward=system == 1)

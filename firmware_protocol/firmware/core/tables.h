@@ -131,6 +131,8 @@ enum param {
     X(JUNIOR_CONTEST, 47107, 9, 9, 169, 6, 7) \
     X(JUNIOR_SESSION, 47110, 8, 8, 112, 4, 5) \
     X(JUNIOR_RESULT_ACK, 47111, 6, 6, 244, 4, 5)
+/* The same, where signing is compiled in. */
+#define SIGNING_TABLE(X) X(SETUP_SIGNING, 256, 42, 42, 71, 8, 9)
 
 /* Longest payload a robot sends or understands. */
 #define LONGEST_PAYLOAD 121
@@ -169,7 +171,7 @@ enum param {
     X(JUNIOR_MEMORY_ENTRY, 47106, 23, 75, 0, 0, 0) \
     X(JUNIOR_CONTEST, 47107, 9, 169, 6, 2, 1) \
     X(JUNIOR_ACK, 47108, 8, 12, 0, 0, 0) \
-    X(JUNIOR_STATUS, 47109, 35, 169, 0, 0, 0) \
+    X(JUNIOR_STATUS, 47109, 41, 169, 0, 0, 0) \
     X(JUNIOR_SESSION, 47110, 8, 112, 4, 2, 1) \
     X(JUNIOR_RESULT_ACK, 47111, 6, 244, 4, 2, 1)
 

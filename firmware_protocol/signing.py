@@ -1,0 +1,229 @@
+"""MAVLink 2 signing without I/O: who holds the key is believed, once.
+
+A signature is 13 bytes behind a frame: link id, time (48 bits, in 10 us since 2015-01-01 GMT) and the first six bytes of
+SHA-256 over key, frame, link id and time. A receiver believes a frame only if
+
+- its signature is that of the same key, and
+- its time is later than that of the last one believed of the same stream (system, component, link), or
+- it is the first of its stream, and not signed more than a minute before our own time.
+
+Nothing is believed unsigned. (The guide lets receivers make exceptions, for RADIO_STATUS above all, which telemetry radios
+send unsigned: this project takes no notice of that message, so it needs none.)
+
+Our own time runs with the clock that is handed in, and is put forward to any later time that a believed frame was signed
+at, so that ends whose clocks differ understand each other after one frame. It never goes back.
+
+Source: the MAVLink guide, "Message Signing" (https://mavlink.io/en/guide/message_signing.html).
+"""
+
+from __future__ import annotations
+
+import hmac
+from hashlib import sha256
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.events import RejectReason
+from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
+from firmware_protocol.messages import ROBOT_COMPONENT, SetupSigning
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+KEY_LENGTH: Final = 32
+"""Bytes of a key."""
+EPOCH: Final = 1_420_070_400
+"""2015-01-01 GMT in Unix time, in s: the zero of the times in signatures."""
+TICKS: Final = 100_000
+"""Units of these times in a second."""
+OLDEST: Final = 60 * TICKS
+"""A first frame of a stream may be signed so long before our own time."""
+LAST_TIME: Final = 2**48 - 1
+"""In the year 2104."""
+
+_TIME_LENGTH: Final = 6
+_HASH_LENGTH: Final = 6
+_AT_SYSTEM: Final = 5
+_AT_ID: Final = 7
+_SETUP: Final = SetupSigning.ID.to_bytes(3, "little")
+
+
+class SigningKey:
+    """A secret that robots and hosts share. Its text never shows it.
+
+    Args:
+        secret: 32 bytes, not all zero (which means "no key" on the wire).
+
+    Attributes:
+        secret: The bytes.
+
+    Raises:
+        ValueError: It is no such thing.
+    """
+
+    __slots__ = ("secret",)
+
+    def __init__(self, secret: bytes) -> None:
+        if len(secret) != KEY_LENGTH:
+            raise ValueError(f"a signing key has {KEY_LENGTH} bytes, not {len(secret)}")
+        if not any(secret):
+            raise ValueError("a signing key is not all zero")
+        self.secret = bytes(secret)
+
+    def __repr__(self) -> str:
+        return "SigningKey(secret)"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SigningKey) and hmac.compare_digest(self.secret, other.secret)
+
+    def __hash__(self) -> int:
+        return hash(self.secret)
+
+
+class Signing:
+    """One end's signatures: makes them, checks the other ends', and remembers how far each stream came.
+
+    It outlives a codec: one that is made anew when a link comes back is given the same.
+
+    Args:
+        key: The key.
+        time: Gives the time in 10 us since 2015-01-01 GMT; it may stand still or go back, what is signed does not. A run
+            that must be repeatable passes its own virtual time.
+        link: Id of the link, 0..255. One process that reaches the same robot over two links needs two.
+    """
+
+    def __init__(self, key: SigningKey, time: Callable[[], int], *, link: int = 0) -> None:
+        self._secret = sha256(key.secret)
+        self._time = time
+        self._link = bytes((link,))
+        self._ahead = 0
+        self._last = -1
+        self._streams: dict[bytes, int] = {}
+
+    def now(self) -> int:
+        """Our own time, in 10 us since 2015-01-01 GMT."""
+        return min(max(self._time() + self._ahead, self._last + 1, 0), LAST_TIME)
+
+    def sign(self, frame: bytes) -> bytes:
+        """Make a signature.
+
+        Args:
+            frame: A whole frame with its checksum, the flag for signed frames set.
+
+        Returns:
+            The 13 bytes that follow it.
+        """
+        self._last = self.now()
+        head = self._link + self._last.to_bytes(_TIME_LENGTH, "little")
+        return head + self._hash(frame + head)
+
+    def check(self, frame: bytes) -> RejectReason | None:
+        """Judge a frame that has come; one that is believed counts as seen.
+
+        Args:
+            frame: A whole frame with a good checksum.
+
+        Returns:
+            Why it is not to be believed; None where it is.
+        """
+        if not frame[2] & FLAG_SIGNED:
+            return RejectReason.NOT_SIGNED
+        if not hmac.compare_digest(frame[-_HASH_LENGTH:], self._hash(frame[:-_HASH_LENGTH])):
+            return RejectReason.BAD_SIGNATURE
+        time = int.from_bytes(frame[-_HASH_LENGTH - _TIME_LENGTH : -_HASH_LENGTH], "little")
+        stream = frame[_AT_SYSTEM:_AT_ID] + frame[-SIGNATURE_LENGTH : 1 - SIGNATURE_LENGTH]
+        now = self.now()
+        last = self._streams.get(stream)
+        if last is None:
+            if time + OLDEST < now:
+                return RejectReason.TOO_OLD
+        elif time <= last:
+            return RejectReason.REPLAYED
+        self._streams[stream] = time
+        if time > now:
+            self._ahead += time - now
+        return None
+
+    def _hash(self, data: bytes) -> bytes:
+        hashed = self._secret.copy()
+        hashed.update(data)
+        return hashed.digest()[:_HASH_LENGTH]
+
+
+def signing_time(unix_time: float) -> int:
+    """A time as signatures carry it.
+
+    Args:
+        unix_time: In s since 1970-01-01 GMT.
+
+    Returns:
+        In 10 us since 2015-01-01 GMT.
+    """
+    return int((unix_time - EPOCH) * TICKS)
+
+
+def virtual_time(now: float) -> int:
+    """A time for signatures where no calendar may be asked: that of a clock that begins at 0, from one second on.
+
+    Args:
+        now: Reading of the clock, in s.
+
+    Returns:
+        In 10 us.
+    """
+    return int((now + 1.0) * TICKS)
+
+
+def setup_signing(system: int, key: SigningKey | None, time: int) -> SetupSigning:
+    """The message that gives a robot its key, or takes it away.
+
+    Args:
+        system: System id of the robot.
+        key: The key; None takes it away.
+        time: Our own time, in 10 us since 2015-01-01 GMT; 0 with no key.
+    """
+    secret = bytes(KEY_LENGTH) if key is None else key.secret
+    return SetupSigning(system, ROBOT_COMPONENT, tuple(secret), time)
+
+
+def redacted(data: bytes) -> bytes:
+    """Wire data fit to be kept: where whole frames in it carry a key, payload and what follows from it are zero.
+
+    Args:
+        data: Bytes of a MAVLink link, as they were sent or came.
+    """
+    at = data.find(_SETUP, _AT_ID)
+    if at < 0:
+        return data
+    kept = bytearray(data)
+    while at >= 0:
+        start = at - _AT_ID
+        if data[start] == MARKER:
+            signature = SIGNATURE_LENGTH if data[start + 2] & FLAG_SIGNED else 0
+            end = min(len(data), start + HEADER_LENGTH + data[start + 1] + CHECKSUM_LENGTH + signature)
+            kept[start + HEADER_LENGTH : end] = bytes(max(0, end - start - HEADER_LENGTH))
+        at = data.find(_SETUP, at + 1)
+    return bytes(kept)
+
+
+def trouble(rejected: Mapping[RejectReason, int], signed: int, *, ours: bool) -> str:
+    """What may be wrong with the keys when a robot does not answer.
+
+    Args:
+        rejected: Rejections by reason, as a codec counts them.
+        signed: Good frames with a signature.
+        ours: We have a key.
+
+    Returns:
+        What is seen and what to do; empty where it is nothing about keys.
+    """
+    if not ours:
+        if signed:
+            return "it signs what it says, and believes only what is signed: pass its key file with --signing-key"
+        return ""
+    if rejected[RejectReason.BAD_SIGNATURE]:
+        return "it signs with another key than ours: pass its own key file with --signing-key"
+    if rejected[RejectReason.NOT_SIGNED]:
+        return "it does not sign, and so is not believed: leave --signing-key out, or give it the key first (hil key)"
+    if rejected[RejectReason.TOO_OLD] or rejected[RejectReason.REPLAYED]:
+        return "it has our key, but not our time, and did not follow: does it hear us, is this computer's clock right?"
+    return ""

@@ -1,0 +1,205 @@
+"""Who is believed, and why not."""
+
+from __future__ import annotations
+
+import pytest
+from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
+
+from firmware_protocol.codec import open_codec
+from firmware_protocol.errors import EncodeError
+from firmware_protocol.events import Received, Rejected, RejectReason
+from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
+from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
+from firmware_protocol.messages import Heartbeat, Ping, SetupSigning
+from firmware_protocol.signing import (
+    EPOCH,
+    LAST_TIME,
+    OLDEST,
+    Signing,
+    SigningKey,
+    redacted,
+    setup_signing,
+    signing_time,
+    trouble,
+)
+from firmware_protocol.wire import CAN, MAVLINK
+
+PING = Ping(1, 2)
+
+
+def reasons(codec: MavlinkCodec, *frames: bytes) -> list[RejectReason | None]:
+    """What becomes of frames: None for one that is believed."""
+    events = codec.receive(b"".join(frames), 0.0)
+    assert b"".join(event.raw for event in events) == b"".join(frames)
+    return [event.reason if isinstance(event, Rejected) else None for event in events]
+
+
+def test_a_signed_frame_is_believed_once() -> None:
+    robot, host = signed_codec(), signed_codec()
+    frame = robot.encode(PING)
+    assert reasons(host, frame, frame) == [None, RejectReason.REPLAYED]
+    assert (host.good, host.signed) == (1, 1)
+    assert host.rejected[RejectReason.REPLAYED] == 1
+
+
+def test_what_came_before_is_not_believed_after() -> None:
+    robot, host = signed_codec(), signed_codec()
+    first, second, third = (robot.encode(PING) for _ in range(3))
+    assert reasons(host, first, third, second) == [None, None, RejectReason.REPLAYED]
+
+
+def test_unsigned_frames_are_refused_whole() -> None:
+    host = signed_codec()
+    plain = MavlinkCodec(system=1, component=1).encode(PING)
+    signed = signed_codec(system=1, component=1).encode(PING)
+    assert reasons(host, plain, signed, plain) == [RejectReason.NOT_SIGNED, None, RejectReason.NOT_SIGNED]
+    assert host.good == 1
+    event = host.receive(plain, 0.0)[0]
+    assert isinstance(event, Rejected)
+    assert event.detail == "PING of system 1, component 1"
+
+
+def test_another_key_is_refused() -> None:
+    assert reasons(signed_codec(), signed_codec(OTHER_KEY).encode(PING)) == [RejectReason.BAD_SIGNATURE]
+
+
+def test_a_wrong_signature_does_not_move_the_stream() -> None:
+    robot, host = signed_codec(), signed_codec()
+    frame = bytearray(robot.encode(PING))
+    later = frame[:]
+    later[-8] = 0xFF  # a time far ahead, for which the signature does not hold
+    assert reasons(host, bytes(later), bytes(frame)) == [RejectReason.BAD_SIGNATURE, None]
+
+
+def test_streams_are_told_apart() -> None:
+    host = signed_codec()
+    frames = [
+        signed_codec(system=system, component=component, link=link).encode(PING)
+        for system, component, link in ((1, 1, 0), (2, 1, 0), (1, 2, 0), (1, 1, 1))
+    ]
+    assert reasons(host, *frames) == [None] * 4
+    assert reasons(host, *frames) == [RejectReason.REPLAYED] * 4
+
+
+@pytest.mark.parametrize(("behind", "reason"), [(OLDEST, None), (OLDEST + 1, RejectReason.TOO_OLD)])
+def test_a_new_stream_may_be_a_minute_behind(behind: int, reason: RejectReason | None) -> None:
+    assert reasons(signed_codec(), signed_codec(now=NOW - behind).encode(PING)) == [reason]
+
+
+def test_a_known_stream_may_fall_further_behind() -> None:
+    times = iter([NOW, NOW + 2 * OLDEST, NOW + 2 * OLDEST])
+    robot = signed_codec()
+    host = SignedMavlinkCodec(system=255, component=190, signing=Signing(KEY, lambda: next(times)))
+    assert reasons(host, robot.encode(PING), robot.encode(PING)) == [None, None]
+
+
+def test_time_is_put_forward_and_runs_on() -> None:
+    clock = [NOW]
+    host = Signing(KEY, lambda: clock[0])
+    assert host.check(signed_codec(now=NOW + 5_000).encode(PING)) is None
+    assert host.now() == NOW + 5_000
+    clock[0] += 70
+    assert host.now() == NOW + 5_070
+
+
+def test_time_never_goes_back() -> None:
+    clock = [NOW]
+    signing = Signing(KEY, lambda: clock[0])
+    stamps = []
+    for step in (0, 0, -50_000, 10**6, -(10**12)):
+        clock[0] += step
+        stamps.append(int.from_bytes(signing.sign(b"")[1:7], "little"))
+    assert stamps == sorted(set(stamps))
+
+
+def test_the_end_of_time_does_not_raise() -> None:
+    host = signed_codec()
+    end = signed_codec(now=LAST_TIME + 5, system=1)
+    assert reasons(host, end.encode(PING)) == [None]
+    assert len(host.encode(PING)) == len(signed_codec().encode(PING))
+
+
+def test_a_value_out_of_range_is_refused_as_such() -> None:
+    frame = bytearray(signed_codec().encode(Heartbeat(6, 8, 0, 0, 4)))
+    frame[-1] ^= 1
+    assert reasons(signed_codec(), bytes(frame)) == [RejectReason.BAD_SIGNATURE]
+
+
+def test_a_codec_without_a_key_takes_signed_frames_and_counts_them() -> None:
+    plain = MavlinkCodec(system=1, component=1)
+    assert reasons(plain, signed_codec().encode(PING)) == [None]
+    assert (plain.good, plain.signed) == (1, 1)
+
+
+def test_frames_are_what_they_were_but_for_flag_and_signature() -> None:
+    plain = MavlinkCodec(system=255, component=190).encode(PING)
+    signed = signed_codec().encode(PING)
+    assert len(signed) == len(plain) + SIGNATURE_LENGTH
+    assert (signed[2], plain[2]) == (1, 0)
+    assert signed[3:-15] == plain[3:-2]
+
+
+def test_open_codec() -> None:
+    signing = Signing(KEY, lambda: NOW)
+    assert isinstance(open_codec(MAVLINK, system=1, component=1, signing=signing), SignedMavlinkCodec)
+    with pytest.raises(ValueError, match="nothing is signed on the wire 'can'"):
+        open_codec(CAN, system=1, component=1, signing=signing)
+    with pytest.raises(EncodeError, match="nothing is signed there"):
+        open_codec(CAN, system=255, component=190).encode(setup_signing(1, KEY, 0))
+
+
+@pytest.mark.parametrize("secret", [bytes(32), b"short", bytes(33)])
+def test_what_is_no_key(secret: bytes) -> None:
+    with pytest.raises(ValueError, match="a signing key"):
+        SigningKey(secret)
+
+
+def test_a_key_is_never_shown() -> None:
+    message = setup_signing(1, KEY, NOW)
+    texts = [repr(KEY), str(KEY), repr(message), str([KEY, message])]
+    with pytest.raises(EncodeError) as caught:
+        MavlinkCodec(system=1, component=1).encode(SetupSigning(1, 1, (*KEY.secret[:31], 256), 0))
+    texts += [str(caught.value), repr(caught.value)]
+    for text in texts:
+        assert "2, 3, 4" not in text
+        assert KEY.secret.hex()[4:12] not in text.replace("\\x", "")
+
+
+def test_redacted() -> None:
+    codec, signed = MavlinkCodec(system=255, component=190), signed_codec()
+    secret = setup_signing(1, KEY, NOW)
+    before, after = codec.encode(PING), codec.encode(Heartbeat(6, 8, 0, 0, 4))
+    for frame in (codec.encode(secret), signed.encode(secret)):
+        kept = redacted(before + frame + after)
+        assert len(kept) == len(before + frame + after)
+        assert KEY.secret[:4] not in kept
+        assert split_frames(kept)[0::2] == [before, after]
+        assert split_frames(kept)[1][:10] == frame[:10]
+        assert KEY.secret[:4] not in redacted(frame[:20])
+    ordinary = before + after + bytes((0, 1, 0)) * 5
+    assert redacted(ordinary) == ordinary
+
+
+def test_signing_time() -> None:
+    assert signing_time(EPOCH) == 0
+    assert signing_time(EPOCH + 1.5) == 150_000
+
+
+def test_trouble_names_what_is_wrong() -> None:
+    none = dict.fromkeys(RejectReason, 0)
+    assert not trouble(none, 0, ours=False)
+    assert not trouble(none, 5, ours=True)
+    assert "pass its key file" in trouble(none, 5, ours=False)
+    assert "another key" in trouble({**none, RejectReason.BAD_SIGNATURE: 1}, 0, ours=True)
+    assert "does not sign" in trouble({**none, RejectReason.NOT_SIGNED: 1}, 0, ours=True)
+    assert "clock" in trouble({**none, RejectReason.TOO_OLD: 1}, 0, ours=True)
+
+
+def test_a_frame_cut_short_costs_no_other() -> None:
+    host, robot = signed_codec(), signed_codec(system=1, component=1)
+    for missing in range(1, len(robot.encode(PING))):
+        events = host.receive(b"\xfd" * 40 + robot.encode(PING)[:-missing], 0.0)
+        good = robot.encode(PING)
+        events += host.receive(good, 0.005)
+        events += host.flush(1.0)
+        assert [event.raw for event in events if isinstance(event, Received)] == [good], missing
