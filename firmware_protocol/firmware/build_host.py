@@ -34,6 +34,7 @@ typedef struct {
 } host_io;
 typedef struct { host_io io; ...; } host_robot;
 void host_power_on(host_robot *r, uint64_t micros);
+void host_give_key(host_robot *r, const uint8_t *key);
 uint32_t host_tick(host_robot *r, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
 void host_cut_power(host_robot *r, int32_t writes);
 void host_slow_down(host_robot *r, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
@@ -56,6 +57,6 @@ builder.set_source(
         "firmware_protocol/dialect/junior.xml",
         *sorted(path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / FIRMWARE / folder).glob("*.h")),
     ],
-    define_macros=[("JUNIOR_CAN", "1")],
+    define_macros=[("JUNIOR_CAN", "1"), ("JUNIOR_SIGNING", "1")],
     include_dirs=[(FIRMWARE / folder).as_posix() for folder in (*FOLDERS, "_build")],
 )

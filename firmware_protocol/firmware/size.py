@@ -209,6 +209,8 @@ def main() -> int:
     parser.add_argument("--usage", required=True, type=Path, help="folder of the compiler's .su files")
     parser.add_argument("--objdump", default="avr-objdump")
     parser.add_argument("--size", default="avr-size")
+    parser.add_argument("--flash-limit", type=int, default=FLASH_LIMIT, help="bytes (default %(default)s)")
+    parser.add_argument("--ram-limit", type=int, default=RAM_LIMIT, help="bytes (default %(default)s)")
     options = parser.parse_args()
 
     text, data, bss = (int(figure) for figure in run(options.size, options.elf).splitlines()[1].split()[:3])
@@ -223,10 +225,10 @@ def main() -> int:
     interrupt = max(handlers)
     flash, ram = text + data, data + bss + stack + interrupt
 
-    print(f"flash   {flash:6} of {FLASH_LIMIT} bytes")  # noqa: T201
-    print(f"RAM     {ram:6} of {RAM_LIMIT} bytes: static {data + bss}, stack {stack}, interrupts {interrupt}")  # noqa: T201
+    print(f"flash   {flash:6} of {options.flash_limit} bytes")  # noqa: T201
+    print(f"RAM     {ram:6} of {options.ram_limit} bytes: static {data + bss}, stack {stack}, interrupts {interrupt}")  # noqa: T201
     print("deepest " + " > ".join(f"{name} {frame}" for name, frame in chain))  # noqa: T201
-    if flash > FLASH_LIMIT or ram > RAM_LIMIT:
+    if flash > options.flash_limit or ram > options.ram_limit:
         print("too large", file=sys.stderr)  # noqa: T201
         return 1
     return 0

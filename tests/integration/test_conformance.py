@@ -246,7 +246,7 @@ def test_a_failed_check_is_the_exit_status(
     (mutant,) = (mutant for mutant in MUTANTS if mutant.caught_by == "watchdog-stops")
     world = junior_world(host=builds[mutant])
     numbers = count(1)
-    monkeypatch.setattr("hil.cli.check.open_address", lambda _: (MemoryLink(world), world, lambda: next(numbers)))
+    monkeypatch.setattr("hil.cli.check.open_address", lambda _, _key: (MemoryLink(world), world, lambda: next(numbers)))
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
     said = capsys.readouterr().out
     assert "failed" in said

@@ -69,7 +69,9 @@ class Workshop:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._compiler = shlex.split(os.environ.get("CC", "")) or [shutil.which("cc") or "gcc"]
-        self._includes = ["-DJUNIOR_CAN=1"] + [f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")]
+        self._includes = ["-DJUNIOR_CAN=1", "-DJUNIOR_SIGNING=1"] + [
+            f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")
+        ]
 
     def build(self, mutants: Iterable[Mutant]) -> list[Build]:
         """Build the mutants, and the unchanged sources once."""
@@ -227,8 +229,8 @@ MUTANTS: Final = (
         "watchdog-hears-who-armed",
         "is kept going by anybody",
         "frame.c",
-        "if (from.system == robot->armed_by) {",
-        "if (true) {",
+        "if (believed && from.system == robot->armed_by) {",
+        "if (believed) {",
     ),
     Mutant(
         "manual-control-dead-man",

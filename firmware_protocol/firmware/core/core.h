@@ -112,6 +112,32 @@ void nvm_flush(struct junior *robot);
 uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4]); /* record_state */
 void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const uint8_t value[4]);
 
+#if JUNIOR_SIGNING
+/* sha256.c: one hash at a time, byte by byte. */
+struct sha256 {
+    uint32_t state[8], block[16];
+    uint16_t length;
+};
+void sha256_begin(struct sha256 *hash);
+void sha256_add(struct sha256 *hash, uint8_t byte);
+void sha256_end(struct sha256 *hash, uint8_t *first, uint8_t count);
+
+/* signing.c. The two copies of the key, and below them the time, lie under the memory. */
+enum {
+    SIGNING_ADDRESS = HAL_NVM_SIZE - (MEMORY_SLOTS + 1) * 16 - 2 * SIGNING_SLOT_SIZE,
+    RECORD_SIGNED = SIGNING_ADDRESS / RECORD_SIZE - 1,
+};
+void signing_start(struct junior *robot);
+void signing_tick(struct junior *robot);
+void signing_step(struct junior *robot);
+void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup);
+enum signing_verdict { SIGNING_BELIEVED, SIGNING_REFUSED, SIGNING_WRONG };
+uint8_t signing_judge(struct junior *robot, const uint8_t *frame, uint8_t length); /* signing_verdict; counts what it refuses */
+void signing_sign(struct junior *robot, const uint8_t *header, const uint8_t *payload, uint8_t length,
+                  const uint8_t *checksum, uint8_t *signature);
+bool signing_late(struct junior *robot);
+#endif
+
 /* memory.c */
 enum {
     MEMORY_SLOT_SIZE = 16,

@@ -10,12 +10,14 @@
 #define HAL_FLASH PROGMEM
 #define flash_u8(address) pgm_read_byte(address)
 #define flash_u16(address) pgm_read_word(address)
+#define flash_u32(address) pgm_read_dword(address)
 #define flash_float(address) pgm_read_float(address)
 #define flash_copy(to, from, length) memcpy_P((to), (from), (length))
 #else
 #define HAL_FLASH
 #define flash_u8(address) (*(const uint8_t *)(address))
 #define flash_u16(address) (*(const uint16_t *)(address))
+#define flash_u32(address) (*(const uint32_t *)(address))
 #define flash_float(address) (*(const float *)(address))
 #define flash_copy(to, from, length) memcpy((to), (from), (length))
 #endif

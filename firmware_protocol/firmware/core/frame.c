@@ -2,7 +2,8 @@
  *
  * A header is rejected as soon as it can't be one of ours: impossible length, unknown flags, unknown id. Only its first
  * byte is dropped; what follows is looked at again, so that a damaged frame never takes a good one with it. A partial
- * frame is given up after 20 ms of silence, again byte by byte. Signed frames are taken without looking at the signature.
+ * frame is given up after 20 ms of silence, again byte by byte. Signed frames are taken without looking at the signature,
+ * unless signing is compiled in and there is a key: then a frame must be believed, or be an emergency stop.
  */
 #include "core.h"
 
@@ -28,7 +29,13 @@ struct inbound_row {
 };
 
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra, system_at, component_at},
-static const struct inbound_row rows[INBOUND_COUNT] HAL_FLASH = {INBOUND_TABLE(ROW)};
+#if JUNIOR_SIGNING
+enum { ROWS = INBOUND_COUNT + 1 };
+static const struct inbound_row rows[ROWS] HAL_FLASH = {INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
+#else
+enum { ROWS = INBOUND_COUNT };
+static const struct inbound_row rows[ROWS] HAL_FLASH = {INBOUND_TABLE(ROW)};
+#endif
 #undef ROW
 
 /* Every message of the table fits into the buffer. */
@@ -45,7 +52,7 @@ static const struct inbound_row *find_row(const uint8_t *bytes)
     if (bytes[AT_ID + 2] != 0) {
         return NULL;
     }
-    for (i = 0; i < INBOUND_COUNT; i++) {
+    for (i = 0; i < ROWS; i++) {
         if (flash_u16(&rows[i].id) == id) {
             return &rows[i];
         }
@@ -114,7 +121,14 @@ static bool checksum_good(const uint8_t *bytes, uint8_t length, uint8_t crc_extr
     return bytes[HEADER + length] == (uint8_t)crc && bytes[HEADER + length + 1] == (uint8_t)(crc >> 8);
 }
 
-static void deliver(struct junior *robot, const struct inbound_row *row)
+/* Stopping needs no proof: who can speak here could as well jam the line, and the watchdog would stop the robot. */
+static bool is_stop(const struct inbound_row *row, const union inbound *message)
+{
+    return flash_u16(&row->id) == MAVLINK_MSG_ID_COMMAND_LONG
+           && message->command_long.command == MAV_CMD_DO_FLIGHTTERMINATION;
+}
+
+static void deliver(struct junior *robot, const struct inbound_row *row, bool believed)
 {
     const uint8_t *bytes = robot->frame.bytes;
     uint8_t system_at = flash_u8(&row->system_at);
@@ -125,12 +139,14 @@ static void deliver(struct junior *robot, const struct inbound_row *row)
 
     from.system = bytes[AT_SYSTEM];
     from.component = bytes[AT_COMPONENT];
-    robot->counters.good++;
-    count_sequence(robot, from, bytes[AT_SEQUENCE], true);
+    if (believed) {
+        robot->counters.good++;
+        count_sequence(robot, from, bytes[AT_SEQUENCE], true);
+    }
     if (from.system == robot->system && from.component == WIRE_OWN_COMPONENT) {
         return; /* an echo of our own */
     }
-    if (from.system == robot->armed_by) {
+    if (believed && from.system == robot->armed_by) {
         robot->host_heard = robot->time.now;
     }
     memset(&message, 0, sizeof message);
@@ -143,6 +159,9 @@ static void deliver(struct junior *robot, const struct inbound_row *row)
     }
     if (component_at != NO_FIELD && message.bytes[component_at] != 0
         && message.bytes[component_at] != WIRE_OWN_COMPONENT) {
+        return;
+    }
+    if (!believed && !is_stop(row, &message)) {
         return;
     }
     protocol_handle(robot, from, direct, flash_u16(&row->id), &message);
@@ -195,7 +214,20 @@ static void advance(struct junior *robot)
             resync(frame);
             continue;
         }
-        deliver(robot, row);
+#if JUNIOR_SIGNING
+        if (robot->signing.on) {
+            uint8_t verdict = signing_judge(robot, bytes, total);
+
+            deliver(robot, row, verdict == SIGNING_BELIEVED);
+            if (verdict == SIGNING_WRONG) { /* bytes may be missing: it may end in the middle of the next frame */
+                resync(frame);
+            } else {
+                drop(frame, total);
+            }
+            continue;
+        }
+#endif
+        deliver(robot, row, true);
         drop(frame, total);
     }
     frame->need = AT_FLAGS + 1;
@@ -226,6 +258,11 @@ void frame_receive(struct junior *robot)
         frame->bytes[frame->used++] = (uint8_t)byte;
         if (frame->used >= frame->need) {
             advance(robot);
+#if JUNIOR_SIGNING
+            if (frame->used == 0 && signing_late(robot)) {
+                return; /* the rest waits: everything else goes on meanwhile */
+            }
+#endif
         }
     }
 }

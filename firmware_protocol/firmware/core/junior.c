@@ -28,6 +28,9 @@ void junior_power_on(struct junior *robot, void *board)
     params_load(robot);
     memory_load(robot);
     count_boot(robot);
+#if JUNIOR_SIGNING
+    signing_start(robot);
+#endif
     robot->system = (uint8_t)params_get(robot, PARAM_SYS_ID);
     sensing_start(robot);
     contest_start(robot);
@@ -38,6 +41,9 @@ void junior_power_on(struct junior *robot, void *board)
 static void store(struct junior *robot)
 {
     nvm_step(robot);
+#if JUNIOR_SIGNING
+    signing_step(robot);
+#endif
     memory_step(robot);
     if (robot->memory.job == JOB_NONE) {
         params_save(robot);
@@ -54,6 +60,9 @@ static void restart(struct junior *robot)
 void junior_tick(struct junior *robot)
 {
     time_tick(robot);
+#if JUNIOR_SIGNING
+    signing_tick(robot);
+#endif
     sensing_tick(robot);
     maneuver_step(robot);
     wheels_step(robot);

@@ -80,6 +80,37 @@ struct can {
 };
 #endif
 
+#if JUNIOR_SIGNING
+/* --- signing.c --------------------------------------------------------------------------------------------------- */
+
+enum { SIGNED_STREAMS = 4, SIGNING_KEY_SIZE = 32, SIGNING_SLOT_SIZE = SIGNING_KEY_SIZE + 3 };
+enum signing_job { SIGNING_IDLE, SIGNING_FIRST_COPY, SIGNING_SECOND_COPY };
+
+struct stamp { /* 48 bits, 10 us since 2015 */
+    uint32_t high; /* 0.66 s */
+    uint16_t low;
+};
+
+struct signed_stream {
+    struct stamp last; /* of the last frame believed */
+    uint8_t sender[2]; /* system, component */
+    uint8_t link;
+};
+
+struct signing {
+    struct stamp now;
+    struct stamp floor; /* what begins a stream must be signed later */
+    uint32_t durable;   /* stored time, as `high`: later than any that was used */
+    uint32_t pending;   /* the same while it is being written */
+    struct signed_stream streams[SIGNED_STREAMS];
+    uint8_t used;
+    bool on;      /* there is a key */
+    uint8_t slot; /* copy of the key that is read */
+    uint8_t job;  /* signing_job */
+    uint16_t not_signed, bad, replayed; /* frames refused */
+};
+#endif
+
 struct counters {
     uint32_t good, bad_checksum, unknown, lost;
     uint32_t maneuvers;
@@ -155,7 +186,11 @@ struct params {
 
 struct nvm {
     uint16_t address;
+#if JUNIOR_SIGNING
+    uint8_t data[SIGNING_SLOT_SIZE];
+#else
     uint8_t data[16];
+#endif
     uint8_t length, position;
     bool busy;
 };
@@ -228,6 +263,9 @@ struct junior {
     struct frame frame;
 #if JUNIOR_CAN
     struct can can;
+#endif
+#if JUNIOR_SIGNING
+    struct signing signing;
 #endif
     struct counters counters;
     struct sensing sensing;

@@ -99,6 +99,11 @@ void protocol_handle(struct junior *robot, struct sender from, bool direct, uint
     case MAVLINK_MSG_ID_COMMAND_LONG:
         command_handle(robot, from, direct, &message->command_long);
         break;
+#if JUNIOR_SIGNING
+    case MAVLINK_MSG_ID_SETUP_SIGNING:
+        signing_setup(robot, &message->setup_signing);
+        break;
+#endif
     case MAVLINK_MSG_ID_JUNIOR_RESULT_ACK:
         take_result_ack(robot, &message->result_ack);
         break;

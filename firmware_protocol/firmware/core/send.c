@@ -1,12 +1,13 @@
-/* Messages to MAVLink 2 frames: header, payload without its trailing zeros, checksum, straight to the hardware. */
+/* Messages to MAVLink 2 frames: header, payload without its trailing zeros, checksum, signature, straight to the hardware. */
 #include "core.h"
 
-enum { HEADER = 10, CHECKSUM = 2 };
+enum { HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, FLAG_SIGNED = 1 };
 
 bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length)
 {
     const uint8_t *bytes = payload;
-    uint8_t header[HEADER], checksum[CHECKSUM];
+    uint8_t header[HEADER], tail[CHECKSUM + (JUNIOR_SIGNING ? SIGNATURE : 0)];
+    uint8_t tail_length = CHECKSUM;
     uint16_t crc = 0xFFFF;
     uint8_t i;
 
@@ -18,12 +19,17 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
     while (length > 1 && bytes[length - 1] == 0) {
         length--;
     }
-    if (hal_write_room(robot->board) < (uint16_t)(HEADER + CHECKSUM + length)) {
+#if JUNIOR_SIGNING
+    if (robot->signing.on) {
+        tail_length = CHECKSUM + SIGNATURE;
+    }
+#endif
+    if (hal_write_room(robot->board) < (uint16_t)(HEADER + length + tail_length)) {
         return false;
     }
     header[0] = 0xFD;
     header[1] = length;
-    header[2] = 0;
+    header[2] = tail_length > CHECKSUM ? FLAG_SIGNED : 0;
     header[3] = 0;
     header[4] = robot->frame.sequence_out++;
     header[5] = robot->system;
@@ -38,10 +44,15 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
         crc = wire_crc(crc, bytes[i]);
     }
     crc = wire_crc(crc, crc_extra);
-    checksum[0] = (uint8_t)crc;
-    checksum[1] = (uint8_t)(crc >> 8);
+    tail[0] = (uint8_t)crc;
+    tail[1] = (uint8_t)(crc >> 8);
+#if JUNIOR_SIGNING
+    if (robot->signing.on) {
+        signing_sign(robot, header, bytes, length, tail, tail + CHECKSUM);
+    }
+#endif
     hal_write(robot->board, header, HEADER);
     hal_write(robot->board, bytes, length);
-    hal_write(robot->board, checksum, CHECKSUM);
+    hal_write(robot->board, tail, tail_length);
     return true;
 }

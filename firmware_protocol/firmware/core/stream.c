@@ -56,6 +56,9 @@ static bool send_sys_status(struct junior *robot)
     mavlink_sys_status_t status;
     uint32_t errors = robot->counters.bad_checksum + robot->counters.unknown;
 
+#if JUNIOR_SIGNING
+    errors += (uint32_t)robot->signing.not_signed + robot->signing.bad + robot->signing.replayed;
+#endif
     memset(&status, 0, sizeof status);
     status.load = robot->time.load;
     status.voltage_battery = robot->sensing.battery;
@@ -94,6 +97,15 @@ static bool send_status(struct junior *robot)
     status.session = robot->session.id;
     status.sequence = robot->session.last;
     status.state = robot->state;
+#if JUNIOR_SIGNING
+    status.not_signed = robot->signing.not_signed;
+    status.bad_signature = robot->signing.bad;
+    status.replayed = robot->signing.replayed;
+#else
+    status.not_signed = 0;
+    status.bad_signature = 0;
+    status.replayed = 0;
+#endif
     return SEND(robot, JUNIOR_STATUS, &status);
 }
 
@@ -178,6 +190,11 @@ void stream_step(struct junior *robot)
         bool due = streams->interval[i] != 0 && time_due(robot, streams->due[i]);
         bool requested = (streams->requested & (1U << i)) != 0;
 
+#if JUNIOR_SIGNING
+        if (signing_late(robot)) {
+            return;
+        }
+#endif
         if ((due || requested) && send_one(robot, i)) {
             streams->requested &= (uint8_t) ~(1U << i);
             if (due) {

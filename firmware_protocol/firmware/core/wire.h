@@ -17,6 +17,10 @@
 #error "a message's structure is its payload on little-endian machines only"
 #endif
 
+#ifndef JUNIOR_SIGNING
+#define JUNIOR_SIGNING 0 /* 1: MAVLink 2 signing (signing.c) is there, and used once a key was given */
+#endif
+
 /* Everything a robot understands. */
 union inbound {
     mavlink_heartbeat_t heartbeat;
@@ -34,10 +38,15 @@ union inbound {
     mavlink_junior_contest_t contest;
     mavlink_junior_session_t session;
     mavlink_junior_result_ack_t result_ack;
-    uint8_t bytes[MAVLINK_MSG_ID_COMMAND_LONG_LEN]; /* the longest; frame.c checks that */
+#if JUNIOR_SIGNING
+    mavlink_setup_signing_t setup_signing;
+#define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_SETUP_SIGNING_LEN
+#else
+#define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_COMMAND_LONG_LEN
+#endif
+    uint8_t bytes[WIRE_LARGEST_INBOUND]; /* the longest; frame.c checks that */
 };
 
-#define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_COMMAND_LONG_LEN
 #define WIRE_OWN_COMPONENT MAV_COMP_ID_AUTOPILOT1
 
 /* CRC-16/MCRF4XX, one byte further. */

@@ -198,6 +198,22 @@ void host_power_on(host_robot *host, uint64_t micros)
     junior_power_on(&host->robot, host);
 }
 
+void host_give_key(host_robot *host, const uint8_t *key)
+{
+    mavlink_setup_signing_t setup;
+
+    memset(&host->robot, 0, sizeof host->robot);
+    host->robot.board = host;
+    host->writes_left = -1;
+    host->nvm_per_tick = 0;
+    memset(&setup, 0, sizeof setup);
+    memcpy(setup.secret_key, key, sizeof setup.secret_key);
+    signing_setup(&host->robot, &setup);
+    while (host->robot.signing.job != SIGNING_IDLE) {
+        signing_step(&host->robot);
+    }
+}
+
 uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_t rx_len)
 {
     host->micros = micros;

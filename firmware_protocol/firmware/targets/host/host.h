@@ -40,6 +40,9 @@ typedef struct {
 /* Boots: reads io.nvm, counts the boot, comes up disarmed. */
 void host_power_on(host_robot *host, uint64_t micros);
 
+/* Puts a signing key of 32 bytes into non-volatile memory, as who holds the board can; takes effect at power-on. */
+void host_give_key(host_robot *host, const uint8_t *key);
+
 /* One control period (5 ms). Returns io.tx_len; tx is cleared at the start of each tick. */
 uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
 

@@ -1,0 +1,349 @@
+"""The firmware's signing: who is believed, what the key survives, and that a reboot opens no door."""
+
+from __future__ import annotations
+
+import pytest
+from firmware_bench import BLANK, HOST, FirmwareBench
+from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
+
+from firmware_protocol.firmware._host import ffi, lib
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import (
+    Command,
+    CommandAck,
+    CommandLong,
+    Heartbeat,
+    JuniorStatus,
+    Ping,
+    State,
+)
+from firmware_protocol.signing import OLDEST, SigningKey, setup_signing
+
+AHEAD = 458 << 16
+"""How far ahead the robot stores its time, in 10 us."""
+
+
+class SignedBench(FirmwareBench):
+    """A robot, and a host that signs; the host's clock is the robot's time since power-on, from `NOW` on."""
+
+    def __init__(self, key: SigningKey | None = KEY, nvm: bytes = BLANK, host_key: SigningKey = KEY) -> None:
+        super().__init__(nvm)
+        if key is not None:
+            lib.host_give_key(self.robot, key.secret)
+            self.power_on()
+        self.sign(host_key)
+
+    def sign(self, key: SigningKey | None, now: int = NOW, system: int = 255) -> None:
+        """Sign with this key from now on, beginning at this time; None: do not."""
+        self.host = MavlinkCodec(system=255, component=190) if key is None else signed_codec(key, now=now, system=system)
+
+    def refused(self) -> tuple[int, int, int]:
+        """Not signed, wrongly signed, replayed; as the robot says by itself once a second."""
+        self.run(1100, alive=False)
+        status = self.latest(JuniorStatus)
+        return status.not_signed, status.bad_signature, status.replayed
+
+    def answers(self, raw: bytes) -> list[int]:
+        """Numbers of the pings answered when these bytes come."""
+        return [answer.seq for answer in self.tick(raw=raw) if isinstance(answer, Ping)]
+
+    def give(self, key: SigningKey | None, *, system: int = 1) -> None:
+        """Send a key, or its removal, and let the robot store it."""
+        self.tick(setup_signing(system, key, NOW if key else 0))
+        self.run(400, alive=False)
+
+    def signs(self) -> bool:
+        """Whether what the robot says is signed."""
+        codec = MavlinkCodec(system=1, component=1)
+        self.now += 1000
+        length = lib.host_tick(self.robot, self.now * 1000, b"", 0)
+        codec.receive(bytes(ffi.buffer(self.io.tx, length)), 0.0)
+        assert codec.good
+        assert codec.signed in {0, codec.good}
+        return codec.signed > 0
+
+
+def armed() -> SignedBench:
+    """A robot in session and armed."""
+    bench = SignedBench()
+    bench.armed()
+    return bench
+
+
+def test_a_signed_host_drives_it() -> None:
+    bench = armed()
+    assert bench.state() is State.READY
+    assert bench.refused() == (0, 0, 0)
+
+
+def test_what_it_says_is_believed_by_who_has_the_key() -> None:
+    bench = SignedBench()
+    bench._codec = signed_codec(system=255)  # the bench takes no rejection
+    bench.tick(Ping(1, 1))
+    bench.run(3000)
+    assert len(bench.got(Heartbeat)) >= 3
+
+
+def test_unsigned_wrongly_signed_and_replayed_frames_are_refused_and_counted() -> None:
+    bench = SignedBench()
+    assert bench.answers(MavlinkCodec(system=255, component=190).encode(Ping(1, 1))) == []
+    assert bench.answers(signed_codec(OTHER_KEY).encode(Ping(1, 2))) == []
+    good = bench.host.encode(Ping(1, 3))
+    assert bench.answers(good) == [3]
+    assert bench.answers(good + good) == []
+    assert bench.refused() == (1, 1, 2)
+
+
+def test_the_first_frame_of_a_stream_may_be_a_minute_behind() -> None:
+    bench = SignedBench()
+    assert bench.answers(bench.host.encode(Ping(1, 1))) == [1]
+    assert bench.answers(signed_codec(system=7, now=NOW - OLDEST + 5000).encode(Ping(1, 2))) == [2]
+    assert bench.answers(signed_codec(system=8, now=NOW - OLDEST - 200_000).encode(Ping(1, 3))) == []
+    assert bench.answers(signed_codec(system=9, component=1, now=NOW).encode(Ping(1, 4))) == [4]
+
+
+def test_five_senders_share_four_places_and_nothing_is_believed_twice() -> None:
+    bench = SignedBench()
+    bench.answers(bench.host.encode(Ping(1, 0)))
+    senders = [signed_codec(system=10 + i, now=NOW + 100 * i) for i in range(6)]
+    frames = [sender.encode(Ping(1, 1)) for sender in senders]
+    for frame in frames:
+        assert bench.answers(frame) == [1]
+    for frame in frames:
+        assert bench.answers(frame) == []
+    assert bench.answers(signed_codec(system=10, now=NOW + 10_000).encode(Ping(1, 5))) == [5]
+
+
+def test_refused_frames_do_not_feed_the_watchdog() -> None:
+    bench = armed()
+    bench.ask(bench.wheels_message(0.5, 0.5, 2.0))
+    assert bench.wheels != (0, 0)
+    unsigned = MavlinkCodec(system=255, component=190)
+    for _ in range(60):
+        bench.tick(raw=unsigned.encode(HOST) + signed_codec(OTHER_KEY).encode(HOST))
+    assert bench.wheels == (0, 0)
+    assert bench.state() is State.READY
+
+
+def test_refused_frames_change_no_count_of_lost_ones() -> None:
+    bench = SignedBench()
+    codec = MavlinkCodec(system=255, component=190)
+    for number in range(9):
+        bench.tick(Ping(1, number))
+        bench.tick(raw=codec.encode(Ping(1, 0)) + codec.encode(Ping(1, 0)) + codec.encode(Ping(1, 0)))
+    bench.refused()
+    assert bench.latest(JuniorStatus).lost == 0
+
+
+@pytest.mark.parametrize("codec", ["unsigned", "other key", "replayed"])
+def test_an_emergency_stop_is_honoured_from_anybody(codec: str) -> None:
+    bench = armed()
+    bench.ask(bench.wheels_message(0.5, 0.5, 2.0))
+    stop = CommandLong(0, 0, Command.FLIGHT_TERMINATION, param1=1.0)
+    if codec == "replayed":
+        frame = bench.host.encode(stop)
+        bench.tick(raw=frame)
+        bench.disarm()
+        bench.arm()
+    else:
+        frame = (MavlinkCodec(system=3, component=1) if codec == "unsigned" else signed_codec(OTHER_KEY)).encode(stop)
+    bench.tick(raw=frame)
+    assert bench.state() is State.STOPPED
+    assert bench.wheels == (0, 0)
+    assert sum(bench.refused()) == 1
+    assert any(ack.command == Command.FLIGHT_TERMINATION for ack in bench.got(CommandAck))
+    bench.clear()
+    bench.tick(raw=MavlinkCodec(system=255, component=190).encode(CommandLong(1, 1, Command.ARM_DISARM, param1=0.0)))
+    assert not bench.got(CommandAck)
+
+
+def test_a_frame_cut_within_its_signature_costs_no_other() -> None:
+    bench = SignedBench()
+    for missing in range(1, 16):
+        frame = bench.host.encode(Ping(1, 1))[:-missing] + bench.host.encode(Ping(1, 100 + missing))
+        found = bench.answers(frame)
+        bench.run(40, alive=False)
+        assert 100 + missing in found + [ping.seq for ping in bench.got(Ping)], missing
+
+
+# --- the key --------------------------------------------------------------------------------------------------------
+
+
+def test_a_key_is_given_over_the_line_and_survives_power_off() -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    assert not bench.signs()
+    bench.give(KEY)
+    assert bench.signs()
+    assert bench.answers(bench.host.encode(Ping(1, 1))) == []
+    bench.power_on()
+    assert bench.signs()
+    bench.sign(KEY, NOW + 2 * AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
+
+
+def test_a_key_is_changed_and_taken_away_only_with_the_present_one() -> None:
+    bench = SignedBench()
+    bench.sign(None)
+    bench.give(OTHER_KEY)
+    bench.give(None)
+    bench.sign(OTHER_KEY)
+    bench.give(OTHER_KEY)
+    assert bench.signs()
+    bench.sign(KEY)
+    assert bench.answers(bench.host.encode(Ping(1, 1))) == [1]
+    bench.give(OTHER_KEY)
+    assert bench.answers(signed_codec(KEY, now=NOW + AHEAD).encode(Ping(1, 1))) == []
+    bench.sign(OTHER_KEY, NOW + AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
+    bench.give(None)
+    assert not bench.signs()
+    assert OTHER_KEY.secret not in bench.nvm
+    assert KEY.secret not in bench.nvm
+    bench.sign(None)
+    assert bench.answers(bench.host.encode(Ping(1, 3))) == [3]
+
+
+@pytest.mark.parametrize("system", [0, 2])
+def test_a_key_for_all_or_for_another_is_not_taken(system: int) -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    bench.give(KEY, system=system)
+    assert not bench.signs()
+
+
+def test_no_key_is_taken_while_armed() -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    bench.armed()
+    bench.give(KEY)
+    assert not bench.signs()
+
+
+def test_what_was_signed_before_a_key_was_given_again_stays_refused() -> None:
+    bench = SignedBench()
+    old = bench.host.encode(Ping(1, 1))
+    assert bench.answers(old) == [1]
+    bench.give(None)
+    bench.sign(None)
+    bench.give(KEY)
+    assert bench.answers(old) == []
+
+
+def test_a_cut_while_a_key_is_written_leaves_the_old_or_the_new_one() -> None:
+    bench = SignedBench()
+    bench.tick(Ping(1, 0))
+    before = bench.nvm
+    outcomes = []
+    for cut in range(80):
+        bench = SignedBench(None, before)
+        bench.sign(KEY, NOW + AHEAD)
+        bench.tick(Ping(1, 0))
+        lib.host_cut_power(bench.robot, cut)
+        bench.give(OTHER_KEY)
+        bench.power_on()
+        old = bench.answers(signed_codec(KEY, now=NOW + 9 * AHEAD).encode(Ping(1, 1))) == [1]
+        new = bench.answers(signed_codec(OTHER_KEY, now=NOW + 9 * AHEAD).encode(Ping(1, 2))) == [2]
+        assert old != new, cut
+        outcomes.append(new)
+        assert [KEY.secret in bench.nvm, OTHER_KEY.secret in bench.nvm] == [old, new], cut
+    assert outcomes == sorted(outcomes)
+    assert {True, False} == set(outcomes)
+
+
+def test_a_cut_while_a_first_key_is_written_leaves_none_or_it() -> None:
+    for cut in range(80):
+        bench = SignedBench(None)
+        bench.sign(None)
+        lib.host_cut_power(bench.robot, cut)
+        bench.give(KEY)
+        bench.power_on()
+        assert bench.signs() == (cut >= 35), cut  # 32 bytes, a checksum and a mark that was blank before
+
+
+def test_a_slow_eeprom_stalls_nothing() -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    lib.host_slow_down(bench.robot, 1, 0, 0)
+    bench.tick(setup_signing(1, KEY, NOW))
+    for number in range(20):
+        bench.tick(Ping(1, number))
+    assert [ping.seq for ping in bench.got(Ping)] == list(range(20))
+    bench.run(1000, alive=False)
+    assert bench.signs()
+    bench.sign(KEY, NOW + 2 * AHEAD)
+    bench.tick(Ping(1, 90))  # beyond what is stored: the robot stores first
+    bench.run(100, alive=False)
+    bench.tick(Ping(1, 91))
+    assert 90 not in [ping.seq for ping in bench.got(Ping)]
+    assert 91 in [ping.seq for ping in bench.got(Ping)]
+
+
+# --- power off ------------------------------------------------------------------------------------------------------
+
+
+def test_nothing_believed_before_a_reboot_is_believed_after() -> None:
+    bench = SignedBench()
+    frames = [bench.host.encode(Ping(1, number)) for number in range(20)]
+    frames += [signed_codec(system=9, now=NOW + 3000).encode(Ping(1, 50))]
+    assert bench.answers(b"".join(frames)) == [*range(20), 50]
+    for _ in range(3):
+        bench.power_on()
+        assert bench.answers(b"".join(frames)) == []
+    assert bench.refused()[2] == len(frames)
+
+
+def test_nor_after_a_cut_at_any_byte() -> None:
+    bench = SignedBench()
+    bench.tick(Ping(1, 0))
+    before = bench.nvm
+    for cut in range(30):
+        bench = SignedBench(None, before)
+        lib.host_cut_power(bench.robot, cut)
+        frames = [signed_codec(now=NOW + (k + 1) * AHEAD).encode(Ping(1, k)) for k in range(4)]
+        believed = [frame for k, frame in enumerate(frames) if bench.answers(frame) == [k]]
+        stored = bench.nvm
+        bench.power_on(stored)
+        for frame in believed if cut >= 28 else []:
+            assert bench.answers(frame) == []
+
+
+def test_its_own_time_never_goes_back() -> None:
+    bench = SignedBench()
+    host = signed_codec()
+    bench._codec = host
+    bench.tick(Ping(1, 1))
+    for _ in range(4):
+        bench.run(1000, alive=False)
+        bench.power_on()
+        bench._codec = host  # who heard it before still believes it
+    bench.run(1000, alive=False)
+    assert bench.got(Heartbeat)
+
+
+def test_a_host_behind_a_rebooted_robot_catches_up_by_hearing_it() -> None:
+    bench = SignedBench()
+    bench.tick(Ping(1, 1))
+    bench.power_on()
+    host = signed_codec(now=NOW + 100)
+    bench._codec = host
+    assert bench.answers(host.encode(Ping(1, 2))) == []
+    bench.run(1000, alive=False)  # a heartbeat comes
+    assert bench.answers(host.encode(Ping(1, 3))) == [3]
+
+
+def test_storing_its_time_wears_little() -> None:
+    bench = SignedBench()
+    bench.tick(Ping(1, 1))
+    begun = lib.host_nvm_writes(bench.robot)
+    bench.run(20 * 60 * 1000, alive=False)
+    writes = lib.host_nvm_writes(bench.robot) - begun
+    assert 3 * 7 <= writes <= 6 * 7  # every 4.5 minutes, 7 bytes, in two places by turns
+
+
+def test_without_a_key_nothing_is_ever_stored() -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    begun = lib.host_nvm_writes(bench.robot)
+    bench.run(10_000)
+    assert lib.host_nvm_writes(bench.robot) == begun
