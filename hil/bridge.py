@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from hil.reopening import Opener
 
@@ -86,6 +87,7 @@ class Bridge:
         opener: Opens the link again when it is gone; None does not.
         patience: How long it is tried to have link and robot back, in s.
         arrived: Called whenever something has come, in another thread where the link is read by one.
+        signing: Signs what is sent, and refuses what others have not signed; None: nothing is signed.
 
     Attributes:
         link: The link in use; another one after a loss.
@@ -112,6 +114,7 @@ class Bridge:
         opener: Opener | None = None,
         patience: float = 0.0,
         arrived: Callable[[], None] | None = None,
+        signing: Signing | None = None,
     ) -> None:
         self.link = link
         self.now = clock.now()
@@ -127,7 +130,8 @@ class Bridge:
         self._robots = robots
         self._open_sessions = open_sessions
         self._session = session
-        self._codec = open_codec(link.wire, system=system, component=component)
+        self.signing = signing
+        self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._hello_due = self.now
         self._ended: LinkError | None = None
         self._told = False
@@ -154,6 +158,11 @@ class Bridge:
     def rejected(self) -> dict[RejectReason, int]:
         """Pieces of wire input that were no good message, by reason."""
         return self._codec.rejected
+
+    @property
+    def signed(self) -> int:
+        """Good messages with a signature; without `signing`, it was not looked at."""
+        return self._codec.signed
 
     def step(self, wait: float) -> list[Event]:
         """Wait for bytes, take them in, and send what is due.

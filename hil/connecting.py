@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
@@ -16,6 +17,7 @@ from hil.bridge import Bridge, Tap, random_session
 from hil.clock import MonotonicClock
 from hil.fault_file import read_faults
 from hil.junior import Junior
+from hil.key_file import load_key, no_signatures, open_signing
 from hil.safety import Limits
 from hil.seeds import Branch, generator
 
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.signing import SigningKey
     from simdevice.board_interface import BoardMaker
     from simdevice.crowd import Crowd
     from simdevice.world import World
@@ -45,6 +48,7 @@ def connect(
     taps: Sequence[Tap] = (),
     reconnect: float = 0.0,
     ports: Callable[[], Sequence[SerialPort]] = list_ports,
+    signing_key: SigningKey | Path | str | None = None,
 ) -> Junior:
     """Connect to a robot and do the handshake. The robot is stopped and disarmed by that, and no other one is.
 
@@ -61,6 +65,8 @@ def connect(
         reconnect: How long a robot or link that is lost is waited for, in s: it is tried to open the link again, and to find
             the same robot there. `Junior.wait_until_back` waits for that. 0 does not: the link's end is an error.
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
+        signing_key: Key that robot and host sign with, or the file that holds it (`hil keygen` makes one). An emulated robot
+            in this process comes up with it.
 
     Returns:
         The robot; use it in a `with` block, which stops the robot on every way out.
@@ -71,10 +77,12 @@ def connect(
         NoRobotError: Nobody answered as a robot.
         VersionError: It speaks a protocol we do not.
         ValueError: `reconnect` is no time.
+        KeyFileError: The key file can't be used.
     """
     address = parse_address(url)
     patience = check_patience(reconnect)
-    opener = AddressOpener(address, ports)
+    key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
+    opener = AddressOpener(address, ports, key)
     if system is None:
         system = asked_for(address)
     robots = None if system is None else [system]
@@ -88,6 +96,7 @@ def connect(
         session=opener.session,
         opener=opener,
         patience=patience,
+        signing=open_signing(key, link, opener.clock),
     )
     junior = Junior(bridge, opener.clock.now, limits)
     try:
@@ -124,6 +133,7 @@ class AddressOpener:
     Args:
         address: The address, taken apart.
         ports: Lists the serial ports of this machine.
+        key: Signing key that an emulated robot in this process comes up with.
 
     Attributes:
         clock: The clock that the link runs by.
@@ -133,14 +143,19 @@ class AddressOpener:
         AddressError: The URL is no address we know.
     """
 
-    def __init__(self, address: Address, ports: Callable[[], Sequence[SerialPort]] = list_ports) -> None:
+    def __init__(
+        self,
+        address: Address,
+        ports: Callable[[], Sequence[SerialPort]] = list_ports,
+        key: SigningKey | None = None,
+    ) -> None:
         seed = number_option(address, "seed") or 0
         self._spec = fault_option(address)
         self.clock: Clock
         self.session: Callable[[], int] = random_session
         self._inner: Callable[[], Link]
         if address.scheme == "sim":
-            world = _emulated(address, seed, self._spec)
+            world = _emulated(address, seed, self._spec, key)
             numbers = generator(seed, Branch.SESSION)
             self.clock = world
             self.session = lambda: int(numbers.integers(1, 0x10000))
@@ -193,11 +208,12 @@ def asked_for(address: Address) -> int | None:
     return number_option(address, "node" if "node" in address.options else "system")
 
 
-def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
+def open_address(address: Address, key: SigningKey | None = None) -> tuple[Link, Clock, Callable[[], int]]:
     """Open what an address names, once.
 
     Args:
         address: The address, taken apart.
+        key: Signing key that an emulated robot in this process comes up with.
 
     Returns:
         The link, the clock it runs by, and a source of session numbers.
@@ -206,7 +222,7 @@ def open_address(address: Address) -> tuple[Link, Clock, Callable[[], int]]:
         AddressError: The URL is no address we know.
         LinkOpenError: The link could not be opened.
     """
-    opener = AddressOpener(address)
+    opener = AddressOpener(address, key=key)
     return opener.open(), opener.clock, opener.session
 
 
@@ -238,7 +254,7 @@ def fault_option(address: Address) -> FaultSpec | None:
     return spec
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World | Crowd:
+def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
     """An emulated robot in this process, or several."""
     from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.world import junior_world  # noqa: PLC0415
@@ -256,13 +272,34 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None) -> World | 
     if board not in BOARDS:
         raise AddressError(address.url, f"board is {' or '.join(BOARDS)}")
     maker = board_maker(board, wire)
+    if key is not None and wire != MAVLINK:
+        raise no_signatures(address.url)
+    if key is not None and maker is not None:
+        raise AddressError(address.url, "the firmware of this board is built without signing", "Leave --signing-key out")
     count = number_option(address, "count")
     opponent = address.options.get("opponent", "flat-light")
     refereed = referee == "1"
     try:
         if count is None:
-            return junior_world(opponent=opponent, seed=seed, referee=refereed, wire=wire, faults=faults, board=maker)
-        return Crowd(count, opponent=opponent, seed=seed, referee=refereed, wire=wire, faults=faults, board=maker)
+            return junior_world(
+                opponent=opponent,
+                seed=seed,
+                referee=refereed,
+                wire=wire,
+                faults=faults,
+                board=maker,
+                signing_key=key,
+            )
+        return Crowd(
+            count,
+            opponent=opponent,
+            seed=seed,
+            referee=refereed,
+            wire=wire,
+            faults=faults,
+            board=maker,
+            signing_key=key,
+        )
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
 

@@ -16,6 +16,7 @@ from firmware_protocol.messages import (
     SensorFlag,
     State,
 )
+from firmware_protocol.signing import trouble
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.networks import RobotAddress
 from hil.referee import Referee
@@ -162,6 +163,9 @@ class Junior:
 
     def _nobody(self, system: int | None, timeout: float) -> str:
         url = self.bridge.link.url
+        bridge = self.bridge
+        if what := trouble(bridge.rejected, bridge.signed, ours=bridge.signing is not None):
+            return f"{url}: a robot is there, but does not answer: {what}"
         whom = "no robot" if system is None else f"no robot with system id {system}"
         heard = sorted({*self.bridge.peers, *self.bridge.strangers})
         if heard:

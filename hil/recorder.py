@@ -7,7 +7,8 @@ from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, RefereeState, Statustext
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, RefereeState, SetupSigning, Statustext
+from firmware_protocol.signing import redacted
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
@@ -41,6 +42,8 @@ SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 
 class Recorder:
     """Writes everything that passes the bridge, and what the learner does, into a log.
+
+    A signing key that passes is left out: its frame is recorded with a payload of zeros.
 
     Log times are the bridge's clock readings and the stamps of received chunks. A failure to write raises once; from then
     on the recorder is silent, so that the robot can be stopped through the same bridge.
@@ -114,16 +117,16 @@ class Recorder:
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """Bytes came over the link; time is their stamp, in s."""
-        self._writer.write(self._rx_channel, time, self._encode_rx(data))
+        self._writer.write(self._rx_channel, time, self._encode_rx(redacted(data)))
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """Bytes went out over the link; time is the bridge's, in s."""
-        self._writer.write(self._tx_channel, time, self._encode_tx(data))
+        self._writer.write(self._tx_channel, time, self._encode_tx(redacted(data)))
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded, or bytes were refused."""
         if isinstance(event, Rejected):
-            self._record("/wire/rejected", RejectedInput(event.reason.value, event.detail, event.raw), event.time)
+            self._record("/wire/rejected", RejectedInput(event.reason.value, event.detail, redacted(event.raw)), event.time)
             return
         message = event.message
         self._message(message, sender_suffix(event.system, event.component, event.sequence), event.time)
@@ -267,6 +270,8 @@ class Recorder:
     def _message(self, message: Message, sender: bytes, time: float) -> None:
         found = self._messages.get(type(message))
         if found is None:
+            if isinstance(message, SetupSigning):  # a key does not belong into a log
+                return
             schema = message_schema(type(message))
             found = self._messages[type(message)] = (self._writer.channel(schema.topic, schema), compile_encoder(schema))
         channel, encode = found

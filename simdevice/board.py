@@ -35,6 +35,10 @@ class HostLibrary(Protocol):
         """Run one control period at this time in us, in which these bytes arrive; returns how many are sent."""
         ...
 
+    def host_give_key(self, robot: object, key: bytes) -> None:
+        """Put a signing key of 32 bytes into non-volatile memory."""
+        ...
+
 
 class Host(Protocol):
     """A host build of the firmware, as cffi hands it over: the extension module, or another build of the same sources."""
@@ -123,6 +127,14 @@ class Board:
     def nvm(self) -> bytes:
         """Image of the EEPROM."""
         return bytes(self._nvm[:])
+
+    def give_key(self, secret: bytes) -> None:
+        """Put a signing key into the EEPROM, as who holds the board can; the firmware finds it when it boots.
+
+        Args:
+            secret: 32 bytes.
+        """
+        self._host.lib.host_give_key(self._robot, secret)
 
     def power_on(self) -> None:
         """Cut the power and give it back: only the EEPROM is kept, and the clock starts at 0."""

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
     from simdevice.junior import JuniorProfile
@@ -91,6 +92,7 @@ class Crowd:
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
         board: Makes their boards, as `AvrBoard` does; None are boards in this process.
+        signing_key: Key that all of them sign with; None: each has the one in its image, if any.
 
     Attributes:
         members: The robots by the id they were made with.
@@ -113,6 +115,7 @@ class Crowd:
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
         board: BoardMaker | None = None,
+        signing_key: SigningKey | None = None,
     ) -> None:
         most = LAST_NODE if wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
@@ -138,6 +141,7 @@ class Crowd:
                 wire=wire,
                 faults=faults,
                 board=board,
+                signing_key=signing_key,
             )
             self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
 

@@ -12,6 +12,7 @@ from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.signing import SigningKey
     from simdevice.arena import Piece
     from simdevice.board import Host
     from simdevice.board_interface import BoardInterface, BoardMaker
@@ -89,6 +90,17 @@ class VirtualDevice:
     def set_start(self, *, go: bool) -> None:
         """Switch the start module's signal, as the referee's remote control does."""
         self._board.start = go
+
+    def give_key(self, key: SigningKey) -> None:
+        """Give it a signing key, as who holds the board can, and switch it off and on.
+
+        Raises:
+            ValueError: The firmware of its board is built without signing.
+        """
+        if not isinstance(self._board, Board):
+            raise ValueError("the firmware of this board is built without signing")  # noqa: TRY004 - the caller's choice
+        self._board.give_key(key.secret)
+        self.power_cycle()
 
     def power_cycle(self) -> None:
         """Cut the power and give it back: the EEPROM is kept, clock and encoders start at 0, the wheels are off."""

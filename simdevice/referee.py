@@ -37,6 +37,7 @@ from simdevice.sumo import opponent_code
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from simdevice.sumo import Table
 
@@ -57,18 +58,27 @@ class Referee:
         table: What it watches.
         on_reset: Called after everybody has been placed.
         wire: What it speaks.
+        signing: Signs what it says, and tells whom to believe; None: nothing is signed.
 
     Attributes:
         bout: Number of the bout, from 1; 0 before the first reset.
         phase: Of the bout.
     """
 
-    def __init__(self, table: Table, on_reset: Callable[[], None] = lambda: None, *, wire: str = MAVLINK) -> None:
+    def __init__(
+        self,
+        table: Table,
+        on_reset: Callable[[], None] = lambda: None,
+        *,
+        wire: str = MAVLINK,
+        signing: Signing | None = None,
+    ) -> None:
         self._table = table
         self._on_reset = on_reset
         self._system = 1
         self._wire = wire
-        self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT)
+        self._signing = signing
+        self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT, signing=signing)
         self._last: tuple[int, int] | None = None
         self._answer: JuniorAck | None = None
         self._reported = -1
@@ -93,7 +103,7 @@ class Referee:
         """Belong to this system from now on."""
         if system != self._system:
             self._system = system
-            self._codec = open_codec(self._wire, system=system, component=REFEREE_COMPONENT)
+            self._codec = open_codec(self._wire, system=system, component=REFEREE_COMPONENT, signing=self._signing)
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take bytes from the host; what is not for the referee is passed over.

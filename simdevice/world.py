@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from firmware_protocol.signing import Signing, virtual_time
 from firmware_protocol.wire import MAVLINK
 from simdevice.device import VirtualDevice
 from simdevice.junior import JuniorProfile
@@ -14,6 +15,7 @@ from simdevice.sumo import Stream, Table, stream
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
     from simdevice.sumo import Robot
@@ -34,6 +36,7 @@ class World:
         wire: What goes in and out: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with Junior, by the world's time; faults of a line are `DisturbedWorld`'s business.
         board: Makes Junior's board, as `AvrBoard` does; None is one in this process. A second Junior always has the latter.
+        signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
 
     Attributes:
         table: Bodies and rules.
@@ -57,6 +60,7 @@ class World:
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
         board: BoardMaker | None = None,
+        signing_key: SigningKey | None = None,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
@@ -65,7 +69,11 @@ class World:
         self.wire = wire
         self._faults = faults
         self.device = self._device(self.table.robot, nvm, host, wire, board)
-        self.referee = Referee(self.table, self._placed, wire=wire) if referee else None
+        signing = None
+        if signing_key is not None:
+            self.device.give_key(signing_key)
+            signing = Signing(signing_key, lambda: virtual_time(self.now()))
+        self.referee = Referee(self.table, self._placed, wire=wire, signing=signing) if referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
@@ -149,6 +157,7 @@ def junior_world(
     wire: str = MAVLINK,
     faults: FaultSpec | None = None,
     board: BoardMaker | None = None,
+    signing_key: SigningKey | None = None,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -162,6 +171,7 @@ def junior_world(
         wire: `mavlink`, or `can` for CAN frames in serial form.
         faults: What goes wrong with Junior, by the world's time; None is nothing.
         board: Makes Junior's board, as `AvrBoard` does; None is one in this process.
+        signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -179,4 +189,5 @@ def junior_world(
         wire=wire,
         faults=faults,
         board=board,
+        signing_key=signing_key,
     )

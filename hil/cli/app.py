@@ -19,6 +19,7 @@ from hil.cli.check import check
 from hil.cli.coach import coach
 from hil.cli.deploy import deploy
 from hil.cli.emulate import emulate
+from hil.cli.keygen import key, keygen
 from hil.cli.monitor import monitor
 from hil.cli.param import param
 from hil.cli.ports import ports
@@ -33,7 +34,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 ran and fell short, 2 wrong usage, 3 no robot or link lost, 130 interrupted.",
 )
-for command in (coach, bout, deploy, emulate, check, monitor, param, ports, report):
+for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, report):
     app.command(context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 
 

@@ -14,6 +14,7 @@ from hil.cli import common
 from hil.cli.session import open_recorder, terminate_as_interrupt
 from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
 from hil.connecting import DEFAULT_URL, number_option, open_address
+from hil.key_file import load_key, open_signing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,6 +40,7 @@ def check(
         int | None, typer.Option("--system", min=1, max=254, help="System id of the robot; the first that answers if left out.")
     ] = None,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
+    signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -60,6 +62,7 @@ def check(
     path = common.log_path("check", log, no_log=no_log or (log is None and not moving))
     url = link or f"{DEFAULT_URL}?seed={seed}"
     address = parse_address(url)
+    key = load_key(signing_key) if signing_key else None
 
     def told(verdict: Verdict) -> None:
         if not as_json and (not quiet or verdict.outcome is Outcome.FAILED):
@@ -67,14 +70,15 @@ def check(
 
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
-        wire, clock, session = open_address(address)
+        wire, clock, session = open_address(address, key)
         stack.callback(wire.close)
+        signing = open_signing(key, wire, clock)
         taps = []
         if path is not None:
             config_told = {"verb": "check", "moving": moving, "seed": seed}
             taps.append(stack.enter_context(open_recorder(path, url, config_told, lockstep=wire.lockstep)))
         node = number_option(address, "node" if "node" in address.options else "system")
-        robot = Subject(wire, clock, session=session, system=system or node, taps=taps)
+        robot = Subject(wire, clock, session=session, system=system or node, taps=taps, signing=signing)
         stack.callback(robot.close)
         robot.greet(timeout)
         verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)

@@ -117,6 +117,7 @@ def coach(
         Path | None, typer.Option("--advice-out", metavar="FILE", help="[default: advice/OPPONENT-SEED.advice.toml]")
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
+    signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -161,7 +162,7 @@ def coach(
     if saved is not None:
         settings = saved.pal.settings
     described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
-    with open_session(link, opponent=opponent, seed=seed, log=path, config=described) as session:
+    with open_session(link, opponent=opponent, seed=seed, log=path, config=described, signing_key=signing_key) as session:
         run = _Run(session, console, opponent, seed, files, quiet=quiet)
         run.prepare(settings, saved, choose_objective=objective is None)
         try:
@@ -169,7 +170,7 @@ def coach(
             trials = held_out if held_out is not None else HELD_OUT_LOCKSTEP if session.lockstep else HELD_OUT_REAL_TIME
             tally, random = run.held_out(trials)
         except (HilError, KeyboardInterrupt):
-            run.tell_how_to_resume(link)
+            run.tell_how_to_resume(link, signing_key)
             raise
         document = run.document(tally)
         session.finish(document)
@@ -293,9 +294,11 @@ class _Run:
         save_advice(advice, self._files.advice)
         self._session.advice(advice)
 
-    def tell_how_to_resume(self, link: str | None) -> None:
+    def tell_how_to_resume(self, link: str | None, signing_key: Path | None) -> None:
         """Say where the work is, and how to go on."""
         command = ["hil", "coach", *([link] if link else []), "--resume", "--checkpoint", str(self._files.checkpoint)]
+        if signing_key is not None:
+            command += ["--signing-key", str(signing_key)]
         if self._files.advice != _beside("robot" if link else self.ring.opponent, self._seed, "advice.toml"):
             command += ["--advice-out", str(self._files.advice)]
         self._console.print(

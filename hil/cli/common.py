@@ -128,6 +128,12 @@ LogOption = Annotated[
     Path | None,
     typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; a time-stamped file under ./logs/ if left out."),
 ]
+SigningKeyOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--signing-key", metavar="FILE", help="Key file: sign what is sent, believe what is signed (hil keygen makes one)."
+    ),
+]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
 
 OPPONENTS = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)

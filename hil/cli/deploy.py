@@ -40,6 +40,7 @@ def deploy(
     leave: Annotated[
         bool, typer.Option("--leave", help="With --contest: do not look on, leave the robot playing by itself.")
     ] = False,
+    signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -61,7 +62,7 @@ def deploy(
     console = common.consoles(as_json=as_json, quiet=quiet)
     path = common.log_path("deploy", log, no_log=no_log)
     described = {"verb": "deploy", "contest": contest, "seed": seed}
-    with open_session(link, seed=seed, log=path, config=described, arm=False) as session:
+    with open_session(link, seed=seed, log=path, config=described, arm=False, signing_key=signing_key) as session:
         done = deploying.deploy(session.junior, learnt)
         if not as_json:
             _show(console, session.junior.description, done, learnt.objective, quiet=quiet)

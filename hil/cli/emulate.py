@@ -13,12 +13,14 @@ import typer
 
 from firmware_protocol.errors import FaultSpecError, LinkOpenError
 from firmware_protocol.faults import FaultSpec
+from firmware_protocol.wire import MAVLINK
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
 from hil.connecting import board_maker
 from hil.fault_file import read_faults
 from hil.files import replace_file
+from hil.key_file import load_key, no_signatures
 
 
 class What(StrEnum):
@@ -60,6 +62,9 @@ def emulate(
         Path | None, typer.Option("--memory", metavar="FILE", help="Keep the robot's EEPROM in this file between runs.")
     ] = None,
     public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
+    signing_key: Annotated[
+        Path | None, typer.Option("--signing-key", metavar="FILE", help="The robot comes up with this key, and signs.")
+    ] = None,
     seed: common.SeedOption = 1,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -81,7 +86,13 @@ def emulate(
     console = common.consoles(as_json=as_json, quiet=quiet)
     nvm = _load(memory)
     spec = FaultSpec() if faults is None else _read(faults)
+    key = load_key(signing_key) if signing_key else None
+    if key is not None and board is not BoardName.HOST:
+        raise common.UsageError("the firmware of this board is built without signing: leave --signing-key out")
     endpoint = open_endpoint(link, public=public)
+    if key is not None and endpoint.wire != MAVLINK:
+        endpoint.close()
+        raise no_signatures(link)
     try:
         world = junior_world(
             opponent=opponent,
@@ -91,6 +102,7 @@ def emulate(
             wire=endpoint.wire,
             faults=spec,
             board=board_maker(board, endpoint.wire),
+            signing_key=key,
         )
     except LinkOpenError:
         endpoint.close()
@@ -109,7 +121,8 @@ def emulate(
             if faults is not None:
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
-                console.print(f"For instance: hil monitor {endpoint.url}    or: hil coach {endpoint.url}", markup=False)
+                url = f"{endpoint.url} --signing-key {signing_key}" if key is not None else endpoint.url
+                console.print(f"For instance: hil monitor {url}    or: hil coach {url}", markup=False)
         sys.stdout.flush()
         try:
             server.run(threading.Event().is_set)

@@ -41,6 +41,7 @@ def monitor(
     duration: Annotated[
         float | None, typer.Option("--duration", min=0.1, help="Stop after this time, in s; Ctrl-C stops it anyway.")
     ] = None,
+    signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -54,7 +55,8 @@ def monitor(
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     path: Path | None = common.log_path("monitor", log, no_log=no_log)
-    with open_session(link, seed=seed, log=path, config={"verb": "monitor", "seed": seed}, arm=False) as session:
+    described = {"verb": "monitor", "seed": seed}
+    with open_session(link, seed=seed, log=path, config=described, arm=False, signing_key=signing_key) as session:
         if session.lockstep and duration is None:
             duration = 10.0
             console.print("An emulated robot in this process runs faster than time: shown are its first 10 s.")

@@ -27,6 +27,7 @@ def param(
     *,
     save: Annotated[Path | None, typer.Option("--save", metavar="FILE.toml", help="Write all parameters to a file.")] = None,
     load: Annotated[Path | None, typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file.")] = None,
+    signing_key: common.SigningKeyOption = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -39,7 +40,7 @@ def param(
         raise common.UsageError("give a NAME, or --save or --load, not both")
     wanted = _read(load) if load else {}
     console = common.consoles(as_json=as_json, quiet=quiet)
-    with connect(link) as junior:
+    with connect(link, signing_key=signing_key) as junior:
         try:
             if name is not None:
                 result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}

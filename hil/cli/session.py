@@ -14,6 +14,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError, PeerLostError
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.connecting import connect, fault_option
+from hil.key_file import load_key
 from hil.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ def open_session(
     config: Mapping[str, object],
     system: int | None = None,
     arm: bool = True,
+    signing_key: Path | None = None,
 ) -> Iterator[Session]:
     """Connect, with a log; on the way out stop the robot, then close the log.
 
@@ -98,6 +100,7 @@ def open_session(
         config: What the run was asked to do, for the log.
         system: System id of the robot; None takes the first that answers.
         arm: Let its wheels turn.
+        signing_key: Key file that robot and host sign with.
 
     Yields:
         The session.
@@ -106,9 +109,11 @@ def open_session(
         LinkError: The link can't be opened.
         PeerError: No robot answers, or it falls silent.
         LogError: The log can't be written.
+        KeyFileError: The key file can't be used.
     """
     url = link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
     address = parse_address(url)
+    key = load_key(signing_key) if signing_key else None
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
         recorder = None
@@ -116,7 +121,7 @@ def open_session(
             recorder = open_recorder(log, url, config, lockstep=address.scheme == "sim")
             stack.callback(recorder.close)
         try:
-            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else []))
+            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else [], signing_key=key))
         except LinkOpenError:
             if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
                 recorder.close()

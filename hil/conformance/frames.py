@@ -20,8 +20,13 @@ _MARKER_1: Final = 0xFE
 """First byte of a MAVLink 1 frame."""
 
 
+def _body(frame: bytes) -> bytes:
+    """The payload as it stands in a frame, signed or not."""
+    return frame[HEADER_LENGTH : HEADER_LENGTH + frame[_AT_LENGTH]]
+
+
 def _seal(head: bytes, body: bytes, extra: int) -> bytes:
-    """A frame of header and payload: the length is set, the checksum computed."""
+    """A frame of header and payload: the length is set, the checksum computed. What signs it is the probe's business."""
     frame = head[:_AT_LENGTH] + bytes((len(body),)) + head[_AT_FLAGS:HEADER_LENGTH] + body
     return frame + struct.pack("<H", mcrf4xx(frame[1:] + bytes((extra,))))
 
@@ -33,7 +38,7 @@ def untrimmed(frame: bytes, kind: type[Message]) -> bytes:
         frame: A good frame.
         kind: What it carries.
     """
-    body = frame[HEADER_LENGTH:-CHECKSUM_LENGTH].ljust(payload_length(kind), b"\0")
+    body = _body(frame).ljust(payload_length(kind), b"\0")
     return _seal(frame[:HEADER_LENGTH], body, crc_extra(kind))
 
 
@@ -48,9 +53,14 @@ def forged(frame: bytes, kind: type[Message], name: str, value: float, index: in
         index: Which element, where the field has several.
     """
     wire = dict(wire_fields(kind))[name]
-    body = bytearray(frame[HEADER_LENGTH:-CHECKSUM_LENGTH].ljust(payload_length(kind), b"\0"))
+    body = bytearray(_body(frame).ljust(payload_length(kind), b"\0"))
     struct.pack_into(f"<{STRUCT_CODES[wire.type]}", body, offsets(kind)[name] + index * SIZES[wire.type], value)
     return _seal(frame[:HEADER_LENGTH], bytes(body), crc_extra(kind))
+
+
+def checksum_at(frame: bytes) -> int:
+    """Where the last byte of a frame's checksum is."""
+    return HEADER_LENGTH + frame[_AT_LENGTH] + CHECKSUM_LENGTH - 1
 
 
 def damaged(frame: bytes, position: int, mask: int = 0x55) -> bytes:
@@ -69,7 +79,7 @@ def damaged(frame: bytes, position: int, mask: int = 0x55) -> bytes:
 def foreign(frame: bytes) -> bytes:
     """A whole frame of a message that nobody knows, with the numbers and the payload of this one."""
     head = frame[:_AT_ID] + UNKNOWN_ID.to_bytes(3, "little")
-    return _seal(head, frame[HEADER_LENGTH:-CHECKSUM_LENGTH], 0)
+    return _seal(head, _body(frame), 0)
 
 
 def header(frame: bytes, *, length: int) -> bytes:
@@ -84,6 +94,6 @@ def version_1(frame: bytes, kind: type[Message]) -> bytes:
         frame: A good frame of a message whose id is below 256.
         kind: What it carries.
     """
-    body = frame[HEADER_LENGTH:-CHECKSUM_LENGTH].ljust(payload_length(kind, extensions=False), b"\0")
+    body = _body(frame).ljust(payload_length(kind, extensions=False), b"\0")
     head = bytes((len(body), frame[4], frame[5], frame[6], kind.ID)) + body
     return bytes((_MARKER_1,)) + head + struct.pack("<H", mcrf4xx(head + bytes((crc_extra(kind),))))

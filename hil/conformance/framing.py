@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.mavlink_layout import payload_length
 from firmware_protocol.messages import CommandLong, JuniorStatus, Ping, Timesync
 from firmware_protocol.wire import MAVLINK
-from hil.conformance.frames import damaged, foreign, header, untrimmed, version_1
+from hil.conformance.frames import checksum_at, damaged, foreign, header, untrimmed, version_1
 from hil.conformance.probe import PATIENCE, QUIET
 from hil.conformance.registry import ANY_WIRE, Group, require
 
@@ -57,7 +57,7 @@ def in_pieces(robot: Subject) -> str:
 def untrimmed_payload(robot: Subject) -> str:
     """A payload is taken with the zeros at its end as well as without them."""
     robot.raw(_ping(robot, 1))
-    robot.raw(untrimmed(_ping(robot, 2), Ping))
+    robot.raw(robot.sealed(untrimmed(_ping(robot, 2), Ping)))
     require(_answers(robot, [2]) == [1, 2], "a PING with the zeros at its end was not answered")
     return f"{payload_length(Ping)} bytes"
 
@@ -65,7 +65,12 @@ def untrimmed_payload(robot: Subject) -> str:
 @GROUP.check("bad-checksum-dropped", rule="Damage")
 def bad_checksum(robot: Subject) -> str:
     """A frame with a bad checksum is not acted on, and is counted."""
-    before, after = _counted(robot, lambda: robot.raw(damaged(_ping(robot, 3), -1)))
+
+    def send() -> None:
+        frame = _ping(robot, 3)
+        robot.raw(damaged(frame, checksum_at(frame)))
+
+    before, after = _counted(robot, send)
     require(not robot.got(Ping), "a PING with a bad checksum was answered")
     count = after.bad_checksum - before.bad_checksum
     require(count == 1, f"JUNIOR_STATUS.bad_checksum rose by {count} after one such frame")
@@ -77,7 +82,7 @@ def unknown_message(robot: Subject) -> str:
     """A frame with an unknown id is counted and left alone."""
 
     def send() -> None:
-        robot.raw(foreign(_ping(robot, 3)) + _ping(robot, 4))
+        robot.raw(robot.sealed(foreign(_ping(robot, 3))) + _ping(robot, 4))
 
     before, after = _counted(robot, send)
     require([ping.seq for ping in robot.got(Ping)] == [4], "the frame behind an unknown one was not taken")

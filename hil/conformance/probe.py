@@ -15,8 +15,10 @@ from firmware_protocol.dbc import CanCodec
 from firmware_protocol.errors import EncodeError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.mavlink_layout import FLAG_SIGNED
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
 from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.signing import trouble
 from firmware_protocol.wire import CAN
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from firmware_protocol.can_frame import CanFrame
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from hil.bridge import Tap
     from hil.pump import Pump
@@ -69,6 +72,7 @@ class Probe:
         system: System id of the robot; None takes the first that is heard.
         codec: Speaks the link's language; None is that of the link's wire.
         taps: What sees everything.
+        signing: Signs what is sent, where nothing else speaks the link's language.
 
     Attributes:
         system: System id of the robot; 0 while none has been heard.
@@ -87,6 +91,7 @@ class Probe:
         system: int | None = None,
         codec: Codec | None = None,
         taps: Sequence[Tap] = (),
+        signing: Signing | None = None,
     ) -> None:
         self.system = system or 0
         self.wire = link.wire
@@ -96,7 +101,8 @@ class Probe:
         self.lost = 0
         self.now = clock.now
         self._link = link
-        self._codec: Codec = codec or open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT)
+        self._codec: Codec = codec or open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT, signing=signing)
+        self.signing = signing
         self._taps = tuple(taps)
         self._alive = True
         self._alive_due = clock.now()
@@ -160,7 +166,7 @@ class Probe:
         """
         if isinstance(self._codec, CanCodec):
             return pack_frames(can_frames.forged(self.frames(message), message, name, value, index))
-        return frames.forged(self.frame(message), type(message), name, value, index)
+        return self.sealed(frames.forged(self.frame(message), type(message), name, value, index))
 
     def put(self, *sent: CanFrame) -> None:
         """Send CAN frames as they are, in one piece.
@@ -169,6 +175,14 @@ class Probe:
             LinkError: The link is gone.
         """
         self.raw(pack_frames(sent))
+
+    def sealed(self, frame: bytes) -> bytes:
+        """A frame that was made by hand, signed where the link's frames are.
+
+        Args:
+            frame: Whole, without a signature; its flag for signed frames says whether it is to have one.
+        """
+        return frame + self.signing.sign(frame) if self.signing is not None and frame[2] & FLAG_SIGNED else frame
 
     def raw(self, data: bytes) -> None:
         """Send wire data as it is.
@@ -315,6 +329,18 @@ class Probe:
                 return answer
         return None
 
+    def name_trouble(self) -> None:
+        """See whether it is for want of the right key that we are not understood.
+
+        Raises:
+            NoRobotError: It is; the text says what to do.
+        """
+        codec = self._codec
+        if not isinstance(codec, MavlinkCodec):
+            return
+        if what := trouble(codec.rejected, codec.signed, ours=self.signing is not None):
+            raise NoRobotError(f"{self._link.url}: a robot is there, but does not answer: {what}")
+
     def find(self, timeout: float) -> None:
         """Wait for a robot.
 
@@ -329,6 +355,7 @@ class Probe:
         while not self.heard and (left := end - self.now()) > 0:
             self.step(left)
         if not self.heard:
+            self.name_trouble()
             strange = "no frame of a robot" if self.wire == CAN else "no MAVLink: is the baud rate right?"
             spoke = f"what came was {strange}" if self.rejected else "is it switched on?"
             whom = f"robot with system id {self.system}" if self.system else "robot"

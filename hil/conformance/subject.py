@@ -41,6 +41,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
+    from firmware_protocol.signing import Signing
     from hil.bridge import Tap
     from hil.conformance.probe import Codec
 
@@ -62,6 +63,7 @@ class Subject(Orders):
         system: System id of the robot; None takes the first that is heard.
         codec: Speaks the link's language; None is MAVLink.
         taps: What sees everything.
+        signing: Signs what is sent, where nothing else speaks the link's language.
 
     Attributes:
         session: Session that is open.
@@ -78,8 +80,9 @@ class Subject(Orders):
         system: int | None = None,
         codec: Codec | None = None,
         taps: Sequence[Tap] = (),
+        signing: Signing | None = None,
     ) -> None:
-        super().__init__(link, clock, system=system, codec=codec, taps=taps)
+        super().__init__(link, clock, system=system, codec=codec, taps=taps, signing=signing)
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
@@ -105,6 +108,7 @@ class Subject(Orders):
         try:
             self.fresh()
         except CheckFailedError as failure:
+            self.name_trouble()
             raise NoRobotError(f"system {self.system} speaks MAVLink, but not as a Junior: {failure}") from failure
         self.parameters_found = self._values()
         try:

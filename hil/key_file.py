@@ -1,0 +1,117 @@
+"""Files that hold a signing key, and the clock that signatures go by."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import secrets
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.errors import AddressError, HilError
+from firmware_protocol.signing import KEY_LENGTH, Signing, SigningKey, signing_time, virtual_time
+from firmware_protocol.wire import MAVLINK
+
+if TYPE_CHECKING:
+    from firmware_protocol.clock import Clock
+    from firmware_protocol.link import Link
+
+_OTHERS: Final = 0o077
+"""What nobody but the owner may do with a key file."""
+_LARGEST: Final = 1000
+"""No key file is larger, in bytes."""
+
+
+class KeyFileError(HilError):
+    """A key file can't be used; the text says why, and never what is in it."""
+
+
+def create_key(path: Path) -> SigningKey:
+    """Draw a key, and write it to a new file that nobody but its owner can read.
+
+    Args:
+        path: Where to; nothing may be there.
+
+    Returns:
+        The key.
+
+    Raises:
+        KeyFileError: Something is there already, or it can't be written.
+    """
+    key = SigningKey(secrets.token_bytes(KEY_LENGTH))
+    try:
+        file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError as error:
+        raise KeyFileError(f"{path} is there already, and a key that is overwritten is lost: choose another name") from error
+    except OSError as error:
+        raise KeyFileError(f"cannot write {path}: {error.strerror}") from error
+    try:
+        with os.fdopen(file, "w", encoding="ascii") as stream:
+            stream.write(key.secret.hex() + "\n")
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise KeyFileError(f"cannot write {path}: {error.strerror}") from error
+    return key
+
+
+def load_key(path: Path) -> SigningKey:
+    """Read a key file: 64 hexadecimal digits.
+
+    Args:
+        path: The file.
+
+    Raises:
+        KeyFileError: It can't be read, others can read it, or it holds something else.
+    """
+    try:
+        with path.open("rb") as stream:
+            if os.name == "posix" and os.fstat(stream.fileno()).st_mode & _OTHERS:
+                raise KeyFileError(f"others than its owner can use {path}: a key must be secret. Run: chmod 600 {path}")
+            text = stream.read(_LARGEST)
+    except OSError as error:
+        raise KeyFileError(f"cannot read the key file {path}: {error.strerror}") from error
+    try:
+        return SigningKey(bytes.fromhex(text.decode("ascii").strip()))
+    except ValueError:  # whose text shows what is in the file
+        reason = f"{path} is no key file: it must hold {2 * KEY_LENGTH} hexadecimal digits, not all 0. Make one: hil keygen"
+    raise KeyFileError(reason)
+
+
+def open_signing(key: SigningKey | None, link: Link, clock: Clock) -> Signing | None:
+    """What signs on a link.
+
+    Times in signatures are those of the calendar, so that they go on where an earlier run stopped. On a link in lock-step
+    they begin at zero, with a robot that is new as well: equal runs sign equally.
+
+    Args:
+        key: The key; None: nothing is signed.
+        link: An open link; closed on an error.
+        clock: The clock it runs by.
+
+    Raises:
+        AddressError: Nothing can be signed on this link.
+    """
+    if key is None:
+        return None
+    if link.wire != MAVLINK:
+        link.close()
+        raise no_signatures(link.url)
+    if link.lockstep:
+        return Signing(key, lambda: virtual_time(clock.now()))
+    return Signing(key, calendar)
+
+
+def no_signatures(url: str) -> AddressError:
+    """The error of a key on a CAN bus.
+
+    Args:
+        url: Address of the link.
+    """
+    return AddressError(url, "nothing is signed on a CAN bus", "Leave --signing-key out: who is on the bus is believed")
+
+
+def calendar() -> int:
+    """The present time as signatures carry it: in 10 us since 2015-01-01 GMT."""
+    return signing_time(time.time())
