@@ -29,6 +29,8 @@ REORDER: Final = 0.04
 """Without jitter, greatest lateness of a frame that leaves its place in the line, in s."""
 QUEUE: Final = 1.0
 """What would wait longer than this for a line with a limited rate is lost, in s."""
+_SLACK: Final = 1e-9
+"""The rounding of sums of control periods, or a wait would be a whole period too long now and then, in s."""
 _POLL: Final = 0.002
 """In real time, longest sleep while a frame to be sent may become due, in s."""
 
@@ -262,7 +264,7 @@ class FaultyLink(Link):
                 continue
             if data := self._up.take(now):
                 return data
-            if looked and now >= deadline:
+            if looked and now >= deadline - _SLACK:
                 return b""
             self._look(min(deadline, due, self._up.next_due, self._dies) - now)
             looked = True
