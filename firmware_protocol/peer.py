@@ -113,6 +113,8 @@ class Peer(Requests):
         self._restarted = False
         self._uid = 0
         self._cut_off: HilError | None = None
+        self._doubt: Ticket[JuniorStatus] | None = None
+        self._had_session = False
         self._events: list[Event] = []
         self._outbox: list[Message] = []
         self._streams: dict[int, FrameStream] = {}
@@ -176,7 +178,7 @@ class Peer(Requests):
                 self._watch_clock(message.time, received.time)
             else:
                 self._note(message, received)
-        if self._exchanges.active:
+        if self._exchanges.active and not self._doubtful(message):
             wanted = self._exchanges.answer(received)
             self._follow(received.time)
             show = wanted or type(message) is not JuniorManeuverResult
@@ -350,6 +352,19 @@ class Peer(Requests):
         self.counters.good += 1
         return True
 
+    def _doubtful(self, message: Message) -> bool:
+        """Whether a refusal has to wait: a robot that does not know our session may have restarted a moment ago.
+
+        Its count of starts is asked for; the message that was refused is repeated meanwhile.
+        """
+        if type(message) is not JuniorAck or message.reason != Reason.WRONG_SESSION or self.state is not PeerState.READY:
+            return False
+        if message.session != self.session or self.status is None:
+            return False
+        if self._doubt is None:
+            self._doubt = self._exchanges.add(RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT))
+        return not self._doubt.done
+
     def _note(self, message: Message, received: Received) -> None:
         """Messages from the robot that mean something to the connection itself."""
         match message:
@@ -386,7 +401,8 @@ class Peer(Requests):
             same = Input.TAKEN if self._open_session and self.session is None else Input.SAME_BOOT
             self._move(Input.RESTARTED if before is None or forgotten else same, now)
         elif self.state is PeerState.COMPARING:
-            self._move(Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY, now)
+            same = Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY
+            self._move(Input.RESTARTED if self._had_session and status.session == 0 else same, now)
 
     def _watch_clock(self, time: float, now: float) -> None:
         """A robot whose clock goes back has restarted."""
@@ -484,7 +500,8 @@ class Peer(Requests):
     def _begin(self, happened: Input, now: float) -> None:
         """The robot can be used."""
         self.unavailable = None
-        self._cut_off = None
+        self._cut_off = self._doubt = None
+        self._had_session = False
         if happened is Input.OPENED:
             self._numbering.open(self._candidate)
             self.armed = False
@@ -530,6 +547,7 @@ class Peer(Requests):
     def _suspend(self) -> None:
         """Nothing can be said, and nothing is heard."""
         self._handshake = self._arming = None
+        self._had_session = self._had_session or self._numbering.session is not None
         self._numbering.session = None
         self.armed = False
         self.clock.reset()

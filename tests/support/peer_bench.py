@@ -46,6 +46,7 @@ class Bench:
         self.events: list[Event] = []
         self.shown: list[Message] = []
         self._sequences: dict[int, int] = {}
+        self._session = 0
 
     def state(self) -> PeerState:
         """Where the connection stands now."""
@@ -109,7 +110,8 @@ class Bench:
 
     def status(self, *, boots: int = 1, time: float | None = None, state: int = 1, sequence: int = 0) -> None:
         own = self.clock.now() if time is None else time
-        self.heard(JuniorStatus(own, 0, 0, 0, 0, 0, boots, self.peer.session or 0, sequence, state))
+        self._session = self.peer.session or self._session
+        self.heard(JuniorStatus(own, 0, 0, 0, 0, 0, boots, self._session, sequence, state))
 
     def command_ack(self, command: int, result: int = 0, component: int = 1) -> None:
         self.heard(CommandAck(command, result), component)

@@ -23,6 +23,7 @@ from firmware_protocol.messages import (
     JuniorMemoryWrite,
     JuniorResultAck,
     JuniorSensors,
+    JuniorStatus,
     JuniorWheels,
     OpponentCode,
     ParamRequestList,
@@ -211,6 +212,14 @@ def test_a_refusal_is_told_in_words(bench: Bench, reason: int) -> None:
     ticket = bench.peer.drive(1.0, 1.0, 0.1)
     bench.wait(0.005)
     bench.ack(JuniorWheels, 1, 1, reason)
+    if reason == Reason.WRONG_SESSION:  # it may have restarted: that is looked at first
+        assert not ticket.done
+        assert bench.requests() == [JuniorStatus.ID]
+        bench.status()
+        bench.command_ack(Command.REQUEST_MESSAGE)
+        bench.wait(0.1)
+        assert len(bench.take(JuniorWheels)) == 1
+        bench.ack(JuniorWheels, 1, 1, reason)
     assert isinstance(ticket.error, RefusedError)
     assert "the robot refused driving" in failed(ticket)
     assert ticket.reason == (reason if reason in set(Reason) else Reason.NONE)

@@ -10,7 +10,16 @@ from peer_bench import Bench, failed
 from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkClosedError, PeerLostError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
-from firmware_protocol.messages import AutopilotVersion, CommandLong, Heartbeat, JuniorSession, JuniorStatus, Ping
+from firmware_protocol.messages import (
+    AutopilotVersion,
+    CommandLong,
+    Heartbeat,
+    JuniorSession,
+    JuniorStatus,
+    JuniorWheels,
+    Ping,
+    Reason,
+)
 from firmware_protocol.peer import SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
 
@@ -186,6 +195,17 @@ def test_the_end_of_patience_fails_what_is_asked_with_the_links_error(ready: Ben
     over = LinkClosedError("serial:///dev/ttyACM0", "it did not come back")
     assert ready.peer.closed(over, 40.0) == []
     assert ready.peer.ping().error is over
+
+
+def test_a_robot_that_does_not_know_the_session_and_has_restarted_is_lost_and_has_not_refused(ready: Bench) -> None:
+    ticket = ready.peer.drive(1.0, 1.0, 0.1)
+    ready.wait(0.005)
+    ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)
+    ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)
+    assert not ticket.done
+    ready.status(boots=2, time=0.01)
+    assert isinstance(ticket.error, PeerLostError)
+    assert ready.events == [PeerLost(1, ready.clock.now(), "it has restarted")]
 
 
 def test_a_robot_heard_again_that_has_no_session_has_restarted(ready: Bench) -> None:
