@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.errors import RefusedError
+from firmware_protocol.errors import PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome
 from hil.statistics import Rate
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
     from hil.controllers import Controller
     from hil.ring import Engagement, Ring
+
+MOST_LOSSES: Final = 5
+"""A robot that is lost so often in a row, and gets nowhere in between, is given up."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ def check_engagement(engagement: Engagement) -> None:
 
 
 def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[Bout]:
-    """Play bouts, one after the other.
+    """Play bouts, one after the other. A bout in which the robot was lost is played again, and counts once.
 
     Args:
         ring: Where; it has a referee, or a bout would not end.
@@ -123,16 +126,33 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[B
 
     Raises:
         RefusedError: The robot was stopped by somebody.
+        PeerLostError: It was lost and does not come back, or is lost again and again.
     """
     for number, seed in enumerate(seeds, start=1):
-        current = ring.begin(seed)
-        previous = None
-        maneuvers = 0
+        losses = 0
         while True:
-            engagement = ring.engage(controller.choose(current, previous))
-            check_engagement(engagement)
-            maneuvers += 1
-            previous, current = current, engagement.stimulus
-            if engagement.outcome is not BoutOutcome.UNDECIDED:
+            try:
+                if losses:
+                    ring.recover()
+                bout = _play_one(ring, controller, number, seed)
+            except PeerLostError:
+                losses += 1
+                if losses > MOST_LOSSES:
+                    raise
+            else:
                 break
-        yield Bout(number, seed, engagement.outcome, engagement.elapsed or 0.0, maneuvers)
+        yield bout
+
+
+def _play_one(ring: Ring, controller: Controller, number: int, seed: int) -> Bout:
+    """One bout, from its start to its end."""
+    current = ring.begin(seed)
+    previous = None
+    maneuvers = 0
+    while True:
+        engagement = ring.engage(controller.choose(current, previous))
+        check_engagement(engagement)
+        maneuvers += 1
+        previous, current = current, engagement.stimulus
+        if engagement.outcome is not BoutOutcome.UNDECIDED:
+            return Bout(number, seed, engagement.outcome, engagement.elapsed or 0.0, maneuvers)

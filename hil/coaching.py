@@ -6,10 +6,10 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from firmware_protocol.errors import HilError
+from firmware_protocol.errors import HilError, PeerLostError
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Outcome
-from hil.bouts import Bout, check_engagement
+from hil.bouts import MOST_LOSSES, Bout, check_engagement
 from hil.files import replace_file
 from hil.ring import Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
@@ -19,7 +19,7 @@ from pal_advisor.maneuvers.settings import Objective
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from firmware_protocol.vocabulary import Stimulus
+    from firmware_protocol.vocabulary import Maneuver, Stimulus
 
 CHECKPOINT_VERSION: Final = 1
 CHECKPOINT_EVERY: Final = 10.0
@@ -45,6 +45,10 @@ class Observer(Protocol):
         """A bout ended."""
         ...
 
+    def interrupted(self, bout: int, error: str) -> None:
+        """The robot was lost in a bout, of which this is the number: it is waited for, and the bout begun again."""
+        ...
+
 
 @dataclass
 class Progress:
@@ -63,11 +67,48 @@ class Progress:
     robot_seconds: float = 0.0
 
 
+class _Place:
+    """Where a bout stands.
+
+    Args:
+        stimulus: What the robot senses at its start; None where it could not be asked.
+
+    Attributes:
+        way: The maneuvers that have led here, and what the robot sensed after each.
+    """
+
+    def __init__(self, stimulus: Stimulus | None) -> None:
+        self.way: list[tuple[Maneuver, Stimulus]] = []
+        self._current = 0 if stimulus is None else int(stimulus)
+        self._previous: int | None = None
+
+    @property
+    def situation(self) -> tuple[int, int | None]:
+        """Current and previous stimulus; no previous one at the start of a bout."""
+        return self._current, self._previous
+
+    def begin(self, stimulus: Stimulus) -> None:
+        """The bout is begun again."""
+        self.way = []
+        self._current, self._previous = int(stimulus), None
+
+    def follow(self, maneuver: Maneuver, engagement: Engagement) -> None:
+        """A maneuver was performed."""
+        self.way.append((maneuver, engagement.stimulus))
+        self._current, self._previous = int(engagement.stimulus), self._current
+
+
 class Coaching:
     """One coaching run.
 
     A checkpoint is written between bouts (where there is a referee; otherwise between maneuvers) and restores everything
     that decides what comes next, so that in lock-step a run cut and resumed equals the run not cut.
+
+    A robot that is lost is waited for (as long as the connection has patience) and armed again. Nobody knows whether the
+    maneuver under way was performed: it is not rated, and performed again; what was rated stays. The bout is begun again: in
+    lock-step it is played up to where it was, by the same maneuvers, none of which is rated twice, so that such a run equals
+    one without the loss. In real time the same maneuvers would not lead to the same place: there coaching goes on from the
+    start pose, and the maneuver whose result was lost is performed as soon as its situation comes up.
 
     Args:
         ring: Where the robot learns.
@@ -103,6 +144,7 @@ class Coaching:
         self._observers = observers
         self._save_on_cut = save_on_cut
         self._saved_at = self.progress.robot_seconds
+        self._losses = 0
 
     def run(self) -> None:
         """Coach until the budget is used.
@@ -110,8 +152,8 @@ class Coaching:
         Raises:
             RefusedError: The robot was stopped by somebody.
             RingError: The objective asks for what nobody here can tell.
-            LinkError: The link is gone; the checkpoint holds the state at the beginning of the bout.
-            PeerError: The robot is gone, likewise.
+            LinkError: The link is gone for good; the checkpoint holds the state at the beginning of the bout.
+            PeerError: The robot is gone for good, likewise.
         """
         self.save()
         try:
@@ -128,15 +170,25 @@ class Coaching:
         """One bout, to its end or to that of the budget."""
         number = self.progress.bouts + 1
         seed = bout_seed(self._seed, Branch.COACHING_BOUTS, number)
-        current = self._ring.begin(seed)
-        previous: Stimulus | None = None
+        place = self._begin(number, seed)
+        trial: Trial | None = None
         maneuvers = 0
         while not self.pal.finished:
-            trial = self.pal.ask(int(current), None if previous is None else int(previous))
-            engagement = self._ring.engage(trial.maneuver)
+            if trial is None:
+                trial = self.pal.ask(*place.situation)
+            try:
+                engagement = self._ring.engage(trial.maneuver)
+            except PeerLostError as error:
+                if not self._return(place, number, seed, error):
+                    self.pal.discard(trial)
+                    trial = None
+                    self._note(self.pal.interrupt())
+                continue
+            self._losses = 0
             self._tell(trial, engagement)
+            place.follow(trial.maneuver, engagement)
+            trial = None
             maneuvers += 1
-            previous, current = current, engagement.stimulus
             if engagement.elapsed is None and self.progress.robot_seconds - self._saved_at >= CHECKPOINT_EVERY:
                 self.save()
             if engagement.outcome is not BoutOutcome.UNDECIDED:
@@ -147,6 +199,60 @@ class Coaching:
                     observer.bout(bout)
                 break
         self.progress.bouts = number
+
+    def _begin(self, number: int, seed: int) -> _Place:
+        """Begin a bout."""
+        try:
+            return _Place(self._ring.begin(seed))
+        except PeerLostError as error:
+            place = _Place(None)
+            self._return(place, number, seed, error)
+            return place
+
+    def _return(self, place: _Place, number: int, seed: int, error: PeerLostError) -> bool:
+        """The robot was lost: wait for it, begin the bout again, and in lock-step play it up to where it was.
+
+        Args:
+            place: Where it was in the bout; where it is then.
+            number: Number of the bout.
+            seed: Its seed.
+            error: What was said of the loss.
+
+        Returns:
+            It is again where it was.
+        """
+        repeatable = self._ring.refereed and not self._save_on_cut
+        way = place.way if repeatable else []
+        while True:
+            self._losses += 1
+            if self._losses > MOST_LOSSES:
+                raise error
+            for observer in self._observers:
+                observer.interrupted(number, str(error))
+            try:
+                self._ring.recover()
+                place.begin(self._ring.begin(seed))
+                if not self._again(place, way):
+                    place.begin(self._ring.begin(seed))
+            except PeerLostError as another:
+                error = another
+                continue
+            return repeatable and place.way == way
+
+    def _again(self, place: _Place, way: list[tuple[Maneuver, Stimulus]]) -> bool:
+        """Go the same way again.
+
+        Returns:
+            False when it led elsewhere, and the bout is over.
+        """
+        for maneuver, expected in way:
+            engagement = self._ring.engage(maneuver)
+            place.follow(maneuver, engagement)
+            if engagement.outcome is not BoutOutcome.UNDECIDED:
+                return False
+            if engagement.stimulus != expected:
+                return True
+        return True
 
     def _tell(self, trial: Trial, engagement: Engagement) -> None:
         report = engagement.report
@@ -170,6 +276,11 @@ class Coaching:
         self.progress.robot_seconds += engagement.duration
         for observer in self._observers:
             observer.trial(trial, engagement, performance)
+        self._note(records)
+
+    def _note(self, records: list[GenerationRecord]) -> None:
+        """Tell of GP steps."""
+        for observer in self._observers:
             for record in records:
                 observer.generation(record)
 

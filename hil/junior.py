@@ -204,13 +204,16 @@ class Junior:
             VersionError: It speaks another protocol now.
             LinkClosedError: Its link could not be opened again in time.
         """
-        deadline = self.now() + self.bridge.patience
+        patience = self.bridge.patience
+        deadline = self.now() + patience
         while not self.peer.ready:
             failure = self.peer.failure
             if isinstance(failure, VersionError):
                 raise failure
+            if not patience and self.peer.unavailable is not None:
+                raise self.peer.unavailable
             if self.now() >= deadline:
-                raise failure or PeerLostError(f"robot {self.peer.system} did not come back within {self.bridge.patience:g} s")
+                raise failure or PeerLostError(f"robot {self.peer.system} did not come back within {patience:g} s")
             self._step(min(WAIT, deadline - self.now()))
         if self.referee is not None:
             self.referee.forget()

@@ -239,6 +239,15 @@ class Recorder:
             maneuvers=bout.maneuvers,
         )
 
+    def interrupted(self, bout: int, error: str) -> None:
+        """The robot was lost in a bout, which will be begun again.
+
+        Args:
+            bout: Number of the bout.
+            error: What was said of the loss.
+        """
+        self.note("bout", f"bout {bout} is interrupted: {error}", number=bout, outcome="interrupted")
+
     def advice(self, advice: Mapping[str, object]) -> None:
         """The advice as it stands, as plain values (what the advice file holds)."""
         self._record("/pal/advice", AdviceRecord(json.dumps(advice, sort_keys=True)), self._now)

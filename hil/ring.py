@@ -80,6 +80,15 @@ class Ring(Protocol):
         """
         ...
 
+    def recover(self) -> None:
+        """Wait for a robot that was lost, and arm it; the bout it was lost in has to be begun again.
+
+        Raises:
+            PeerLostError: It does not come back.
+            LinkClosedError: Its link does not come back.
+        """
+        ...
+
 
 class RefereedRing:
     """A ring with a referee.
@@ -129,6 +138,10 @@ class RefereedRing:
         outcome = BoutOutcome(state.outcome)
         return Engagement(report, report.after, outcome, state.elapsed, progress, _lasted(started, self._junior.now()))
 
+    def recover(self) -> None:
+        """Wait for a lost robot, and arm it; see `Ring.recover`."""
+        _recover(self._junior)
+
 
 class OpenRing:
     """A ring without a referee: one bout that nobody ends.
@@ -153,6 +166,10 @@ class OpenRing:
         report = self._junior.perform(maneuver)
         return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(started, self._junior.now()))
 
+    def recover(self) -> None:
+        """Wait for a lost robot, and arm it; see `Ring.recover`."""
+        _recover(self._junior)
+
 
 def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
     """The ring that a robot stands in.
@@ -162,6 +179,11 @@ def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
         opponent: Name of the opponent; None takes what is there.
     """
     return OpenRing(junior, opponent) if junior.referee is None else RefereedRing(junior, junior.referee, opponent)
+
+
+def _recover(junior: Junior) -> None:
+    junior.wait_until_back()
+    junior.arm()
 
 
 def _lasted(begun: float, ended: float) -> float:

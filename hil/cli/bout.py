@@ -51,6 +51,7 @@ def bout(
         float | None, typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer are won.")
     ] = None,
     signing_key: common.SigningKeyOption = None,
+    reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -72,7 +73,14 @@ def bout(
     name = str(controller or ControllerName.ADVICE)
     described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
     path = common.log_path("bout", log, no_log=no_log)
-    with open_session(link, opponent=opponent, seed=seed, log=path, config=described, signing_key=signing_key) as session:
+
+    def tell(text: str) -> None:
+        console.print(text, markup=False)
+
+    with open_session(
+        link, opponent=opponent, seed=seed, log=path, config=described, reconnect=reconnect, tell=None if quiet else tell,
+        signing_key=signing_key,
+    ) as session:
         ring = open_ring(session.junior, opponent)
         title = TITLES[controller or ControllerName.ADVICE]
         seeds = [bout_seed(seed, Branch.BOUTS, number) for number in range(1, trials + 1)]

@@ -118,6 +118,7 @@ def coach(
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
     signing_key: common.SigningKeyOption = None,
+    reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -162,7 +163,14 @@ def coach(
     if saved is not None:
         settings = saved.pal.settings
     described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
-    with open_session(link, opponent=opponent, seed=seed, log=path, config=described, signing_key=signing_key) as session:
+
+    def tell(text: str) -> None:
+        console.print(text, markup=False)
+
+    with open_session(
+        link, opponent=opponent, seed=seed, log=path, config=described, reconnect=reconnect, tell=None if quiet else tell,
+        signing_key=signing_key,
+    ) as session:
         run = _Run(session, console, opponent, seed, files, quiet=quiet)
         run.prepare(settings, saved, choose_objective=objective is None)
         try:

@@ -135,6 +135,18 @@ SigningKeyOption = Annotated[
     ),
 ]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
+ReconnectOption = Annotated[
+    float,
+    typer.Option(
+        "--reconnect",
+        min=0,
+        max=86400,
+        metavar="SECONDS",
+        help="Wait so long for a robot or a link that is lost to come back; 0 ends the run at once.",
+    ),
+]
+RECONNECT = 30.0
+"""How long a lost robot is waited for, in s, where nothing else is said: time to plug it in again or to change a battery."""
 
 OPPONENTS = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
 

@@ -12,7 +12,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from firmware_protocol.errors import RefusedError
+from firmware_protocol.errors import PeerLostError, RefusedError
 from firmware_protocol.messages import SensorFlag, State
 from hil.cli import common
 from hil.cli.session import open_session
@@ -42,6 +42,7 @@ def monitor(
         float | None, typer.Option("--duration", min=0.1, help="Stop after this time, in s; Ctrl-C stops it anyway.")
     ] = None,
     signing_key: common.SigningKeyOption = None,
+    reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -51,12 +52,21 @@ def monitor(
 ) -> None:
     """Show what a robot senses and how good the link is; drive it by keys. It is disarmed until you arm it.
 
+    Pull the plug and put it back: it goes on, and the robot is disarmed.
+
     Example: hil monitor serial:///dev/ttyACM0:115200
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     path: Path | None = common.log_path("monitor", log, no_log=no_log)
-    described = {"verb": "monitor", "seed": seed}
-    with open_session(link, seed=seed, log=path, config=described, arm=False, signing_key=signing_key) as session:
+
+    def tell(text: str) -> None:
+        console.print(text, markup=False)
+
+    config_told = {"verb": "monitor", "seed": seed}
+    with open_session(
+        link, seed=seed, log=path, config=config_told, arm=False, reconnect=reconnect, tell=None if quiet else tell,
+        signing_key=signing_key,
+    ) as session:
         if session.lockstep and duration is None:
             duration = 10.0
             console.print("An emulated robot in this process runs faster than time: shown are its first 10 s.")
@@ -77,11 +87,14 @@ def _watch(session: Session, console: Console, duration: float | None, *, live: 
                 if key in QUIT:
                     return
                 refusal = _obey(session, key)
-            if live:
-                display.update(_view(junior, refusal), refresh=True)
-            elif not silent and junior.now() >= line_due:
-                line_due = junior.now() + LINE_EVERY
-                console.print(_line(junior), markup=False)
+            try:
+                if live:
+                    display.update(_view(junior, refusal), refresh=True)
+                elif not silent and junior.now() >= line_due:
+                    line_due = junior.now() + LINE_EVERY
+                    console.print(_line(junior), markup=False)
+            except PeerLostError:  # it was lost before its first reading came
+                continue
 
 
 def worth_obeying(keys: str) -> str:
@@ -124,6 +137,8 @@ def _obey(session: Session, key: str) -> str:
         if session.recorder is not None:
             session.recorder.note("safety", str(error))
         return str(error)
+    except PeerLostError as error:
+        return str(error)
     return ""
 
 
@@ -133,7 +148,7 @@ def _names(junior: Junior) -> str:
 
 def _line(junior: Junior) -> str:
     sensors, counters = junior.sensors, junior.peer.counters
-    state = junior.state.name.lower() if junior.peer.ready else "not heard"
+    state = junior.state.name.lower() if junior.peer.ready else "not heard" if junior.bridge.lost is None else "no link"
     return (
         f"{sensors.time:8.2f} s  {state:10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
         f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(junior)}  "
@@ -157,10 +172,19 @@ def _view(junior: Junior, refusal: str) -> Group:
         f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
         f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "
         f"{counters.retries} repeated, answer in {latency}",
-        "" if junior.peer.ready else "NOT HEARD ANY MORE: these readings are old",
+        _warning(junior),
         Text(refusal),
         HELP,
     )
+
+
+def _warning(junior: Junior) -> str:
+    """What makes the readings old; empty when they are not."""
+    if junior.peer.ready:
+        return ""
+    if junior.bridge.lost is not None:
+        return "LINK LOST, trying to open it again: these readings are old"
+    return "NOT HEARD ANY MORE: these readings are old"
 
 
 def _plain(junior: Junior) -> dict[str, object]:

@@ -92,6 +92,9 @@ class CoachingDisplay:
         """Take note of a bout."""
         self._recent = [*self._recent, bout.outcome is BoutOutcome.WIN][-RECENT:]
 
+    def interrupted(self, bout: int, error: str) -> None:
+        """Show nothing: whoever tells of the link has said it."""
+
     def _render(self) -> Group:
         table = Table(box=None, padding=(0, 2))
         for head in ("situation", "maneuvers", "phase", "GP steps", "best", "mean", "best maneuver"):

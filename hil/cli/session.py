@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError, PeerLostError
+from firmware_protocol.events import LinkNews, PeerBack, PeerLost
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.connecting import connect, fault_option
 from hil.key_file import load_key
 from hil.recorder import Recorder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
     from types import FrameType
 
+    from firmware_protocol.events import Event
     from hil.bouts import Bout
     from hil.coaching import Observer
     from hil.junior import Junior
@@ -89,6 +91,8 @@ def open_session(
     system: int | None = None,
     arm: bool = True,
     signing_key: Path | None = None,
+    reconnect: float = 0.0,
+    tell: Callable[[str], None] | None = None,
 ) -> Iterator[Session]:
     """Connect, with a log; on the way out stop the robot, then close the log.
 
@@ -101,6 +105,8 @@ def open_session(
         system: System id of the robot; None takes the first that answers.
         arm: Let its wheels turn.
         signing_key: Key file that robot and host sign with.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+        tell: Is told, in words, when link or robot are lost or back; None for nobody.
 
     Yields:
         The session.
@@ -121,12 +127,14 @@ def open_session(
             recorder = open_recorder(log, url, config, lockstep=address.scheme == "sim")
             stack.callback(recorder.close)
         try:
-            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else [], signing_key=key))
+            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key))
         except LinkOpenError:
             if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
                 recorder.close()
                 log.unlink()
             raise
+        if tell is not None:
+            junior.listen(_teller(junior, tell))
         if arm:
             junior.arm()
         if recorder is not None:
@@ -135,6 +143,21 @@ def open_session(
             yield Session(junior, recorder)
         except PeerLostError as error:
             raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
+
+
+def _teller(junior: Junior, tell: Callable[[str], None]) -> Callable[[Event], None]:
+    """What tells of losses and returns."""
+    patience = junior.bridge.patience
+
+    def listen(event: Event) -> None:
+        if isinstance(event, LinkNews):
+            tell(event.text)
+        elif isinstance(event, PeerBack):
+            tell(f"robot {event.system} is back{', restarted' if event.rebooted else ''}")
+        elif isinstance(event, PeerLost) and junior.bridge.lost is None and patience:
+            tell(f"robot {event.system} is lost: {event.cause}; waiting {patience:g} s for it")
+
+    return listen
 
 
 def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:

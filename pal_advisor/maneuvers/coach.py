@@ -215,6 +215,17 @@ class Pal:
         self.history += records
         return records
 
+    def interrupt(self) -> list[GenerationRecord]:
+        """The bout was broken off and will be begun anew: what waits for credit from what would have followed gets none.
+
+        Returns:
+            GP steps made because of it.
+        """
+        final = self._trace.close(won=False)
+        for waiting in final:
+            self._populations[waiting.category].evidence.add(waiting.genome[: waiting.performed], waiting.fitness)
+        return [] if self.exam else self._step(waiting.category for waiting in final)
+
     def discard(self, trial: Trial) -> None:
         """Forget a trial that could not be performed; it uses no budget.
 

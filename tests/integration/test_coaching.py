@@ -41,6 +41,9 @@ class CutAfter:
     def generation(self, record: GenerationRecord) -> None:
         pass
 
+    def interrupted(self, bout: int, error: str) -> None:
+        pass
+
     def bout(self, bout: Bout) -> None:
         pass
 

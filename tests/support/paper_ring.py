@@ -42,6 +42,8 @@ class PaperRing:
     Attributes:
         begun: Seeds of the bouts begun.
         performed: Maneuvers performed.
+        recovered: Times that a lost robot was waited for.
+        recovers: What waiting for it comes to, in order; nothing is well.
     """
 
     def __init__(self, *script: Engagement | BaseException, refereed: bool = True) -> None:
@@ -49,6 +51,8 @@ class PaperRing:
         self.opponent = "flat-light"
         self.begun: list[int] = []
         self.performed: list[Maneuver] = []
+        self.recovered = 0
+        self.recovers: list[BaseException | None] = []
         self._script: Iterator[Engagement | BaseException] = iter(script)
         self._next = script[0]
 
@@ -62,3 +66,8 @@ class PaperRing:
         if isinstance(self._next, BaseException):
             raise self._next
         return self._next
+
+    def recover(self) -> None:
+        self.recovered += 1
+        if self.recovers and (error := self.recovers.pop(0)) is not None:
+            raise error

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 from paper_ring import PaperRing, engagement
 
-from firmware_protocol.errors import RefusedError
+from firmware_protocol.errors import LinkClosedError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
 from hil.bouts import Bout, Tally, play
@@ -79,3 +79,24 @@ def test_who_won_nothing_or_played_nothing_has_no_time() -> None:
     assert Tally.of("x", []).to_dict()["median_time_to_win_s"] is None
     assert Tally.of("x", []).win_rate.value == 0.0
     assert Tally.of("x", [Bout(1, 1, BoutOutcome.LOSS, 1.0, 1)]).median_time_to_win is None
+
+
+def test_a_bout_in_which_the_robot_was_lost_is_played_again_and_counts_once() -> None:
+    lost = PeerLostError("robot 1 has restarted")
+    ring = PaperRing(engagement(), lost, engagement(), engagement(), engagement(BoutOutcome.WIN))
+    ring.recovers = [lost, None]  # and lost again while it was armed
+    bouts = list(play(ring, Noting(), [77, 78]))
+    assert [(bout.number, bout.seed, bout.maneuvers) for bout in bouts] == [(1, 77, 3), (2, 78, 1)]
+    assert ring.begun == [77, 77, 78]
+    assert ring.recovered == 2
+
+
+def test_a_robot_that_is_lost_again_and_again_or_for_good_ends_the_series() -> None:
+    ring = PaperRing(PeerLostError("it has restarted"))
+    with pytest.raises(PeerLostError, match="has restarted"):
+        list(play(ring, Noting(), [77]))
+    assert ring.recovered == 5
+    ring = PaperRing(PeerLostError("it has restarted"))
+    ring.recovers = [LinkClosedError("tcp:", "it did not come back")]
+    with pytest.raises(LinkClosedError):
+        list(play(ring, Noting(), [77]))

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from paper_ring import PaperRing, engagement
 
-from firmware_protocol.errors import LinkClosedError, RefusedError
+from firmware_protocol.errors import LinkClosedError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
-from firmware_protocol.vocabulary import Outcome
+from firmware_protocol.vocabulary import Outcome, Stimulus
 from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
 from hil.ring import RingError
 from hil.seeds import Branch, bout_seed
@@ -34,6 +34,7 @@ class Notes:
     def __init__(self) -> None:
         self.trials: list[Performance] = []
         self.bouts: list[Bout] = []
+        self.interruptions: list[tuple[int, str]] = []
         self.generations: list[GenerationRecord] = []
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
@@ -41,6 +42,9 @@ class Notes:
 
     def generation(self, record: GenerationRecord) -> None:
         self.generations.append(record)
+
+    def interrupted(self, bout: int, error: str) -> None:
+        self.interruptions.append((bout, error))
 
     def bout(self, bout: Bout) -> None:
         self.bouts.append(bout)
@@ -95,6 +99,96 @@ def test_a_cut_run_leaves_its_checkpoint(tmp_path: Path, error: BaseException, s
     saved = load_checkpoint(path)
     assert (saved.pal.used, saved.seed, saved.opponent) == (kept, 1, "flat-light")
     assert saved.progress.bouts == 0
+
+
+LOST = PeerLostError("robot 1 is out of reach")
+
+
+def test_in_lockstep_a_bout_is_played_up_to_where_it_was_and_nothing_is_rated_twice() -> None:
+    ring = PaperRing(engagement(), engagement(), LOST, engagement(), engagement(), engagement(BoutOutcome.WIN))
+    run, notes = coaching(ring)
+    run.run()
+    assert notes.interruptions == [(1, "robot 1 is out of reach")]
+    assert ring.performed[3:5] == ring.performed[:2]  # the way again
+    assert ring.performed[5] == ring.performed[2]  # and the one whose result was lost
+    assert len(notes.trials) == run.pal.used == 20
+    assert len(ring.performed) == 20 + 3
+    assert notes.bouts[0].maneuvers == 3
+    assert ring.begun[:3] == [bout_seed(1, Branch.COACHING_BOUTS, number) for number in (1, 1, 2)]
+    undisturbed, _ = coaching(PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN)))
+    undisturbed.run()
+    assert run.pal.state_dict() == undisturbed.pal.state_dict()
+
+
+def test_in_real_time_it_goes_on_from_the_start_pose_and_keeps_what_was_rated() -> None:
+    ring = PaperRing(engagement(), engagement(), LOST, engagement(), engagement(BoutOutcome.WIN))
+    run, notes = coaching(ring, save_on_cut=True)
+    run.run()
+    assert len(notes.trials) == run.pal.used == 20
+    assert len(ring.performed) == 20 + 1
+    assert notes.bouts[0].maneuvers == 4
+    assert ring.recovered == 1
+
+
+def test_without_a_referee_nothing_is_played_again() -> None:
+    ring = PaperRing(engagement(elapsed=None), LOST, engagement(elapsed=None), refereed=False)
+    notes = Notes()
+    alone = PalSettings(budget=5, population=4, elite=1, objective=Objective.CONTACT)
+    Coaching(ring, new_pal(alone, 1), seed=1, observers=(notes,)).run()
+    assert (len(ring.performed), len(notes.trials)) == (6, 5)
+
+
+def test_a_way_that_leads_elsewhere_is_left() -> None:
+    other = engagement(after=Stimulus.EYE_RIGHT)
+    ring = PaperRing(engagement(), engagement(), LOST, other, engagement())
+    run, notes = coaching(ring)
+    run.run()
+    assert len(notes.trials) == run.pal.used == 20
+    assert len(ring.performed) == 20 + 2
+
+
+def test_a_way_that_ends_the_bout_begins_it_again() -> None:
+    ring = PaperRing(engagement(), LOST, engagement(BoutOutcome.LOSS), engagement())
+    run, notes = coaching(ring)
+    run.run()
+    assert ring.begun == [ring.begun[0]] * 3
+    assert len(notes.trials) == run.pal.used == 20
+
+
+def test_a_loss_at_the_very_beginning_of_a_bout_and_one_while_it_recovers(monkeypatch: pytest.MonkeyPatch) -> None:
+    ring = PaperRing(engagement(BoutOutcome.WIN))
+    ring.recovers = [LOST, None]
+    begin, losses = ring.begin, [LOST]
+
+    def losing(seed: int) -> Stimulus:
+        if losses:
+            raise losses.pop()
+        return begin(seed)
+
+    monkeypatch.setattr(ring, "begin", losing)
+    run, notes = coaching(ring)
+    run.run()
+    assert (ring.recovered, len(notes.interruptions), run.pal.used) == (2, 2, 20)
+
+
+def test_a_robot_that_gets_nowhere_is_given_up_and_the_checkpoint_kept(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    ring = PaperRing(engagement(), LOST)
+    run, notes = coaching(ring, path, save_on_cut=True)
+    with pytest.raises(PeerLostError, match="out of reach"):
+        run.run()
+    assert (ring.recovered, len(notes.trials)) == (5, 1)
+    assert load_checkpoint(path).pal.used == 1
+
+
+def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    ring = PaperRing(engagement(), LOST)
+    ring.recovers = [LinkClosedError("tcp:", "it did not come back within 30 s")]
+    run, _ = coaching(ring, path, save_on_cut=True)
+    with pytest.raises(LinkClosedError, match="30 s"):
+        run.run()
+    assert load_checkpoint(path).pal.used == 1
 
 
 def test_without_a_referee_the_checkpoint_is_written_between_maneuvers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
