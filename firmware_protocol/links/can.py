@@ -60,6 +60,9 @@ _GREATEST: Final = {"port": 65535, "hop_limit": 255}
 _ALL_GROUPS: Final = {socket.AF_INET: (socket.IPPROTO_IP, 49), socket.AF_INET6: (socket.IPPROTO_IPV6, 29)}
 """Level and number of Linux's IP_MULTICAST_ALL and IPV6_MULTICAST_ALL, which Python has no names for."""
 
+OFF_LIMIT: Final = 2.0
+"""A bus-off that lasts so long ends the link, in s: opening it anew resets most adapters."""
+
 ERROR_CONTROLLER: Final = 0x004
 ERROR_BUS_OFF: Final = 0x040
 ERROR_RESTARTED: Final = 0x100
@@ -99,6 +102,7 @@ class CanLink(Link):
         self._full = threading.Event()  # never set: to wait by
         self._state = WELL
         self._watched = False
+        self._off_since: float | None = None
         self._news: deque[str] = deque()
         self._closed = False
 
@@ -174,6 +178,7 @@ class CanLink(Link):
                 return b"".join(records)
             if monotonic() >= deadline:
                 self._watch()
+                self._bear()
                 return b""
 
     def close(self) -> None:
@@ -259,6 +264,19 @@ class CanLink(Link):
         elif self._watched:
             self._watched = False
             self._become(WELL)
+
+    def _bear(self) -> None:
+        """Bear a bus-off for a while, from which many controllers recover by themselves.
+
+        Raises:
+            LinkClosedError: For long enough.
+        """
+        if self._state != BUS_OFF:
+            self._off_since = None
+        elif self._off_since is None:
+            self._off_since = monotonic()
+        elif monotonic() - self._off_since >= OFF_LIMIT:
+            raise LinkClosedError(self.url, f"the CAN controller was bus-off for {OFF_LIMIT:g} s: check wiring and bit rate")
 
     def _become(self, state: str) -> None:
         if state != self._state:

@@ -14,6 +14,7 @@ from serving import MULTICAST
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.can_frame import CanFrame
+from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import open_link
 from firmware_protocol.links.can import BUS_OFF, PASSIVE, WARNING, WELL, CanLink, open_can
@@ -203,3 +204,26 @@ def test_an_unplugged_adapter_s_port_is_given_back() -> None:
     with pytest.raises(OSError, match="Bad file descriptor"):
         os.fstat(file)
     assert link.fileno() == -1
+
+
+def test_a_bus_off_that_lasts_ends_the_link_and_one_that_passes_does_not(
+    scripted: tuple[CanLink, ScriptedBus], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    link, bus = scripted
+    clock = ManualClock()
+    monkeypatch.setattr("firmware_protocol.links.can.monotonic", clock.now)
+
+    def let_pass(times: int) -> None:
+        for _ in range(times):
+            assert link.read(0) == b""
+            clock.advance(0.1)
+
+    bus.incoming = [error_frame(0x40)]
+    let_pass(15)
+    bus.incoming = [error_frame(0x100)]
+    let_pass(30)
+    assert link.news() == [BUS_OFF, WELL]
+    bus.incoming = [error_frame(0x40)]
+    let_pass(19)
+    with pytest.raises(LinkClosedError, match="bus-off for 2 s"):
+        let_pass(5)
