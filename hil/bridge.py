@@ -141,6 +141,7 @@ class Bridge:
         self._waiting = False
         self._cause: LinkError | None = None
         self._named = ""
+        self._url = link.url
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
         self._pump: Pump
         if link.lockstep:
@@ -338,9 +339,9 @@ class Bridge:
     def _return(self, link: Link, now: float, events: list[Event]) -> None:
         """The link is there again, perhaps under another name."""
         if self._named != link.url:
-            name = "" if link.url == self.link.url else f", as {link.url}"
+            name = "" if link.url == self._url else f", as {link.url}"
             self._report(f"the link is back after {now - self._lost_at:.1f} s{name}", now, events)
-        self._named = link.url
+        self._named = self._url = link.url
         self.link = link
         self.lost, self._failed = None, False
         self._codec.reset()
