@@ -10,6 +10,7 @@
      │    ├── NoRobotError              nobody answered as a robot
      │    ├── VersionError              it speaks a protocol we do not
      │    ├── PeerLostError             it answered and then fell silent, restarted, or its link went away for a while
+     │    │    └── PeerGoneError        and it was waited for in vain
      │    ├── WrongRobotError           another robot answers in the place of the one that was lost
      │    └── RefusedError              it refused a command: `reason`
      ├── FaultSpecError(ValueError)     a fault specification with something wrong in it: `path`
@@ -81,6 +82,10 @@ class VersionError(PeerError):
 
 class PeerLostError(PeerError):
     """The robot answered, and then it fell silent or restarted, or its link went away: what was asked may be done or not."""
+
+
+class PeerGoneError(PeerLostError):
+    """A robot that was lost has not come back in the time it was waited for."""
 
 
 class WrongRobotError(PeerError):

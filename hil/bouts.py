@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.errors import PeerLostError, RefusedError
+from firmware_protocol.errors import PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome
 from hil.statistics import Rate
@@ -126,7 +126,7 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[B
 
     Raises:
         RefusedError: The robot was stopped by somebody.
-        PeerLostError: It was lost and does not come back, or is lost again and again.
+        PeerLostError: It was lost and does not come back (PeerGoneError), or is lost again and again.
     """
     for number, seed in enumerate(seeds, start=1):
         losses = 0
@@ -135,6 +135,8 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[B
                 if losses:
                     ring.recover()
                 bout = _play_one(ring, controller, number, seed)
+            except PeerGoneError:
+                raise
             except PeerLostError:
                 losses += 1
                 if losses > MOST_LOSSES:

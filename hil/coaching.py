@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from firmware_protocol.errors import HilError, PeerLostError
+from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Outcome
 from hil.bouts import MOST_LOSSES, Bout, check_engagement
@@ -234,6 +234,8 @@ class Coaching:
                 place.begin(self._ring.begin(seed))
                 if not self._again(place, way):
                     place.begin(self._ring.begin(seed))
+            except PeerGoneError:
+                raise
             except PeerLostError as another:
                 error = another
                 continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from firmware_protocol.errors import HilError, NoRobotError, PeerLostError, RefusedError, VersionError
+from firmware_protocol.errors import HilError, LinkError, NoRobotError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import (
@@ -199,7 +199,7 @@ class Junior:
         waited for is said to `hil.connect` (`reconnect`); where nothing is, it is not waited for.
 
         Raises:
-            PeerLostError: It has not come back in time.
+            PeerGoneError: It has not come back in time.
             WrongRobotError: Another one answers in its place.
             VersionError: It speaks another protocol now.
             LinkClosedError: Its link could not be opened again in time.
@@ -210,10 +210,14 @@ class Junior:
             failure = self.peer.failure
             if isinstance(failure, VersionError):
                 raise failure
-            if not patience and self.peer.unavailable is not None:
-                raise self.peer.unavailable
             if self.now() >= deadline:
-                raise failure or PeerLostError(f"robot {self.peer.system} did not come back within {patience:g} s")
+                why = self.peer.unavailable
+                if failure is not None:
+                    raise failure
+                if isinstance(why, LinkError):
+                    raise why
+                late = f"robot {self.peer.system} did not come back within {patience:g} s"
+                raise PeerGoneError(late if patience or why is None else str(why))
             self._step(min(WAIT, deadline - self.now()))
         if self.referee is not None:
             self.referee.forget()

@@ -84,7 +84,8 @@ class Ring(Protocol):
         """Wait for a robot that was lost, and arm it; the bout it was lost in has to be begun again.
 
         Raises:
-            PeerLostError: It does not come back.
+            PeerGoneError: It does not come back.
+            PeerLostError: It is lost again.
             LinkClosedError: Its link does not come back.
         """
         ...

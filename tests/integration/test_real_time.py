@@ -134,7 +134,7 @@ def test_the_main_job_in_real_time(
 def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Path) -> None:
     with emulator(tmp_path) as robot:
         url = address_of(robot)
-        with Hil(tmp_path, "coach", url, *COACH, "--budget", "20", "--log", "first.mcap") as coach:
+        with Hil(tmp_path, "coach", url, *COACH, "--budget", "20", "--log", "first.mcap", "--reconnect", "0.3") as coach:
             coach.until("6/20 maneuvers")
             robot.send(signal.SIGKILL)
             assert coach.end() == 3
@@ -162,11 +162,11 @@ def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Pat
 def test_a_robot_that_falls_silent_is_told_with_its_address(tmp_path: Path) -> None:
     with emulator(tmp_path) as robot:
         url = address_of(robot)
-        with Hil(tmp_path, "coach", url, *COACH, "--budget", "1000", "--log", "run.mcap") as coach:
+        with Hil(tmp_path, "coach", url, *COACH, "--budget", "1000", "--log", "run.mcap", "--reconnect", "0.3") as coach:
             assert "coaches it against flat-light" in coach.until("Connected to Junior")
             robot.send(signal.SIGSTOP)
             assert coach.end() == 3
-    assert f"hil: {url}: robot 1 fell silent. Is it switched on" in coach.text
+    assert f"hil: {url}: robot 1 did not come back within 0.3 s. Is it switched on" in coach.text
     assert not watch(tmp_path / "run.mcap")[0].truncated
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 from paper_ring import PaperRing, engagement
 
-from firmware_protocol.errors import LinkClosedError, PeerLostError, RefusedError
+from firmware_protocol.errors import LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
 from hil.bouts import Bout, Tally, play
@@ -96,7 +96,9 @@ def test_a_robot_that_is_lost_again_and_again_or_for_good_ends_the_series() -> N
     with pytest.raises(PeerLostError, match="has restarted"):
         list(play(ring, Noting(), [77]))
     assert ring.recovered == 5
-    ring = PaperRing(PeerLostError("it has restarted"))
-    ring.recovers = [LinkClosedError("tcp:", "it did not come back")]
-    with pytest.raises(LinkClosedError):
-        list(play(ring, Noting(), [77]))
+    for error in (LinkClosedError("tcp:", "it did not come back"), PeerGoneError("it did not come back")):
+        ring = PaperRing(PeerLostError("it has restarted"))
+        ring.recovers = [error]
+        with pytest.raises(type(error), match="did not come back"):
+            list(play(ring, Noting(), [77]))
+        assert ring.recovered == 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from paper_ring import PaperRing, engagement
 
-from firmware_protocol.errors import LinkClosedError, PeerLostError, RefusedError
+from firmware_protocol.errors import HilError, LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome, Stimulus
 from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
@@ -181,13 +181,17 @@ def test_a_robot_that_gets_nowhere_is_given_up_and_the_checkpoint_kept(tmp_path:
     assert load_checkpoint(path).pal.used == 1
 
 
-def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "error", [LinkClosedError("tcp:", "it did not come back within 30 s"), PeerGoneError("it did not come back within 30 s")]
+)
+def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path, error: HilError) -> None:
     path = tmp_path / "x.json"
     ring = PaperRing(engagement(), LOST)
-    ring.recovers = [LinkClosedError("tcp:", "it did not come back within 30 s")]
+    ring.recovers = [error]
     run, _ = coaching(ring, path, save_on_cut=True)
-    with pytest.raises(LinkClosedError, match="30 s"):
+    with pytest.raises(type(error), match="30 s"):
         run.run()
+    assert ring.recovered == 1
     assert load_checkpoint(path).pal.used == 1
 
 
