@@ -2,6 +2,9 @@
 
 A serial port of USB is known by the serial number, vendor and product of its hardware. Its name changes when it is plugged
 in again while a program still holds the old one, or in another order.
+
+The number of a pseudo-terminal that was closed is given to whoever opens the next one, perhaps a person's shell: such a port is
+never opened again by its number, only through a symbolic link that has been made anew.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
 
 _SLCAN: Final = "slcan/"
+_PSEUDO: Final = "/dev/pts/"
 
 
 class LinkOpener:
@@ -40,6 +44,8 @@ class LinkOpener:
         self._device = _device(parse_address(url))
         self._hardware: SerialPort | None = None
         self._tried = 0
+        self._leads: tuple[int, ...] | None = None
+        self._pseudo = False
 
     def open(self) -> Link:
         """Open the link; hardware that was opened once is found again under whatever name it has now.
@@ -51,8 +57,13 @@ class LinkOpener:
         """
         if self._hardware is not None:
             return self._open_again(self._hardware)
+        if self._pseudo and (self._leads is None or self._leads == _made(self._device)):
+            reason = f"{self._device} was a pseudo-terminal, whose number may be another program's by now"
+            raise LinkOpenError(self._url, reason, "It is found again through a symbolic link that leads to the new one")
         link = open_link(self._url)
         if self._device:
+            self._leads = _made(self._device)
+            self._pseudo = str(Path(self._device).resolve()).startswith(_PSEUDO)
             names = self._own_names()
             self._hardware = next((port for port in self._ports() if port.device in names and port.vendor is not None), None)
         return link
@@ -79,3 +90,12 @@ def _device(address: Address) -> str:
     if address.scheme == "can" and address.target.startswith(_SLCAN):
         return address.target.removeprefix(_SLCAN)
     return ""
+
+
+def _made(device: str) -> tuple[int, ...] | None:
+    """Tells one making of a symbolic link from another; None for what is no link."""
+    path = Path(device)
+    if not path.is_symlink():
+        return None
+    status = path.lstat()
+    return status.st_ino, status.st_mtime_ns

@@ -81,7 +81,25 @@ def test_without_a_serial_number_all_of_the_same_make_are_tried_in_turn(bench: B
     assert [opened(opener) for _ in range(3)] == [f"serial://{name}:57600" for name in (other, first, other)]
 
 
-def test_a_port_without_usb_is_opened_by_its_name(bench: Bench) -> None:
+def test_the_number_of_a_pseudo_terminal_is_not_opened_again(bench: Bench) -> None:
+    name = bench.plug_in("", None)
+    opener = LinkOpener(f"serial://{name}:57600", bench.list)
+    assert opened(opener) == f"serial://{name}:57600"
+    with pytest.raises(LinkOpenError, match="may be another program's by now"):
+        opener.open()
+
+
+def test_nor_is_it_through_a_link_that_still_leads_there(bench: Bench, tmp_path: Path) -> None:
+    link = tmp_path / "robot"
+    link.symlink_to(bench.plug_in("", None))
+    opener = LinkOpener(f"serial://{link}:57600", bench.list)
+    opened(opener)
+    with pytest.raises(LinkOpenError, match="may be another program's by now"):
+        opener.open()
+
+
+def test_a_port_without_usb_is_opened_by_its_name(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("firmware_protocol.links.reopen._PSEUDO", "/dev/none/")  # a pty stands for a port on the board
     name = bench.plug_in("", None)
     opener = LinkOpener(f"serial://{name}:57600", bench.list)
     assert [opened(opener), opened(opener)] == [f"serial://{name}:57600"] * 2
