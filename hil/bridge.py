@@ -93,7 +93,6 @@ class Bridge:
         link: The link in use; another one after a loss.
         now: The clock as the last step read it, in s.
         peers: Robots heard so far that are spoken with, by system id.
-        strangers: System ids of robots heard that are not spoken with.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
         lost: Why there is no link at present; None while there is one.
@@ -119,7 +118,8 @@ class Bridge:
         self.link = link
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
-        self.strangers: set[int] = set()
+        self._heard: set[int] = set()
+        self._shunned: set[int] = set()
         self.unclaimed = 0
         self.unsent = 0
         self.lost: LinkError | None = None
@@ -154,6 +154,11 @@ class Bridge:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+    @property
+    def strangers(self) -> set[int]:
+        """System ids of robots heard that are not spoken with."""
+        return self._heard - self.peers.keys()
 
     @property
     def rejected(self) -> dict[RejectReason, int]:
@@ -231,7 +236,7 @@ class Bridge:
             robots: Their system ids.
         """
         self._robots = robots
-        self.strangers |= set(self.peers) - set(robots)
+        self._shunned |= self._heard - set(robots)
         self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
 
     def close(self) -> None:
@@ -259,7 +264,7 @@ class Bridge:
         """Tell taps and peers of what the codec has found."""
         taps, peers = self._taps, self.peers
         for item in items:
-            if not isinstance(item, Received) or item.system not in self.strangers:  # of others there are the bytes
+            if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
             if not isinstance(item, Received):
@@ -278,22 +283,24 @@ class Bridge:
     def _blame(self, rejected: Rejected) -> None:
         """Count rejected input on the robot that it came from, or on the link."""
         system = rejected.system
-        if system is None and len(self.peers) == 1 and not self.strangers:  # nobody else is there
+        if system is None and len(self.peers) == len(self._heard) == 1:  # nobody else is there
             system = next(iter(self.peers))
         if system in self.peers:
             self.peers[system].reject()
-        elif system not in self.strangers:
+        elif system not in self._shunned:
             self.unclaimed += 1
 
     def _meet(self, received: Received) -> Peer | None:
         """A new robot, if this is one's heartbeat."""
         message, system = received.message, received.system
-        if system in self.strangers or system in {0, self._system} or received.component != ROBOT_COMPONENT:
+        if system in self._shunned or system in {0, self._system} or received.component != ROBOT_COMPONENT:
             return None
         heartbeat = isinstance(message, Heartbeat) and message.type != _GROUND_STATION
+        if not heartbeat and not isinstance(message, JuniorSensors | JuniorStatus):
+            return None
+        self._heard.add(system)
         if self._robots is not None and system not in self._robots:
-            if heartbeat or isinstance(message, JuniorSensors | JuniorStatus):
-                self.strangers.add(system)
+            self._shunned.add(system)
             return None
         if not heartbeat:
             return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Self, TypeVar
 
-from firmware_protocol.errors import HilError, LinkError, NoRobotError, PeerGoneError, PeerLostError, RefusedError, VersionError
+from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import (
@@ -16,8 +16,8 @@ from firmware_protocol.messages import (
     SensorFlag,
     State,
 )
-from firmware_protocol.signing import trouble
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
+from hil.finding import find_robot
 from hil.networks import RobotAddress
 from hil.referee import Referee
 from hil.safety import Limits
@@ -38,8 +38,6 @@ WAIT = 0.05
 """Longest wait of one step of the bridge, in s."""
 REFEREE_WAIT = 0.5
 """A referee speaks 20 times a second: who is silent for ten periods is not there, bad line or slow emulator, in s."""
-OTHERS_WAIT = 1.5
-"""A robot says that it is there once a second: after this time one that can't be spoken to is no reason to wait on, in s."""
 TAKE_WAIT = 5.0
 """How long a robot that answers is given to open a session, in s."""
 STOP_WAIT = 0.5
@@ -84,6 +82,7 @@ class Junior:
         self.now = now
         self._serve = serve
         self._sensors: JuniorSensors | None = None
+        self._early: dict[int, JuniorSensors] = {}
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
         self._emergency = False
@@ -111,29 +110,10 @@ class Junior:
             VersionError: It speaks a protocol we do not.
             LinkClosedError: The link went away.
         """
-        deadline = self.now() + timeout
-        patience = self.now() + OTHERS_WAIT
-        while self.now() < deadline:
-            chosen = self._candidate(system)
-            if chosen is not None and chosen.ready and chosen.taken:
-                self.adopt(chosen)
-                self.bridge.keep([chosen.system])
-                self._look_for_referee()
-                return
-            if chosen is not None and chosen.ready:
-                chosen.take(self.now())
-            elif chosen is not None and chosen.failure is not None and (system or chosen.taken or self.now() >= patience):
-                raise chosen.failure
-            self._step(min(WAIT, deadline - self.now()))
-        raise NoRobotError(self._nobody(system, timeout))
-
-    def _candidate(self, system: int | None) -> Peer | None:
-        """Of the robots asked for: the one that was taken, else one that answers, else one that can't be spoken to."""
-        peers = [peer for number, peer in self.bridge.peers.items() if system in {None, number}]
-        ours = [peer for peer in peers if peer.taken and peer.failure is None]
-        ready = [peer for peer in peers if peer.ready]
-        failed = [peer for peer in peers if peer.failure is not None]
-        return next((peer for peer in ours if peer.ready), None) or next(iter([*ours, *ready, *failed]), None)
+        peer = find_robot(self.bridge, self.now, self._step, system, timeout)
+        self.adopt(peer)
+        self.bridge.keep([peer.system])
+        self._look_for_referee()
 
     def take(self) -> None:
         """Open a session with a robot that was only being watched: it is stopped and disarmed by that.
@@ -159,21 +139,8 @@ class Junior:
             network: Name of the network that it is on; None is the address of the link.
         """
         self.peer = peer
+        self._sensors = self._early.get(peer.system)
         self.address = RobotAddress(self.bridge.link.url if network is None else network, peer.system)
-
-    def _nobody(self, system: int | None, timeout: float) -> str:
-        url = self.bridge.link.url
-        bridge = self.bridge
-        if what := trouble(bridge.rejected, bridge.signed, ours=bridge.signing is not None):
-            return f"{url}: a robot is there, but does not answer: {what}"
-        whom = "no robot" if system is None else f"no robot with system id {system}"
-        heard = sorted({*self.bridge.peers, *self.bridge.strangers})
-        if heard:
-            others = ", ".join(map(str, heard))
-            return f"{url}: {whom} answered within {timeout:g} s, though MAVLink is spoken there (systems seen: {others})"
-        if sum(self.bridge.rejected.values()):
-            return f"{url}: {whom} answered within {timeout:g} s; what came was no MAVLink: is the baud rate right?"
-        return f"{url}: {whom} answered within {timeout:g} s, nothing came at all: is it switched on, is this the right port?"
 
     def _look_for_referee(self) -> None:
         referee = Referee(self)
@@ -229,6 +196,11 @@ class Junior:
         """The latest reading; waits for the first."""
         if self._sensors is None:
             return self.read_sensors()
+        return self._sensors
+
+    @property
+    def latest(self) -> JuniorSensors | None:
+        """The latest reading, without waiting; None before the first."""
         return self._sensors
 
     @property
@@ -462,7 +434,10 @@ class Junior:
         Args:
             event: What happened.
         """
-        if isinstance(event, Received) and hasattr(self, "peer") and event.system == self.peer.system:
+        if not hasattr(self, "peer"):
+            if isinstance(event, Received) and type(event.message) is JuniorSensors:
+                self._early[event.system] = event.message
+        elif isinstance(event, Received) and event.system == self.peer.system:
             message = event.message
             if type(message) is JuniorSensors:
                 self._sensors = message

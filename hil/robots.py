@@ -365,8 +365,8 @@ class Robots:
         try:
             asked = [(junior, junior.ask_to_end()) for junior in self.members.values()]
             awaited = [ticket for junior, ticket in asked if ticket is not None and junior.peer.ready]
-            deadline = self.now() + STOP_WAIT
-            while (left := deadline - self.now()) > 0:
+            deadline = self.now() + STOP_WAIT if asked else 0.0
+            while asked and (left := deadline - self.now()) > 0:
                 self.step(min(WAIT, left))
                 if all(ticket.done for ticket in awaited):
                     break

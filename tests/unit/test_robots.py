@@ -10,7 +10,7 @@ from scripted_crowd import ScriptedCrowd
 from scripted_robot import ScriptedRobot
 
 import hil
-from firmware_protocol.errors import LinkClosedError, NoRobotError, PeerError, RefusedError, VersionError
+from firmware_protocol.errors import LinkClosedError, LinkOpenError, NoRobotError, PeerError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, JuniorSession, Reason
@@ -382,6 +382,8 @@ def test_the_same_seed_gives_the_same_run() -> None:
 def test_what_makes_no_sense_is_refused() -> None:
     with pytest.raises(ValueError, match="needs the address"):
         hil.connect_all()
+    with pytest.raises(LinkOpenError, match="nothing listens"):
+        hil.connect_all("tcp://127.0.0.1:1")
     with pytest.raises(ValueError, match="given twice"):
         hil.connect_all("sim://junior", "sim://junior")
     with pytest.raises(ValueError, match="in lock-step or all in real time"):
