@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
 from hil.bridge import Bridge, Tap
 from hil.connecting import AddressOpener, asked_for, check_patience, number_option
+from hil.key_file import load_key, open_signing
 from hil.networks import Networks, RobotAddress
 from hil.robots import SETTLE, Robots
 from hil.safety import Limits
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.signing import SigningKey
 
 
 def connect_all(
@@ -28,6 +31,7 @@ def connect_all(
     watch: bool = False,
     reconnect: float = 0.0,
     ports: Callable[[], Sequence[SerialPort]] = list_ports,
+    signing_key: SigningKey | Path | str | None = None,
 ) -> Robots:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
@@ -44,6 +48,7 @@ def connect_all(
         reconnect: How long each link that is lost is tried to be opened again, in s; its robots leave and come back
             meanwhile. 0 does not: they are gone with their link.
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
+        signing_key: Key that host and robots sign with, on every network, or the file that holds it.
 
     Returns:
         The robots; use it in a `with` block, which stops and disarms all on every way out.
@@ -54,18 +59,21 @@ def connect_all(
         NoRobotError: Nobody answered.
         VersionError: Nobody but robots with a protocol that we do not speak.
         ValueError: No address is given, one twice, or emulated ones together with others; `reconnect` is no time.
+        KeyFileError: The key file can't be used.
     """
     if not urls:
         raise ValueError("connect_all needs the address of a link")
     patience = check_patience(reconnect)
     addresses = [parse_address(url) for url in urls]
+    key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
     networks = Networks()
     robots = Robots(networks, limits)
     try:
         for address in addresses:
-            opener = AddressOpener(address, ports)
+            opener = AddressOpener(address, ports, key)
+            link = opener.open()
             bridge = Bridge(
-                opener.open(),
+                link,
                 opener.clock,
                 taps=taps,
                 robots=_allowed(address, expect),
@@ -74,6 +82,7 @@ def connect_all(
                 opener=opener,
                 patience=patience,
                 arrived=networks.wake,
+                signing=open_signing(key, link, opener.clock),
             )
             try:
                 networks.add(address.url, bridge, opener.clock)

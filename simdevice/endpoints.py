@@ -22,6 +22,10 @@ BITS_PER_BYTE: Final = 10
 DEFAULT_BAUD: Final = 115200
 """In bit/s."""
 _CHUNK: Final = 4096
+_BUFFERED: Final = 0.25
+"""What a sender on a serial line holds back at most, in s of the line: what robots say beyond what it carries is lost."""
+_LEAST_BUFFER: Final = 1024
+"""But so many bytes in any case."""
 _BACKLOG: Final = 65536
 """Bytes kept for a client that is slow to take them; what comes on top is lost."""
 _DATAGRAM: Final = 1400
@@ -132,6 +136,7 @@ class PtyEndpoint(Endpoint):
         self.url = f"serial://{self.path}:{baud}"
         self._in = Line(baud)
         self._out = Line(baud)
+        self._most = max(_LEAST_BUFFER, int(_BUFFERED * baud / BITS_PER_BYTE))
 
     def files(self) -> list[int]:
         """The pty's own end, unless enough is on its way already: then the client has to wait, as for a serial port."""
@@ -149,8 +154,9 @@ class PtyEndpoint(Endpoint):
         return self._in.pop(now)
 
     def send(self, data: bytes, now: float) -> None:
-        """Queue bytes, and deliver what the baud rate lets through."""
-        self._out.push(data, now)
+        """Queue bytes, and deliver what the baud rate lets through; what does not fit into the sender's buffer is lost."""
+        if len(self._out) + len(data) <= self._most:
+            self._out.push(data, now)
         ready = self._out.pop(now)
         if not ready:
             return

@@ -78,7 +78,13 @@ def bout(
         console.print(text, markup=False)
 
     with open_session(
-        link, opponent=opponent, seed=seed, log=path, config=described, reconnect=reconnect, tell=None if quiet else tell,
+        link,
+        opponent=opponent,
+        seed=seed,
+        log=path,
+        config=described,
+        reconnect=reconnect,
+        tell=None if quiet else tell,
         signing_key=signing_key,
     ) as session:
         ring = open_ring(session.junior, opponent)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -81,6 +82,8 @@ def check(
         robot = Subject(wire, clock, session=session, system=system or node, taps=taps, signing=signing)
         stack.callback(robot.close)
         robot.greet(timeout)
+        if not quiet and not system:
+            common.tell_others(robot.system, robot.others, url, partial(console.print, markup=False))
         verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)
     if as_json:
         common.print_json([_plain(verdict) for verdict in verdicts])

@@ -168,7 +168,13 @@ def coach(
         console.print(text, markup=False)
 
     with open_session(
-        link, opponent=opponent, seed=seed, log=path, config=described, reconnect=reconnect, tell=None if quiet else tell,
+        link,
+        opponent=opponent,
+        seed=seed,
+        log=path,
+        config=described,
+        reconnect=reconnect,
+        tell=None if quiet else tell,
         signing_key=signing_key,
     ) as session:
         run = _Run(session, console, opponent, seed, files, quiet=quiet)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import shlex
 import sys
 import tomllib
 from datetime import UTC, datetime
@@ -13,11 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 import typer
 from rich.console import Console
 
+from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.messages import OpponentCode
+from hil.connecting import asked_for
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection
 
 P = ParamSpec("P")
 
@@ -166,6 +169,34 @@ def check_opponent(name: str) -> str:
     if name not in OPPONENTS:
         raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
     return name
+
+
+def with_system(url: str, system: int) -> str:
+    """The address of one of several robots on a link.
+
+    Args:
+        url: Address of the link; a robot that it names already is replaced.
+        system: System id, or on CAN node id, of the robot.
+    """
+    bare, _, options = url.partition("?")
+    kept = [option for option in options.split("&") if option and not option.startswith(("system=", "node="))]
+    name = "node" if url.startswith("can:") else "system"
+    return f"{bare}?{'&'.join([*kept, f'{name}={system}'])}"
+
+
+def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:
+    """Say which robot was taken, and how to take another, where several are on the link and the user named none.
+
+    Args:
+        system: System id of the robot that was taken.
+        others: System ids of the others.
+        url: Address as the user gave it.
+        tell: Says so.
+    """
+    if others and asked_for(parse_address(url)) is None:
+        named = f"{'robot' if len(others) == 1 else 'robots'} {', '.join(map(str, sorted(others)))}"
+        another = shlex.quote(with_system(url, min(others)))
+        tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
 
 
 def log_path(verb: str, log: Path | None, *, no_log: bool) -> Path | None:

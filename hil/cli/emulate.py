@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
 import threading
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +23,12 @@ from hil.connecting import board_maker
 from hil.fault_file import read_faults
 from hil.files import replace_file
 from hil.key_file import load_key, no_signatures
+
+if TYPE_CHECKING:
+    from simdevice.world import World
+
+CROWD_BAUD = 921600
+"""Rate of a pty that several robots share, unless another is asked for, in bit/s: each says up to 3 kB a second."""
 
 
 class What(StrEnum):
@@ -42,6 +50,9 @@ def emulate(
     link: Annotated[
         str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760, udp://127.0.0.1:14550, slcan or can://....")
     ] = "pty" if hasattr(os, "openpty") else "tcp://127.0.0.1:5760",
+    count: Annotated[
+        int, typer.Option("--count", min=1, max=254, help="So many robots on the one link, with system or node ids from 1.")
+    ] = 1,
     opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
     board: Annotated[
         BoardName, typer.Option("--board", help="host: the firmware in this process; avr: its ELF on an emulated ATmega328P.")
@@ -73,11 +84,12 @@ def emulate(
     """Serve an emulated robot until interrupted: to any program that speaks MAVLink, or CAN, at the pace of real time.
 
     Over CAN the same robot speaks CAN frames: on a bus that python-can knows (can://udp_multicast/239.74.163.2), or behind
-    a serial CAN adapter on a pty (slcan).
+    a serial CAN adapter on a pty (slcan). With --count several robots share the link, each in a ring of its own.
 
     Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
     """
-    from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
     from simdevice.endpoints import open_endpoint  # noqa: PLC0415
     from simdevice.server import Server  # noqa: PLC0415
     from simdevice.world import junior_world  # noqa: PLC0415
@@ -89,19 +101,22 @@ def emulate(
     key = load_key(signing_key) if signing_key else None
     if key is not None and board is not BoardName.HOST:
         raise common.UsageError("the firmware of this board is built without signing: leave --signing-key out")
-    endpoint = open_endpoint(link, public=public)
-    if key is not None and endpoint.wire != MAVLINK:
+    endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
+    wire = endpoint.wire
+    if key is not None and wire != MAVLINK:
         endpoint.close()
         raise no_signatures(link)
+    world: World | Crowd
     try:
-        world = junior_world(
+        make = junior_world if count == 1 else partial(Crowd, count)
+        world = make(
             opponent=opponent,
             seed=seed,
             referee=referee,
             nvm=nvm,
-            wire=endpoint.wire,
+            wire=wire,
             faults=spec,
-            board=board_maker(board, endpoint.wire),
+            board=board_maker(board, wire),
             signing_key=key,
         )
     except LinkOpenError:
@@ -109,27 +124,31 @@ def emulate(
         raise
     except ValueError as error:
         endpoint.close()
-        raise common.UsageError(f"{memory}: {error}") from error
-    served = world if faults is None else DisturbedWorld(world, spec, seed, wire=endpoint.wire)
+        raise common.UsageError(f"{memory}: {error}" if memory is not None and nvm is not None else str(error)) from error
+    served = world if faults is None else DisturbedWorld(world, spec, seed, wire=wire)
     with terminate_as_interrupt():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
-            document = {"robot": str(what), "url": endpoint.url, "opponent": opponent, "pid": os.getpid()}
+            document = {"robot": str(what), "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}
             common.print_json(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
         else:
-            console.print(f"{what.capitalize()} is at {endpoint.url}", markup=False)
+            who = f"{what.capitalize()} is" if count == 1 else f"{count} Juniors, system ids 1 to {count}, are"
+            console.print(f"{who} at {endpoint.url}", markup=False)
             if faults is not None:
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
-                url = f"{endpoint.url} --signing-key {signing_key}" if key is not None else endpoint.url
-                console.print(f"For instance: hil monitor {url}    or: hil coach {url}", markup=False)
+                one = endpoint.url if count == 1 else shlex.quote(common.with_system(endpoint.url, count))
+                signing = f" --signing-key {signing_key}" if key is not None else ""
+                console.print(
+                    f"For instance: hil monitor {endpoint.url}{signing}    or: hil coach {one}{signing}", markup=False
+                )
         sys.stdout.flush()
         try:
             server.run(threading.Event().is_set)
         finally:
             endpoint.close()
             if memory is not None:
-                replace_file(memory, world.device.nvm)
+                replace_file(memory, world.nvm)
             if server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
 

@@ -12,25 +12,31 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from firmware_protocol.address import parse_address
 from firmware_protocol.errors import PeerLostError, RefusedError
 from firmware_protocol.messages import SensorFlag, State
 from hil.cli import common
-from hil.cli.session import open_session
+from hil.cli.overview import Overview
+from hil.cli.session import Session, open_session, open_watch
+from hil.connecting import asked_for
 from hil.keys import pressed_keys
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.cli.session import Session
     from hil.junior import Junior
+    from hil.robots import Robots
 
 DRIVE_TIME = 0.3
 """A key drives for this long, in s; holding it down repeats it."""
 SPEED, TURN = 0.6, 0.35
 DRIVES = {"^": (SPEED, SPEED), "v": (-SPEED, -SPEED), "<": (-TURN, TURN), ">": (TURN, -TURN)}
-STOPS = "e "
+STOPS = "eE "
 QUIT = "q\x03\x04"
 HELP = "a arm   d disarm   arrows drive   space stop   e emergency stop   q quit"
+LOCKSTEP_DURATION = 10.0
+"""How much is shown of what runs faster than time, in s."""
+IN_LOCKSTEP = "An emulated robot in this process runs faster than time: shown are its first 10 s."
 LINE_EVERY = 1.0
 """Without a terminal a line is printed this often, in s."""
 
@@ -54,6 +60,9 @@ def monitor(
 
     Pull the plug and put it back: it goes on, and the robot is disarmed.
 
+    Of several robots on one link each has a line. They are only watched; the keys n and p choose one, and the first key that
+    moves it stops and disarms it first.
+
     Example: hil monitor serial:///dev/ttyACM0:115200
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
@@ -62,17 +71,62 @@ def monitor(
     def tell(text: str) -> None:
         console.print(text, markup=False)
 
-    config_told = {"verb": "monitor", "seed": seed}
+    described = {"verb": "monitor", "seed": seed}
+    live, silent = console.is_terminal and not as_json and not quiet, as_json or quiet
+    told = None if quiet else tell
+    if link is not None and _may_be_several(link):
+        with open_watch(link, log=path, config=described, reconnect=reconnect, tell=told, signing_key=signing_key) as (
+            robots,
+            recorder,
+        ):
+            members = list(robots)
+            if len(members) > 1:
+                overview = Overview(robots, lambda junior, key: _obey(Session(junior, recorder), key))
+                _look(overview, robots, console, duration, live=live, silent=silent)
+                if as_json:
+                    common.print_json([_plain(junior) for junior in overview.members if junior.latest is not None])
+                return
+            members[0].take()
+            _watch(Session(members[0], recorder), console, duration, live=live, silent=silent)
+            if as_json:
+                common.print_json(_plain(members[0]))
+        return
     with open_session(
-        link, seed=seed, log=path, config=config_told, arm=False, reconnect=reconnect, tell=None if quiet else tell,
-        signing_key=signing_key,
+        link, seed=seed, log=path, config=described, arm=False, reconnect=reconnect, tell=told, signing_key=signing_key
     ) as session:
         if session.lockstep and duration is None:
-            duration = 10.0
-            console.print("An emulated robot in this process runs faster than time: shown are its first 10 s.")
-        _watch(session, console, duration, live=console.is_terminal and not as_json and not quiet, silent=as_json or quiet)
+            duration = LOCKSTEP_DURATION
+            console.print(IN_LOCKSTEP)
+        _watch(session, console, duration, live=live, silent=silent)
         if as_json:
             common.print_json(_plain(session.junior))
+
+
+def _may_be_several(link: str) -> bool:
+    """The address leaves open which robot is meant, and it is not one alone in this process."""
+    address = parse_address(link)
+    return asked_for(address) is None and (address.scheme != "sim" or "count" in address.options)
+
+
+def _look(overview: Overview, robots: Robots, console: Console, duration: float | None, *, live: bool, silent: bool) -> None:
+    """Show several robots."""
+    if duration is None and all(bridge.link.lockstep for bridge in robots.networks.bridges.values()):
+        duration = LOCKSTEP_DURATION
+        console.print(IN_LOCKSTEP)
+    end = None if duration is None else robots.now() + duration
+    line_due = robots.now()
+    with pressed_keys() as keys, Live(console=console, auto_refresh=False, transient=False) as display:
+        while end is None or robots.now() < end:
+            robots.step()
+            for key in worth_obeying(keys()):
+                if key in QUIT:
+                    return
+                overview.press(key)
+            if live:
+                display.update(overview.view(), refresh=True)
+            elif not silent and robots.now() >= line_due:
+                line_due = robots.now() + LINE_EVERY
+                console.print(f"{robots.now():.2f} s", *overview.lines(), sep="\n", markup=False)
 
 
 def _watch(session: Session, console: Console, duration: float | None, *, live: bool, silent: bool) -> None:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import tomllib
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import tomli_w
 import typer
+from rich.console import Console
 from rich.table import Table
 
+from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
+from hil.cli.session import others_beside
 from hil.connecting import connect
 from hil.files import replace_file
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 
 def param(
@@ -41,6 +42,11 @@ def param(
     wanted = _read(load) if load else {}
     console = common.consoles(as_json=as_json, quiet=quiet)
     with connect(link, signing_key=signing_key) as junior:
+        if not quiet:
+            notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
+            common.tell_others(
+                junior.peer.system, others_beside(junior, parse_address(link)), link, partial(notices.print, markup=False)
+            )
         try:
             if name is not None:
                 result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}

@@ -14,7 +14,9 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
-from hil.connecting import connect, fault_option
+from hil.cli import common
+from hil.connecting import asked_for, connect, fault_option
+from hil.connecting_all import connect_all
 from hil.key_file import load_key
 from hil.recorder import Recorder
 
@@ -23,11 +25,17 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import FrameType
 
+    from firmware_protocol.address import Address
     from firmware_protocol.events import Event
     from hil.bouts import Bout
+    from hil.bridge import Bridge
     from hil.coaching import Observer
     from hil.junior import Junior
+    from hil.robots import Robots
     from pal_advisor.maneuvers import Advice, PalSettings
+
+OTHERS_WAIT = 0.25
+"""How long to listen for other robots on the link, in s: each says something many times a second."""
 
 
 class Session:
@@ -106,7 +114,8 @@ def open_session(
         arm: Let its wheels turn.
         signing_key: Key file that robot and host sign with.
         reconnect: How long a robot or link that is lost is waited for, in s.
-        tell: Is told, in words, when link or robot are lost or back; None for nobody.
+        tell: Is told, in words, when link or robot are lost or back, and which robot was taken of
+            several; None for nobody.
 
     Yields:
         The session.
@@ -127,14 +136,17 @@ def open_session(
             recorder = open_recorder(log, url, config, lockstep=address.scheme == "sim")
             stack.callback(recorder.close)
         try:
-            junior = stack.enter_context(connect(url, system=system, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key))
+            junior = stack.enter_context(
+                connect(url, system=system, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key)
+            )
         except LinkOpenError:
             if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
                 recorder.close()
                 log.unlink()
             raise
         if tell is not None:
-            junior.listen(_teller(junior, tell))
+            common.tell_others(junior.peer.system, others_beside(junior, address), url, tell)
+            junior.listen(_teller(junior.bridge, tell))
         if arm:
             junior.arm()
         if recorder is not None:
@@ -145,19 +157,84 @@ def open_session(
             raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
 
 
-def _teller(junior: Junior, tell: Callable[[str], None]) -> Callable[[Event], None]:
+def _teller(bridge: Bridge, tell: Callable[[str], None]) -> Callable[[Event], None]:
     """What tells of losses and returns."""
-    patience = junior.bridge.patience
+    patience = bridge.patience
 
     def listen(event: Event) -> None:
         if isinstance(event, LinkNews):
             tell(event.text)
         elif isinstance(event, PeerBack):
             tell(f"robot {event.system} is back{', restarted' if event.rebooted else ''}")
-        elif isinstance(event, PeerLost) and junior.bridge.lost is None and patience:
+        elif isinstance(event, PeerLost) and bridge.lost is None and patience:
             tell(f"robot {event.system} is lost: {event.cause}; waiting {patience:g} s for it")
 
     return listen
+
+
+def others_beside(junior: Junior, address: Address) -> set[int]:
+    """Listen for a moment who else is on the link.
+
+    Args:
+        junior: The robot that was taken.
+        address: Its address; one that names the robot, or has room for one only, needs no listening.
+
+    Returns:
+        System ids of the others, as far as they are heard.
+    """
+    if asked_for(address) is None and (address.scheme != "sim" or "count" in address.options):
+        junior.wait(OTHERS_WAIT)
+    return junior.bridge.strangers
+
+
+@contextmanager
+def open_watch(
+    link: str,
+    *,
+    log: Path | None,
+    config: Mapping[str, object],
+    reconnect: float = 0.0,
+    tell: Callable[[str], None] | None = None,
+    signing_key: Path | None = None,
+) -> Iterator[tuple[Robots, Recorder | None]]:
+    """Watch every robot on a link, with a log; on the way out stop those that were taken, then close the log.
+
+    Args:
+        link: Address.
+        log: Where the log goes; None for none.
+        config: What the run was asked to do, for the log.
+        reconnect: How long the link is tried to be opened again when it is lost, in s.
+        tell: Is told, in words, when link or robots are lost or back; None for nobody.
+        signing_key: Key file that host and robots sign with.
+
+    Yields:
+        The robots, and what writes the log.
+
+    Raises:
+        LinkError: The link can't be opened.
+        PeerError: No robot answers.
+        LogError: The log can't be written.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(terminate_as_interrupt())
+        key = load_key(signing_key) if signing_key else None
+        recorder = None
+        if log is not None:
+            recorder = open_recorder(log, link, config, lockstep=parse_address(link).scheme == "sim")
+            stack.callback(recorder.close)
+        try:
+            robots = stack.enter_context(
+                connect_all(link, watch=True, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key)
+            )
+        except LinkOpenError:
+            if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
+                recorder.close()
+                log.unlink()
+            raise
+        if tell is not None:
+            listener = _teller(next(iter(robots.networks.bridges.values())), tell)
+            robots.listen(lambda _, event: listener(event))
+        yield robots, recorder
 
 
 def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:

@@ -76,6 +76,7 @@ class Probe:
 
     Attributes:
         system: System id of the robot; 0 while none has been heard.
+        others: System ids of other robots that were heard.
         wire: What the link carries: `mavlink` or `can`.
         heard: Everything the robot has said since `forget`, in order.
         rejected: What came that was no good message, since `forget`.
@@ -94,6 +95,7 @@ class Probe:
         signing: Signing | None = None,
     ) -> None:
         self.system = system or 0
+        self.others: set[int] = set()
         self.wire = link.wire
         self.heard: list[Received] = []
         self.rejected: list[Rejected] = []
@@ -242,6 +244,8 @@ class Probe:
             return
         if not self.system and isinstance(event.message, Heartbeat) and event.message.type != _GROUND_STATION:
             self.system = event.system
+        if event.system not in {0, self.system, HOST_SYSTEM} and event.component == ROBOT_COMPONENT:
+            self.others.add(event.system)
         if event.system == self.system and event.component == ROBOT_COMPONENT:
             self.heard.append(event)
             self._last = event.time
