@@ -7,7 +7,9 @@ from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, RefereeState, SetupSigning, Statustext
+from firmware_protocol.messages import (
+    HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, JuniorSession, RefereeState, SetupSigning, Statustext,
+)  # fmt: skip
 from firmware_protocol.signing import redacted
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
@@ -16,6 +18,7 @@ from hil.mcaplog.joints import DEFINITION, JOINT_STATE, encode_joints
 from hil.mcaplog.records import AdviceRecord, BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
 from hil.mcaplog.writer import LogWriter
+from hil.protagonist import Protagonist
 from hil.scene import SceneClock, places, shapes
 from pal_advisor.maneuvers import fitness
 
@@ -91,6 +94,7 @@ class Recorder:
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
         self._scene = SceneClock()
+        self._drawn = Protagonist()
         self._settings: PalSettings | None = None
 
     def __enter__(self) -> Self:
@@ -130,15 +134,17 @@ class Recorder:
             return
         message = event.message
         self._message(message, sender_suffix(event.system, event.component, event.sequence), event.time)
-        if isinstance(message, JuniorSensors):
+        if isinstance(message, JuniorSensors) and self._drawn.heard(event.system):
             self._plot(message, event.time)
-        elif isinstance(message, RefereeState):
+        elif isinstance(message, RefereeState) and self._drawn.heard(event.system):
             self._draw(message, event.time)
         elif isinstance(message, Statustext):
             self._say(event.time, message.severity, message.text, f"robot {event.system}")
 
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent; time is the bridge's, in s."""
+        if isinstance(message, JuniorSession):
+            self._drawn.taken(message.target_system)
         self._message(message, self._host, time)
 
     def event(self, event: Event) -> None:

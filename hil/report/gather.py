@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.messages import (
+    HOST_SYSTEM,
     BoutOutcome,
     JuniorSensors,
+    JuniorSession,
     JuniorWheels,
     OpponentCode,
     ParamValue,
@@ -21,6 +23,7 @@ from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.wire import Message
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.protagonist import Protagonist
 from hil.report.link import LinkQuality, LinkWatcher
 
 if TYPE_CHECKING:
@@ -160,7 +163,7 @@ def gather(path: Path) -> RunData:
         gatherer.take(entry)
     data = gatherer.finish()
     if not data.learnt and not data.bouts:
-        data.sensors = _sensors(LogReader(path), gatherer.wheels)
+        data.sensors = _sensors(LogReader(path), gatherer.robot.system, gatherer.wheels)
     data.metadata, data.health = reader.metadata, reader.health()
     data.whole = not reader.truncated and not reader.damage
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
@@ -189,6 +192,7 @@ class _Gatherer:
         self._bout: list[RefereeState] = []
         self._bout_used = 0
         self.wheels: list[tuple[float, JuniorWheels]] = []
+        self.robot = Protagonist()
 
     def take(self, entry: LogEntry) -> None:
         """Take the next entry."""
@@ -229,10 +233,14 @@ class _Gatherer:
             return
         if entry.frame is None:
             self._watcher.sent(message, entry.topic, entry.time)
-            if isinstance(message, JuniorWheels):
+            if isinstance(message, JuniorSession):
+                self.robot.taken(message.target_system)
+            elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
                 self.wheels.append((entry.time, message))
             return
         self._watcher.received(message, entry.sender, entry.frame, entry.time)
+        if entry.sender[0] == HOST_SYSTEM or not self.robot.heard(entry.sender[0]):
+            return
         if isinstance(message, RefereeState):
             self._referee(message)
         elif isinstance(message, ParamValue) and message.param_id:
@@ -277,8 +285,8 @@ class _Gatherer:
         return data
 
 
-def _sensors(reader: LogReader, wheels: Sequence[tuple[float, JuniorWheels]]) -> SensorTrack | None:
-    entries = [(entry.time, entry.value) for entry in reader.entries([SENSORS])]
+def _sensors(reader: LogReader, system: int | None, wheels: Sequence[tuple[float, JuniorWheels]]) -> SensorTrack | None:
+    entries = [(entry.time, entry.value) for entry in reader.entries([SENSORS]) if entry.sender and entry.sender[0] == system]
     readings = [(time, value) for time, value in entries if isinstance(value, JuniorSensors)]
     if not readings:
         return None
