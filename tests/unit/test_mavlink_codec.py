@@ -183,6 +183,7 @@ def test_a_good_frame_with_a_bad_value_is_rejected(message: Message, at: int, ra
     assert isinstance(events[0], Rejected)
     assert detail in events[0].detail
     assert events[0].raw == frame
+    assert events[0].system == frame[5]  # the checksum was good: it is certain who sent it
     assert messages_of(events) == [WHEELS]
 
 

@@ -17,6 +17,7 @@ from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, Jun
 from hil.bridge import Bridge
 from hil.networks import Networks, RobotAddress
 from hil.robots import Robots
+from simdevice.crowd import Crowd
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -367,6 +368,48 @@ def test_emulated_robots_are_counted_by_themselves() -> None:
         assert len(robots.perform("L R", period=0.05).values) == 4
     with hil.connect_all("sim://junior?count=3&seed=3&system=2&wire=can", "sim://junior") as robots:
         assert [address.system for address in robots.addresses] == [1, 2]
+
+
+@pytest.mark.parametrize("loss", ["unplug", "switch_off"])
+@pytest.mark.parametrize("wire", ["mavlink", "can"])
+def test_nine_of_ten_do_not_notice_that_the_tenth_is_gone(loss: str, wire: str) -> None:
+    crowd = Crowd(10, seed=3, wire=wire)
+    networks = Networks()
+    networks.add("line", Bridge(MemoryLink(crowd, wire=wire), crowd, session=lambda: 77), crowd)
+    with Robots(networks) as robots:
+        robots.find(expect=10)
+        robots.arm()
+        nine = [junior for junior in robots if junior.peer.system != 4]
+
+        def round_trips(seconds: float) -> list[float]:
+            trips, end = [], robots.now() + seconds
+            while robots.now() < end:
+                for junior in nine:
+                    began = robots.now()
+                    junior.status()
+                    trips.append(robots.now() - began)
+            return trips
+
+        before = round_trips(1.0)
+        getattr(crowd, loss)(4)
+        during = round_trips(4.0)
+        assert robots.missing == [robots.address(4)]
+        (crowd.plug if loss == "unplug" else crowd.switch_on)(4)
+        after = round_trips(1.5)
+        assert len(robots) == 10
+        assert max(before) == pytest.approx(0.005)
+        assert max(during) == max(after) == pytest.approx(max(before))
+        assert all(junior.armed for junior in nine)
+        assert sum(junior.peer.counters.retries for junior in nine) == 0
+
+
+def test_a_bus_can_be_full() -> None:
+    with hil.connect_all("sim://junior?count=127&referee=0&wire=can", timeout=10.0) as robots:
+        assert len(robots) == 127
+        assert len(robots.arm().values) == 127
+        began = robots.now()
+        assert len(robots.perform("L R", period=0.05).values) == 127
+        assert robots.now() - began < 0.3
 
 
 def test_the_same_seed_gives_the_same_run() -> None:
