@@ -41,5 +41,6 @@ void eeprom_finish(void);
 
 /* uart.c */
 void uart_start(void);
+void uart_begin(void); /* a control period begins */
 
 #endif

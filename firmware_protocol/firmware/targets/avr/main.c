@@ -95,6 +95,7 @@ int main(void)
     for (;;) {
         clock_wait();
         wdt_reset();
+        uart_begin();
         junior_tick(&robot);
         eeprom_step();
     }

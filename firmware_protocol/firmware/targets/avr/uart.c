@@ -11,6 +11,7 @@ static volatile uint8_t rx[BOARD_RX_SIZE], rx_in;
 static uint8_t rx_out;
 static volatile uint8_t tx[BOARD_TX_SIZE], tx_out;
 static volatile uint8_t tx_in;
+static uint8_t tx_seen; /* tx_out when the control period began */
 
 void uart_start(void)
 {
@@ -47,6 +48,11 @@ ISR(USART_UDRE_vect)
     tx_out = next == BOARD_TX_SIZE ? 0 : next;
 }
 
+void uart_begin(void)
+{
+    tx_seen = tx_out;
+}
+
 int16_t hal_read(void *board)
 {
     uint8_t byte, out = rx_out;
@@ -60,9 +66,11 @@ int16_t hal_read(void *board)
     return byte;
 }
 
+/* The room at the beginning of the control period, less what has been written since: what is sent in it does not hang on how
+ * long the work takes. */
 uint16_t hal_write_room(void *board)
 {
-    uint8_t in = tx_in, out = tx_out;
+    uint8_t in = tx_in, out = tx_seen;
 
     (void)board;
     return in >= out ? (uint8_t)(BOARD_TX_SIZE - 1U - (uint8_t)(in - out)) : (uint8_t)(out - in - 1U);
