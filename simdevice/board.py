@@ -113,7 +113,8 @@ class Board:
         io = self._robot.io
         io.uid = self._uid
         io.can = self._can
-        io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots
+        io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots ...
+        io.start = self.start  # ... as is this: on at power-on is no start
         ffi.buffer(io.nvm)[:] = nvm
         self._nvm = ffi.buffer(io.nvm)
         self._inputs = ffi.buffer(ffi.addressof(io), _INPUTS.size)
