@@ -83,10 +83,10 @@ def build(source: Path = FIRMWARE, cache: Path | None = None) -> AvrFirmware:
         raise LinkOpenError(_SUBJECT, "it can't be emulated: this machine lacks " + ", ".join(packages), _remedy(packages))
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder.parent) as name:
-            _make(source, Path(name))
+        with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory(dir=folder.parent) as near:
+            done = shutil.copytree(_make(source, Path(work)), Path(near) / "done")  # make can't work where a path has a blank
             if not folder.exists():  # else somebody else has built it meanwhile
-                (Path(name) / "done").rename(folder)
+                done.rename(folder)
     except OSError as error:
         if not made.shim.exists():
             reason = f"cannot build it in {folder.parent}: {error.strerror}"
@@ -102,8 +102,8 @@ def _fingerprint(source: Path) -> str:
     return digest.hexdigest()[:16]
 
 
-def _make(source: Path, folder: Path) -> None:
-    """Compile into `done` in this folder."""
+def _make(source: Path, folder: Path) -> Path:
+    """Compile in this folder; returns where what is to be kept is."""
     done = folder / "done"
     done.mkdir()
     build_folder = folder / "build"
@@ -111,6 +111,7 @@ def _make(source: Path, folder: Path) -> None:
     (build_folder / "avr" / "junior.elf").rename(done / "junior.elf")
     flags = ("-std=gnu11", "-O2", "-fPIC", "-shared", f"-I{source / 'targets' / 'avr'}")
     _demand(_run("cc", *flags, "-o", done / "shim.so", SHIM, "-lsimavr"))
+    return done
 
 
 def _run(*command: object, text: str = "") -> subprocess.CompletedProcess[str]:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from typing import TYPE_CHECKING
 
 import pytest
 from avr_bench import UID, AvrBench, needs_avr
 from firmware_bench import BLANK
+from processes import PATIENCE, Hil
 
+import hil
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.messages import (
     AutopilotVersion,
@@ -227,6 +230,26 @@ def test_a_world_with_this_board_power_cycles_and_reboots() -> None:
     world.device.power_cycle()
     assert world.device.uptime == 0.0
     assert world.device.nvm != BLANK
+
+
+def test_a_host_has_a_maneuver_performed_and_stored() -> None:
+    with hil.connect("sim://junior?board=avr&opponent=flat-heavy&seed=2") as junior:
+        junior.arm()
+        report = junior.perform(["LFRB", "FF"], period=0.1)
+        assert report.done == 2
+        junior.disarm()
+        assert junior.sense() is not None
+
+
+def test_it_is_served_in_real_time(tmp_path: Path) -> None:
+    memory = tmp_path / "robot.eeprom"
+    with Hil(tmp_path, "emulate", "junior", "--board", "avr", "--link", "tcp://127.0.0.1:0", "--memory", str(memory)) as robot:
+        url = robot.until("Junior is at").split()[-1]
+        with hil.connect(url, timeout=PATIENCE) as junior:
+            assert junior.status().boot_count == 1
+        robot.send(signal.SIGINT)
+        assert robot.end() in {0, 130}
+    assert len(memory.read_bytes()) == len(BLANK)
 
 
 # --- where it can't be run -------------------------------------------------------------------------------------------
