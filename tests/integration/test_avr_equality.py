@@ -1,0 +1,239 @@
+"""The ATmega328P does in every control period what the host build does: sixty seconds and more of a robot's life."""
+
+from __future__ import annotations
+
+import random
+import struct
+from typing import TYPE_CHECKING
+
+import pytest
+from avr_bench import needs_avr
+from avr_twins import Twins, comparable
+from firmware_bench import HOST, FirmwareBench, forge
+
+from firmware_protocol.faults import FaultSpec
+from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.messages import (
+    AutopilotVersion,
+    Command,
+    CommandLong,
+    ContestCommand,
+    Heartbeat,
+    JuniorResultAck,
+    JuniorSensors,
+    JuniorSession,
+    JuniorStatus,
+    ManualControl,
+    ParamRequestList,
+    ParamRequestRead,
+    ParamSet,
+    Ping,
+    SysStatus,
+    Timesync,
+)
+from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from simdevice.world import junior_world
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message
+
+pytestmark = needs_avr
+PACE = 6
+"""Control periods between two things that the host says: what both say then fits the line."""
+STREAMS = (Heartbeat, SysStatus, JuniorSensors, JuniorStatus)
+KEPT = ("SYS_ID", "MEM_SLOTS")
+
+
+class Hostly(FirmwareBench):
+    """Messages of a host, and no robot."""
+
+    def __init__(self) -> None:
+        self.session, self.sequence = 100, 0
+
+
+class Life:
+    """What a host says: sense and nonsense in any order.
+
+    Args:
+        seed: Of everything random.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self.random = random.Random(seed)
+        self.codec = MavlinkCodec(system=255, component=190)
+        self.make = Hostly()
+        self.said: list[bytes] = []
+
+    def open(self) -> JuniorSession:
+        self.make.session += 1
+        self.make.sequence = 0
+        return JuniorSession(self.make.session, 0, 1, 1, 1, 0)
+
+    def command(self, command: Command, param1: float, param2: float = 0.0) -> CommandLong:
+        return CommandLong(1, 1, command, param1=param1, param2=param2)
+
+    def actions(self) -> tuple[Action, ...]:
+        return tuple(Action(self.random.randrange(17)) for _ in range(self.random.randint(1, 8)))
+
+    def parameter(self) -> bytes:
+        """Set one: to a value within its limits, at them, beyond them, or none."""
+        choose = self.random
+        row = choose.choice([row for row in PARAMETERS if row.name not in KEPT])
+        value = choose.choice(
+            (row.minimum, row.maximum, row.default, choose.uniform(row.minimum, row.maximum), 1e9, float("nan"))
+        )
+        value = round(value) if choose.random() < 0.5 and abs(value) < 1e6 else value
+        return forge(ParamSet(1, 1, row.name, 0.0), param_value=struct.unpack("f", struct.pack("f", value))[0])
+
+    def motion(self) -> Message:
+        choose, make = self.random, self.make
+        match choose.randrange(4):
+            case 0:
+                return make.wheels_message(choose.uniform(-1, 1), choose.uniform(-1, 1), choose.uniform(0, 2))
+            case 1:
+                return ManualControl(1, x=choose.randint(-1000, 1000), y=0, z=0, r=choose.randint(-1000, 1000), buttons=0)
+            case _:
+                return make.maneuver_message(self.actions(), choose.uniform(0.02, 0.4), choose.randrange(32))
+
+    def memory(self) -> Message:
+        choose, make = self.random, self.make
+        previous, current = choose.choice((ANY_STIMULUS, 0, 1, 2)), choose.randrange(4)
+        match choose.randrange(6):
+            case 0:
+                return make.read_message(choose.randrange(12), previous, current)
+            case 1:
+                return make.read_message(255, previous, current)
+            case 2:
+                return make.write_message((), current, previous)
+            case _:
+                return make.write_message(self.actions(), current, previous, choose.uniform(0.02, 0.4), choose.randrange(32))
+
+    def question(self) -> Message:
+        choose = self.random
+        match choose.randrange(6):
+            case 0:
+                return Ping(time_usec=choose.getrandbits(60), seq=choose.getrandbits(32))
+            case 1:
+                return Timesync(tc1=0, ts1=choose.getrandbits(60))
+            case 2:
+                return ParamRequestRead(1, 1, choose.choice(PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
+            case 3:
+                return self.command(Command.REQUEST_MESSAGE, float(choose.choice((*STREAMS, AutopilotVersion)).ID))
+            case 4:
+                interval = choose.choice((10_000.0, 20_000.0, 50_000.0, 0.0, -1.0))
+                return self.command(Command.SET_MESSAGE_INTERVAL, float(choose.choice(STREAMS).ID), interval)
+            case _:
+                return JuniorResultAck(self.make.session, self.make.sequence, 1, 1)
+
+    def damage(self) -> bytes:
+        """A frame of before, late and perhaps damaged; or noise."""
+        choose = self.random
+        if not self.said or choose.random() < 0.2:
+            return choose.randbytes(choose.randint(1, 40))
+        frame = bytearray(choose.choice(self.said[-12:]))
+        match choose.randrange(3):
+            case 0:
+                frame[choose.randrange(len(frame))] ^= 1 << choose.randrange(8)
+            case 1:
+                del frame[choose.randrange(len(frame)) :]
+            case _:
+                pass
+        return bytes(frame)
+
+    def next(self) -> bytes:
+        """What is said now."""
+        choose = self.random
+        kinds = ("motion", "memory", "question", "parameter", "damage", "arm", "session", "contest", "stop", "list", "alive")
+        match choose.choices(kinds, (40, 14, 12, 10, 8, 12, 1, 2, 1, 0.5, 10))[0]:
+            case "parameter":
+                return self.parameter()
+            case "damage":
+                return self.damage()
+            case "motion":
+                message = self.motion()
+            case "memory":
+                message = self.memory()
+            case "question":
+                message = self.question()
+            case "arm":
+                message = self.command(Command.ARM_DISARM, choose.choice((1.0, 1.0, 1.0, 0.0)))
+            case "session":
+                message = self.open()
+            case "contest":
+                start = choose.choice((ContestCommand.START, ContestCommand.STOP))
+                message = self.make.contest_message(start, choose.uniform(0, 0.5))
+            case "stop":
+                message = self.command(Command.FLIGHT_TERMINATION, 1.0)
+            case "list":
+                message = ParamRequestList(1, 1)
+            case _:
+                message = HOST
+        frame = self.codec.encode(message)
+        self.said.append(frame)
+        return frame
+
+
+class Rig:
+    """A world whose robot has both boards."""
+
+    def __init__(self, **options: object) -> None:
+        self.made: list[Twins] = []
+        self.world = junior_world(board=self.board, **options)  # type: ignore[arg-type]
+
+    def board(self, *, uid: int, nvm: bytes | None) -> Twins:
+        self.made.append(Twins(uid=uid, nvm=nvm))
+        return self.made[-1]
+
+    @property
+    def twins(self) -> Twins:
+        return self.made[0]
+
+
+@pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "curved-light"), (4, "corner-light")])
+def test_driving_storing_setting_in_any_order_over_a_line_with_damage(seed: int, opponent: str) -> None:
+    rig, life = Rig(opponent=opponent, seed=seed), Life(seed)
+    step = rig.world.step
+    step(life.codec.encode(life.open()))
+    for period in range(3600):
+        if period % 1200 == 900:
+            step(life.codec.encode(life.command(Command.PREFLIGHT_REBOOT, 1.0)))
+        elif period % 1200 == 0:
+            rig.world.device.power_cycle()
+            rig.world.table.reset(seed + period)
+            step(life.codec.encode(life.open()))
+        else:
+            step(life.next() if period % PACE == 0 else b"")
+    assert rig.twins.frames > 1500
+    assert rig.twins.turning > 300
+    assert rig.twins.short > 0
+    assert rig.twins.boots == 7
+
+
+def test_contests_from_memory_with_a_start_module_and_sensors_that_fail() -> None:
+    spec = FaultSpec.parse("stuck:eye_left=900@4+3,stuck:floor_right=1000@9+0.5,brownout:12+0.3")
+    rig, life = Rig(opponent="flat-heavy", seed=5, faults=spec), Life(5)
+    step, device = rig.world.step, rig.world.device
+    step(life.codec.encode(life.open()))
+    for current in range(4):
+        for _ in range(20):
+            step(b"")
+        step(life.codec.encode(life.make.write_message((Action(1 + current), Action.FF), current, period=0.1)))
+    for period in range(4800):
+        if period % 1600 == 100:
+            device.set_start(go=True)
+        elif period % 1600 == 1500:
+            device.set_start(go=False)
+            rig.world.table.reset(period)
+        step(b"")
+    assert rig.twins.turning > 600
+    assert rig.twins.boots == 2
+
+
+def test_what_may_differ_is_the_load_alone() -> None:
+    def frame(load: int, battery: int) -> bytes:
+        zero = (0,) * 4
+        return MavlinkCodec(system=1, component=1).encode(SysStatus(*zero[:3], load, battery, -1, -1, *zero, *zero[:2]))
+
+    assert comparable(frame(0, 7500)) == comparable(frame(321, 7500))
+    assert comparable(frame(0, 7500)) != comparable(frame(0, 7490))
