@@ -62,4 +62,5 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
     Parameter("BATT_LOW", 0, 0, 20000, "mV", "Warn below this; 0 never", whole=True),
     Parameter("MAN_HOLD", 100, 0, 250, "ms", "HOLD: longest time a maneuver's last action goes on; 0 not at all", whole=True),
     Parameter("WHEEL_SPEED", 400, 1, 5000, "mm/s", "Free speed of a wheel, for travel without encoders", whole=True),
+    Parameter("FAIL_ENABLE", 0, 0, 1, "", "1 lets the host have parts fail (MAV_CMD_INJECT_FAILURE); 0 ends that", whole=True),
 )

@@ -15,6 +15,7 @@ from firmware_protocol.commands import (
     RequestExchange,
 )
 from firmware_protocol.errors import HilError, PeerError
+from firmware_protocol.failures import failing_part
 from firmware_protocol.maneuver_fields import ManeuverFields, to_fields
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
@@ -41,6 +42,7 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver
 
 if TYPE_CHECKING:
     from firmware_protocol.exchange import Exchange, Exchanges, Ticket
+    from firmware_protocol.failures import FailureType
     from firmware_protocol.wire import Message
 
 M = TypeVar("M", bound="Message")
@@ -108,6 +110,20 @@ class Requests:
     def reboot(self) -> Ticket[CommandAck]:
         """Restart the robot's program."""
         return self.command("restarting", Command.PREFLIGHT_REBOOT, 1.0)
+
+    def inject_failure(self, part: str, how: FailureType) -> Ticket[CommandAck]:
+        """Have a part of the robot fail, or be well again.
+
+        Args:
+            part: As `eye_left`, `wheel_right`, `battery`, `host`: see `firmware_protocol.failures.INSTANCES`.
+            how: How it fails; OK ends it.
+
+        Raises:
+            ValueError: There is no such part.
+        """
+        unit, instance = failing_part(part)
+        name = f"to have {part.replace('_', ' ')} be {how.name.lower()}"
+        return self.command(name, Command.INJECT_FAILURE, float(unit), float(how), float(instance))
 
     def message_interval(self, message: type[Message], period: float) -> Ticket[CommandAck]:
         """Have a message streamed.

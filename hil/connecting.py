@@ -249,7 +249,7 @@ def fault_option(address: Address) -> FaultSpec | None:
         raise AddressError(
             address.url,
             f"the fault '{spec.of_device[0]}' is one of the robot itself, and this robot is not emulated here",
-            "Give it to `hil emulate --faults`",
+            "Give it to `hil emulate --faults`, or have a real robot rehearse it with Junior.inject_failure",
         )
     return spec
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Self, TypeVar
 
 from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
+from firmware_protocol.failures import FailureType
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
@@ -374,6 +375,24 @@ class Junior:
             RefusedError: There is none of this name, or the value is not accepted.
         """
         return self.finish(self.peer.set_parameter(name, value))
+
+    def inject_failure(self, part: str, how: FailureType = FailureType.OFF) -> None:
+        """Have a part of the robot fail, or be well again: a rehearsal, which its parameter FAIL_ENABLE must allow.
+
+        Args:
+            part: As `eye_left`, `wheel_right`, `battery`, `host`: see `firmware_protocol.failures.INSTANCES`.
+            how: How it fails; `FailureType.OK` ends it, and so does a restart.
+
+        Raises:
+            RefusedError: It does not allow it, does not know such a failure, is in a contest, or was armed by another.
+            ValueError: There is no such part.
+        """
+        try:
+            self.finish(self.peer.inject_failure(part, how))
+        except RefusedError as error:
+            if self.parameter("FAIL_ENABLE") != 0:
+                raise
+            raise RefusedError(error.command, "it does not rehearse failures while its parameter FAIL_ENABLE is 0") from error
 
     # --- time --------------------------------------------------------------------------------------------------------
 

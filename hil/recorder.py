@@ -7,9 +7,20 @@ from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected
+from firmware_protocol.failures import FailureType, failure_in_words
 from firmware_protocol.messages import (
-    HOST_COMPONENT, HOST_SYSTEM, JuniorSensors, JuniorSession, RefereeState, SetupSigning, Statustext,
-)  # fmt: skip
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    JuniorSensors,
+    JuniorSession,
+    RefereeState,
+    SetupSigning,
+    Statustext,
+)
 from firmware_protocol.signing import redacted
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
@@ -96,6 +107,7 @@ class Recorder:
         self._scene = SceneClock()
         self._drawn = Protagonist()
         self._settings: PalSettings | None = None
+        self._failure: CommandLong | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -138,6 +150,8 @@ class Recorder:
             self._plot(message, event.time)
         elif isinstance(message, RefereeState) and self._drawn.heard(event.system):
             self._draw(message, event.time)
+        elif isinstance(message, CommandAck):
+            self._rehearsed(message)
         elif isinstance(message, Statustext):
             self._say(event.time, message.severity, message.text, f"robot {event.system}")
 
@@ -146,6 +160,8 @@ class Recorder:
         if isinstance(message, JuniorSession):
             self._drawn.taken(message.target_system)
         self._message(message, self._host, time)
+        if isinstance(message, CommandLong) and message.command == Command.INJECT_FAILURE:
+            self._failure = message
 
     def event(self, event: Event) -> None:
         """The peer reports something; what was received or rejected comes through `received` as well and is left out."""
@@ -158,6 +174,15 @@ class Recorder:
         elif isinstance(event, PeerBack):
             words = "is back, restarted" if event.rebooted else "is back"
             self.note("link", f"robot {event.system} {words}", system=event.system, rebooted=event.rebooted)
+
+    def _rehearsed(self, ack: CommandAck) -> None:
+        """A robot that was asked to have something fail says that it does."""
+        asked = self._failure
+        if asked is not None and ack.command == Command.INJECT_FAILURE:
+            self._failure = None
+            if ack.result == CommandResult.ACCEPTED:
+                how = "ends" if asked.param2 == FailureType.OK else "begins"
+                self.note("fault", f"fault {how}: {failure_in_words(asked.param1, asked.param2, asked.param3)}, rehearsed")
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
 

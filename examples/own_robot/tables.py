@@ -39,6 +39,6 @@ PARAMETERS = {  # name: default, least, greatest, whole numbers only
     "ARM_HOLD": (100, 10, 5000, True), "REFLEX_BACK": (250, 0, 2000, True), "REFLEX_TURN": (350, 0, 2000, True),
     "REFLEX_SPEED": (0.7, 0, 1, False), "WATCHDOG": (250, 50, 2000, True), "STIM_ARMS": (0, 0, 1, True),
     "CONTEST_MAX": (180, 0, 3600, True), "BATT_LOW": (0, 0, 20000, True), "MAN_HOLD": (100, 0, 250, True),
-    "WHEEL_SPEED": (400, 1, 5000, True),
+    "WHEEL_SPEED": (400, 1, 5000, True), "FAIL_ENABLE": (0, 0, 1, True),
 }  # fmt: skip
 READ_ONLY = {"MEM_SLOTS"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
     AckResult,
     BoutOutcome,
@@ -78,6 +79,22 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
         Reason.STORAGE_FAILED: "The memory would not take it",
         Reason.OLD_SEQUENCE: "Older than what has been accepted",
         Reason.NO_REFEREE: "Nobody here can place robots",
+    },
+    FailureUnit: {
+        FailureUnit.SENSOR_DISTANCE_SENSOR: "1 and 2 left and right eye, 3 and 4 floor sensors, 5 and 6 arms",
+        FailureUnit.SYSTEM_BATTERY: "The battery's measurement",
+        FailureUnit.SYSTEM_MOTOR: "1 and 2 left and right wheel",
+        FailureUnit.SYSTEM_MAVLINK_SIGNAL: "Hearing the host, as the watchdog does; commands still arrive",
+    },
+    FailureType: {
+        FailureType.OK: "Not at all: ends a failure",
+        FailureType.OFF: "Reads 0; turns no wheel; hears no host",
+        FailureType.STUCK: "Reads what it read last",
+        FailureType.GARBAGE: "Reads anything",
+        FailureType.WRONG: "Junior knows no such failure",
+        FailureType.SLOW: "A wheel gets half of its effort",
+        FailureType.DELAYED: "Junior knows no such failure",
+        FailureType.INTERMITTENT: "Junior knows no such failure",
     },
     AckResult: {AckResult.ACCEPTED: "Done, or begun", AckResult.REFUSED: "Not done; the reason says why"},
     ContestCommand: {ContestCommand.STOP: "Stop playing", ContestCommand.START: "Count down, then play"},

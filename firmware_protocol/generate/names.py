@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.failures import FailureType, FailureUnit
 from firmware_protocol.generate.meanings import meaning
 from firmware_protocol.messages import (
     AckResult,
@@ -64,6 +65,10 @@ _COMMANDS: Final[dict[Command, tuple[str, str]]] = {
     Command.FLIGHT_TERMINATION: ("MAV_CMD_DO_FLIGHTTERMINATION", "Emergency stop, latched until disarmed; param1 1 engages"),
     Command.PREFLIGHT_REBOOT: ("MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN", "Restart the robot; param1 1"),
     Command.ARM_DISARM: ("MAV_CMD_COMPONENT_ARM_DISARM", "param1 1 arms, 0 disarms"),
+    Command.INJECT_FAILURE: (
+        "MAV_CMD_INJECT_FAILURE",
+        "Have unit param1 fail as param2 says; param3 which one, 0 all. Only while FAIL_ENABLE is 1",
+    ),
     Command.SET_MESSAGE_INTERVAL: (
         "MAV_CMD_SET_MESSAGE_INTERVAL",
         "Send message param1 every param2 us; 0 the default rate, -1 never",
@@ -121,6 +126,12 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
         ),
     ),
     Enumeration("MAV_CMD", "Commands of COMMAND_LONG.", tuple((_COMMANDS[c][0], int(c), _COMMANDS[c][1]) for c in Command)),
+    Enumeration(
+        "FAILURE_UNIT", "What may fail.", tuple((f"FAILURE_UNIT_{unit.name}", int(unit), meaning(unit)) for unit in FailureUnit)
+    ),
+    Enumeration(
+        "FAILURE_TYPE", "How it fails.", tuple((f"FAILURE_TYPE_{kind.name}", int(kind), meaning(kind)) for kind in FailureType)
+    ),
     Enumeration("MAV_RESULT", "Answer to a command.", tuple((f"MAV_RESULT_{r.name}", int(r), "") for r in CommandResult)),
     Enumeration("MAV_PARAM_TYPE", "Type of a parameter.", (("MAV_PARAM_TYPE_REAL32", 9, "Every parameter of ours"),)),
     Enumeration(

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.can_layout import LAST_NODE
+from firmware_protocol.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -119,6 +120,19 @@ def command_values(robot: Subject) -> str:
         require(result == CommandResult.DENIED, f"{command.name} {value:g} {other:g} was answered by {_result(result)}")
     robot.expect_state(State.DISARMED, "after denied commands")
     return "7 values"
+
+
+@GROUP.check("failures-need-consent", rule="COMMAND_LONG")
+def failures(robot: Subject) -> str:
+    """Nothing can be made to fail while FAIL_ENABLE is 0."""
+    with robot.parameters(FAIL_ENABLE=0.0):
+        results = {unit: robot.command(Command.INJECT_FAILURE, unit, FailureType.OFF) for unit in FailureUnit}
+        for unit in FailureUnit:  # a robot that let them fail is to be well again
+            robot.command(Command.INJECT_FAILURE, unit, FailureType.OK)
+    for unit, result in results.items():
+        refused = result in {CommandResult.DENIED, CommandResult.UNSUPPORTED}
+        require(refused, f"the failure of {unit.name} was answered by {_result(result)}")
+    return f"{len(FailureUnit)} units"
 
 
 @GROUP.check("message-on-request", rule="COMMAND_LONG")

@@ -11,6 +11,7 @@ import pytest
 import hil
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, PeerLostError, RefusedError
+from firmware_protocol.failures import FailureType
 from firmware_protocol.faults import FaultSpec
 from firmware_protocol.links import FaultyLink, MemoryLink
 from firmware_protocol.mavlink import split_frames
@@ -20,6 +21,7 @@ from hil.cli.app import run
 from hil.coaching import Coaching, new_pal
 from hil.connecting import fault_option
 from hil.mcaplog.reader import LogReader
+from hil.recorder import Recorder
 from hil.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.period import PERIOD
@@ -192,3 +194,34 @@ def test_the_log_holds_the_specification_and_when_faults_began_and_ended(
 def test_an_address_with_wrong_faults_is_refused(url: str, said: str) -> None:
     with pytest.raises(AddressError, match=said):
         fault_option(parse_address(url))
+
+
+def test_a_robot_rehearses_a_failure_and_the_log_says_so(tmp_path: Path) -> None:
+    watched = Watched("")
+    recorder = Recorder(tmp_path / "log.mcap", run={}, config={}, link="sim://junior", lockstep=True)
+    bridge = Bridge(MemoryLink(watched), watched, taps=[recorder], session=lambda: 7)
+    with recorder, hil.Junior(bridge, watched.now) as junior:
+        junior.find()
+        with pytest.raises(RefusedError, match="FAIL_ENABLE is 0"):
+            junior.inject_failure("wheel_left")
+        junior.set_parameter("FAIL_ENABLE", 1)
+        with pytest.raises(RefusedError, match="be garbage"):
+            junior.inject_failure("wheel_left", FailureType.GARBAGE)
+        with pytest.raises(ValueError, match="no part 'nose'"):
+            junior.inject_failure("nose")
+        junior.inject_failure("wheel_left")
+        junior.inject_failure("eye_right", FailureType.STUCK)
+        junior.arm()
+        junior.drive(-0.5, -0.5)
+        junior.wait(0.1)
+        assert watched.world.device.wheels == (0.0, -0.5)
+        junior.inject_failure("wheel_left", FailureType.OK)
+        junior.drive(-0.5, -0.5)
+        junior.wait(0.1)
+        assert watched.world.device.wheels == (-0.5, -0.5)
+    told = [entry.value for entry in LogReader(tmp_path / "log.mcap").entries({"/events"}) if entry.value.kind == "fault"]
+    assert [event.text for event in told] == [
+        "fault begins: wheel_left off, rehearsed",
+        "fault begins: eye_right stuck, rehearsed",
+        "fault ends: wheel_left, rehearsed",
+    ]

@@ -229,8 +229,15 @@ MUTANTS: Final = (
         "watchdog-hears-who-armed",
         "is kept going by anybody",
         "frame.c",
-        "if (believed && from.system == robot->armed_by) {",
-        "if (believed) {",
+        "if (believed && from.system == robot->armed_by && ",
+        "if (believed && ",
+    ),
+    Mutant(
+        "failures-need-consent",
+        "fails whenever anybody asks for it",
+        "failure.c",
+        "return params_get(robot, PARAM_FAIL_ENABLE) != 0;",
+        "return robot != NULL;",
     ),
     Mutant(
         "manual-control-dead-man",

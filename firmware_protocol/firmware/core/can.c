@@ -322,7 +322,7 @@ void can_receive(struct junior *robot)
             continue;
         }
         robot->counters.good++;
-        if (from.system == robot->armed_by) {
+        if (from.system == robot->armed_by && !failure_deaf(robot)) {
             robot->host_heard = robot->time.now;
         }
         protocol_handle(robot, from, message.direct, message.id, &message.payload);

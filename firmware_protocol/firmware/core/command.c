@@ -48,23 +48,17 @@ static uint8_t reboot(struct junior *robot, float param)
     return MAV_RESULT_ACCEPTED;
 }
 
-/* The id that a parameter names, or one that no message has. */
-static uint32_t message_of(float param)
-{
-    return param >= 0.0f && param < 65536.0f ? (uint32_t)param : UINT32_MAX;
-}
-
 static uint8_t set_interval(struct junior *robot, float message, float interval)
 {
     if (!(interval >= -1.0f && interval <= 2.0e9f)) {
         return MAV_RESULT_DENIED;
     }
-    return stream_set_interval(robot, message_of(message), (int32_t)interval);
+    return stream_set_interval(robot, protocol_number(message), (int32_t)interval);
 }
 
 static uint8_t request(struct junior *robot, float message)
 {
-    uint8_t stream = stream_find(message_of(message));
+    uint8_t stream = stream_find(protocol_number(message));
 
     if (stream == STREAMS) {
         return MAV_RESULT_UNSUPPORTED;
@@ -98,6 +92,11 @@ void command_handle(struct junior *robot, struct sender from, bool direct, const
     case MAV_CMD_REQUEST_MESSAGE:
         result = request(robot, command->param1);
         break;
+#if JUNIOR_FAILURES
+    case MAV_CMD_INJECT_FAILURE:
+        result = failure_inject(robot, from, command);
+        break;
+#endif
     default:
         result = MAV_RESULT_UNSUPPORTED;
         break;

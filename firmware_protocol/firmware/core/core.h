@@ -34,6 +34,7 @@ bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *
 
 /* protocol.c, command.c, numbered.c: what a message asks for. */
 void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message);
+uint16_t protocol_number(float param); /* what a command names, or 65535, which names nothing */
 void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command);
 void numbered_handle(struct junior *robot, uint16_t id, const union inbound *message);
 void numbered_finish(struct junior *robot, uint16_t id, uint16_t sequence, uint8_t reason);
@@ -84,6 +85,20 @@ void maneuver_report(struct junior *robot);
 void maneuver_wheels(struct junior *robot, uint8_t action);
 bool reflex_begin(struct junior *robot);
 void reflex_step(struct junior *robot);
+
+/* failure.c: what drivers read and set, unless it is to fail */
+#if JUNIOR_FAILURES
+uint8_t failure_inject(struct junior *robot, struct sender from, const mavlink_command_long_t *command); /* MAV_RESULT */
+void failure_step(struct junior *robot);
+uint16_t failure_read(struct junior *robot, uint8_t part, uint16_t reading, uint16_t before);
+int16_t failure_effort(const struct junior *robot, uint8_t side);
+bool failure_deaf(const struct junior *robot);
+#else
+#define failure_step(robot) ((void)(robot))
+#define failure_read(robot, part, reading, before) (reading)
+#define failure_effort(robot, side) ((robot)->wheels.effort[side])
+#define failure_deaf(robot) false
+#endif
 
 /* contest.c */
 void contest_start(struct junior *robot);
@@ -157,7 +172,16 @@ void stream_start(struct junior *robot);
 void stream_step(struct junior *robot);
 uint8_t stream_find(uint32_t message); /* stream_id, or STREAMS */
 uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t interval); /* MAV_RESULT */
-enum notice { NOTICE_WATCHDOG, NOTICE_ESTOP, NOTICE_BATTERY, NOTICE_DEFAULTS, NOTICES };
+enum notice {
+    NOTICE_WATCHDOG,
+    NOTICE_ESTOP,
+    NOTICE_BATTERY,
+    NOTICE_DEFAULTS,
+#if JUNIOR_FAILURES
+    NOTICE_FAILURE,
+#endif
+    NOTICES
+};
 void notice_raise(struct junior *robot, uint8_t notice);
 void notice_step(struct junior *robot);
 

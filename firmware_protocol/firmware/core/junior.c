@@ -63,6 +63,7 @@ void junior_tick(struct junior *robot)
 #if JUNIOR_SIGNING
     signing_tick(robot);
 #endif
+    failure_step(robot);
     sensing_tick(robot);
     maneuver_step(robot);
     wheels_step(robot);

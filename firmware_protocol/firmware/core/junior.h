@@ -22,6 +22,10 @@
 #define JUNIOR_CAN 0 /* 1: the front end for CAN (can.c) is there, and used where hal_has_can says so */
 #endif
 
+#ifndef JUNIOR_FAILURES
+#define JUNIOR_FAILURES 1 /* 0: failures on request (failure.c) are left out, and the command is answered as unknown */
+#endif
+
 enum { HISTORY = 8, FORMER = 4, SENDERS = 4, FRAME_SIZE = 10 + WIRE_LARGEST_INBOUND + 2 + 13 };
 
 /* --- time.c ------------------------------------------------------------------------------------------------------ */
@@ -251,6 +255,17 @@ struct notices {
     uint32_t battery_next;
 };
 
+#if JUNIOR_FAILURES
+/* --- failure.c --------------------------------------------------------------------------------------------------- */
+
+enum { FAILURE_EYE, FAILURE_FLOOR = 2, FAILURE_ARM = 4, FAILURE_BATTERY = 6, FAILURE_WHEEL, FAILURE_HOST = 9, FAILURE_PARTS };
+
+struct failures {
+    uint8_t type[FAILURE_PARTS]; /* FAILURE_TYPE; pairs are left, right */
+    uint16_t noise;
+};
+#endif
+
 struct junior {
     void *board;
     uint8_t system;   /* id on the network */
@@ -278,6 +293,9 @@ struct junior {
     struct session session;
     struct streams streams;
     struct notices notices;
+#if JUNIOR_FAILURES
+    struct failures failures;
+#endif
 };
 
 /* Boots: reads non-volatile memory, counts the boot, comes up disarmed with stopped wheels. */

@@ -8,6 +8,9 @@ static const char texts[NOTICES][TEXT] HAL_FLASH = {
     "Emergency stop: disarm, then arm",
     "Battery low",
     "Stored parameters were damaged: defaults restored",
+#if JUNIOR_FAILURES
+    "A failure was asked for, and is rehearsed",
+#endif
 };
 
 void notice_raise(struct junior *robot, uint8_t notice)

@@ -63,6 +63,11 @@ static void take_result_ack(struct junior *robot, const mavlink_junior_result_ac
     }
 }
 
+uint16_t protocol_number(float param)
+{
+    return param >= 0.0f && param < 65535.0f ? (uint16_t)param : UINT16_MAX;
+}
+
 /* What is said to all robots. */
 static bool for_all(uint16_t id, const union inbound *message)
 {

@@ -26,7 +26,8 @@ static void read_eye(struct junior *robot, uint8_t side)
     if (has(sensing, flag)) {
         threshold = (int16_t)(threshold - params_get(robot, PARAM_EYE_HYST));
     }
-    sensing->eye[side] = hal_eye(robot->board, side);
+    sensing->eye[side]
+        = failure_read(robot, (uint8_t)(FAILURE_EYE + side), hal_eye(robot->board, side), sensing->eye[side]);
     put(sensing, flag, (int16_t)sensing->eye[side] >= threshold);
 }
 
@@ -35,7 +36,8 @@ static void read_floor(struct junior *robot, uint8_t side)
     struct sensing *sensing = &robot->sensing;
     bool above;
 
-    sensing->floor[side] = hal_floor(robot->board, side);
+    sensing->floor[side]
+        = failure_read(robot, (uint8_t)(FAILURE_FLOOR + side), hal_floor(robot->board, side), sensing->floor[side]);
     above = (int16_t)sensing->floor[side] >= params_get(robot, floor_off[side]);
     put(sensing, (uint16_t)(JUNIOR_SENSOR_FLAG_OFF_RING_LEFT << side),
         above != (params_get(robot, PARAM_FLOOR_INVERT) != 0));
@@ -47,7 +49,7 @@ static void read_arm(struct junior *robot, uint8_t side)
     struct sensing *sensing = &robot->sensing;
     struct arm *arm = &sensing->arm[side];
     uint16_t flag = (uint16_t)(JUNIOR_SENSOR_FLAG_ARM_LEFT << side);
-    uint8_t raw = hal_arm(robot->board, side) != 0;
+    uint8_t raw = failure_read(robot, (uint8_t)(FAILURE_ARM + side), hal_arm(robot->board, side) != 0, arm->raw) & 1U;
     uint32_t now = robot->time.now;
 
     if (raw != arm->raw) {
@@ -119,7 +121,7 @@ void sensing_tick(struct junior *robot)
         read_travel(robot, side);
     }
     sensing->ground_moved = moved(hal_ground(robot->board), &sensing->ground);
-    sensing->battery = hal_battery(robot->board);
+    sensing->battery = failure_read(robot, FAILURE_BATTERY, hal_battery(robot->board), sensing->battery);
 }
 
 uint8_t sensing_stimulus(const struct junior *robot)

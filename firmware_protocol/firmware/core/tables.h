@@ -80,8 +80,9 @@ enum param {
     PARAM_BATT_LOW = 22,
     PARAM_MAN_HOLD = 23,
     PARAM_WHEEL_SPEED = 24,
+    PARAM_FAIL_ENABLE = 25,
 };
-#define PARAM_COUNT 25
+#define PARAM_COUNT 26
 
 /* X(name, default, minimum, maximum, flags) */
 #define PARAM_TABLE(X) \
@@ -109,7 +110,8 @@ enum param {
     X(CONTEST_MAX, 180.0f, 0.0f, 3600.0f, 2) \
     X(BATT_LOW, 0.0f, 0.0f, 20000.0f, 2) \
     X(MAN_HOLD, 100.0f, 0.0f, 250.0f, 2) \
-    X(WHEEL_SPEED, 400.0f, 1.0f, 5000.0f, 2)
+    X(WHEEL_SPEED, 400.0f, 1.0f, 5000.0f, 2) \
+    X(FAIL_ENABLE, 0.0f, 0.0f, 1.0f, 2)
 
 /* What a robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the
  * end) and at most `length`; `base` is the length without extensions. Offset 255: there is no such field. */

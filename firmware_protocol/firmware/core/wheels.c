@@ -45,5 +45,5 @@ void wheels_step(struct junior *robot)
 
 void wheels_output(struct junior *robot)
 {
-    hal_set_wheels(robot->board, robot->wheels.effort[LEFT], robot->wheels.effort[RIGHT]);
+    hal_set_wheels(robot->board, failure_effort(robot, LEFT), failure_effort(robot, RIGHT));
 }
