@@ -13,6 +13,7 @@ from firmware_protocol.messages import (
     Heartbeat,
     JuniorSensors,
     JuniorStatus,
+    Reason,
     RefereeState,
     SensorFlag,
     State,
@@ -87,6 +88,7 @@ class Junior:
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
         self._emergency = False
+        self._armed_in: int | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -254,6 +256,7 @@ class Junior:
         """
         try:
             self.finish(self.peer.arm())
+            self._armed_in = self.peer.session
         except RefusedError as error:
             if self.finish(self.peer.request(Heartbeat)).custom_mode != State.STOPPED:
                 raise
@@ -323,7 +326,7 @@ class Junior:
         Raises:
             RefusedError: The robot does not begin it: it is not armed, or is stopped.
             ValueError: No such action, none or too many, or a period out of range.
-            PeerError: The robot is gone or does not answer.
+            PeerError: The robot is gone, does not answer, or was lost and is back since it was armed.
             LinkError: The link is gone.
         """
         ticket = self.start(maneuver, period=period)
@@ -333,6 +336,8 @@ class Junior:
             if until is not None and not broken_off and not ticket.done and until():
                 self.peer.drive(0.0, 0.0, 0.0)
                 broken_off = True
+        if ticket.reason is Reason.DISARMED and self._armed_in not in {None, self.peer.session}:
+            raise PeerLostError(f"robot {self.peer.system} was lost since it was armed, and is back: it is disarmed")
         return to_report(ticket.value())
 
     def start(self, maneuver: Maneuver | Iterable[Action | str], *, period: float = 0.25) -> Ticket[JuniorManeuverResult]:

@@ -16,6 +16,11 @@ NOBODY = RefereeState(
 )  # fmt: skip
 """What is known before the referee has said anything."""
 
+OVERTAKEN = 1.0
+"""What is older than this, by the referee's own clock, was not overtaken: the emulator was started anew. In s."""
+LOOKS = 5
+"""A new bout that is not seen in so many answers was not begun."""
+
 
 class Referee:
     """Puts everybody at a start pose, and says how a bout goes.
@@ -32,12 +37,16 @@ class Referee:
         self.latest = NOBODY
 
     def heard(self, state: RefereeState) -> None:
-        """Take its word; of a bout that is over, only the first, so that the phase of its reports makes no difference.
+        """Take its word, unless a later one has overtaken it on the line.
+
+        Of a bout that is over it is only the first, so that the phase of its reports makes no difference.
 
         Args:
             state: What it says.
         """
         known = self.latest
+        if known.time - OVERTAKEN < state.time < known.time:
+            return
         if not (known.phase == Phase.OVER and state.phase == Phase.OVER and state.bout == known.bout):
             self.latest = state
 
@@ -60,10 +69,11 @@ class Referee:
         """
         before = self.latest.bout
         self._junior.finish(self._junior.peer.reset_bout(seed, opponent))
-        state = self.state()
-        if state.bout == before:
-            raise PeerError(f"the referee did not begin a new bout: it is still number {before}")
-        return state
+        for _ in range(LOOKS):  # the first may have been on its way before the reset
+            state = self.state()
+            if state.bout != before:
+                return state
+        raise PeerError(f"the referee did not begin a new bout: it is still number {before}")
 
     def state(self) -> RefereeState:
         """Ask what the referee sees now.
@@ -71,4 +81,6 @@ class Referee:
         Raises:
             PeerError: No answer.
         """
-        return self._junior.finish(self._junior.peer.request(RefereeState, REFEREE_COMPONENT))
+        answer = self._junior.finish(self._junior.peer.request(RefereeState, REFEREE_COMPONENT))
+        self.heard(answer)
+        return self.latest

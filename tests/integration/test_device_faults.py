@@ -141,6 +141,22 @@ def test_a_brown_out_leaves_it_disarmed_and_the_host_told(dark: str) -> None:
     junior.close()
 
 
+def test_a_brown_out_while_nothing_was_asked_is_no_refusal() -> None:
+    watched = Watched("brownout:3")
+    junior = watched.connect()
+    junior.arm()
+    junior.wait(4.0 - watched.now())
+    assert junior.peer.ready  # lost and back: nobody was told by an error
+    with pytest.raises(PeerLostError, match="lost since it was armed"):
+        junior.perform("FB FF")
+    junior.arm()
+    assert junior.perform("FB FF").done == 2
+    junior.disarm()
+    with pytest.raises(RefusedError, match="not armed"):
+        junior.perform("FB FF")
+    junior.close()
+
+
 def test_it_comes_out_of_a_brown_out_with_its_emergency_stop_ended_and_disarmed() -> None:
     watched = Watched("brownout:3+0.2")
     junior = watched.connect()
