@@ -5,11 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.generate.board import build_page, pins
 from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
 from firmware_protocol.generate.reference import reference
 from firmware_protocol.generate.tables import tables
 from firmware_protocol.generate.vectors import can_text, golden_binary, golden_text
+from firmware_protocol.generate.wiring import draw
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +24,8 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/dialect/junior.dbc": can_database,
     "firmware_protocol/firmware/core/tables.h": tables,
     "docs/protocol.md": reference,
+    "docs/build.md": build_page,
+    "docs/figures/wiring.svg": lambda: draw(pins()),
 }
 """Every generated file, with the function that makes its text."""
 
