@@ -182,9 +182,9 @@ class Heartbeat(Message, id=0, direction=Direction.BOTH):
 class SysStatus(Message, id=1, direction=Direction.UP):
     """Health: battery and link drops."""
 
-    onboard_control_sensors_present: Annotated[int, Wire("u32")] = 0
-    onboard_control_sensors_enabled: Annotated[int, Wire("u32")] = 0
-    onboard_control_sensors_health: Annotated[int, Wire("u32")] = 0
+    onboard_control_sensors_present: Annotated[int, Wire("u32", text="MAV_SYS_STATUS_SENSOR: wheels, battery, arming")] = 0
+    onboard_control_sensors_enabled: Annotated[int, Wire("u32", text="Likewise; the wheels only while armed")] = 0
+    onboard_control_sensors_health: Annotated[int, Wire("u32", text="Likewise; set for what there is not, too")] = 0
     load: Annotated[int, Wire("u16", "d%", text="Share of the control period used")] = 0
     voltage_battery: Annotated[int, Wire("u16", "mV", text="Battery voltage; 65535 is not known")] = 0xFFFF
     current_battery: Annotated[int, Wire("i16", "cA", text="-1 is not known")] = -1
@@ -233,7 +233,7 @@ class ParamValue(Message, id=22, direction=Direction.UP):
     """One parameter; the answer to a read, a list and a set."""
 
     param_id: Annotated[str, Wire("char", count=16, text="Name of the parameter")]
-    param_value: Annotated[float, Wire("f32", text="Its value")]
+    param_value: Annotated[float, Wire("f32", nan=True, text="Its value; NaN where no parameter has the name asked for")]
     param_type: Annotated[int, Wire("u8", text="MAV_PARAM_TYPE: always 9, REAL32")]
     param_count: Annotated[int, Wire("u16", text="Parameters there are")]
     param_index: Annotated[int, Wire("u16", text="65535 where no parameter has the name asked for")]
@@ -248,6 +248,25 @@ class ParamSet(Message, id=23, direction=Direction.DOWN):
     param_id: Annotated[str, Wire("char", count=16, text="Name of the parameter")]
     param_value: Annotated[float, Wire("f32", text="Its value")]
     param_type: Annotated[int, Wire("u8", text="9, REAL32")] = PARAM_TYPE_REAL32
+
+
+@dataclass(frozen=True)
+class MissionRequestList(Message, id=43, direction=Direction.DOWN):
+    """Ask how long the stored mission is: a ground station does so when it meets a vehicle, and waits for the answer."""
+
+    target_system: Target
+    target_component: TargetComponent
+    mission_type: Annotated[int, Wire("u8", extension=True, text="MAV_MISSION_TYPE: mission, fence, rally points")] = 0
+
+
+@dataclass(frozen=True)
+class MissionCount(Message, id=44, direction=Direction.UP):
+    """Answer to MISSION_REQUEST_LIST: there is none."""
+
+    target_system: Annotated[int, Wire("u8", text="System that asked")]
+    target_component: Annotated[int, Wire("u8", text="Component that asked")]
+    count: Annotated[int, Wire("u16", text="Items there are: none")] = 0
+    mission_type: Annotated[int, Wire("u8", extension=True, text="As in the question")] = 0
 
 
 @dataclass(frozen=True)
@@ -566,8 +585,9 @@ class RefereeState(Message, id=47301, direction=Direction.UP):
 
 
 STANDARD_MESSAGES: Final[tuple[type[Message], ...]] = (
-    Heartbeat, SysStatus, Ping, ParamRequestRead, ParamRequestList, ParamValue, ParamSet, ManualControl, CommandLong,
-    CommandAck, Timesync, AutopilotVersion, Statustext, SetupSigning,
+    Heartbeat, SysStatus, Ping, ParamRequestRead, ParamRequestList, ParamValue, ParamSet, MissionRequestList, MissionCount,
+    ManualControl, CommandLong, CommandAck, Timesync, AutopilotVersion, Statustext,
+    SetupSigning,
 )  # fmt: skip
 JUNIOR_MESSAGES: Final[tuple[type[Message], ...]] = (
     JuniorSensors, JuniorWheels, JuniorManeuver, JuniorManeuverResult, JuniorMemoryWrite, JuniorMemoryRead,

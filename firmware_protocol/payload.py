@@ -161,14 +161,16 @@ class Payload:
         self._unpack = layout.unpack
         self._get = attrgetter(*(name for name, _ in order))
         self._names = tuple(name for name, _ in order)
-        self._floats = attrgetter(*free) if (free := [name for name, wire in order if _is_free_float(wire)]) else None
+        free = [name for name, wire in order if _is_free_float(wire)]
+        together = len(free) > 1  # several are looked at in one go; attrgetter gives no tuple for one
+        self._floats = attrgetter(*free) if together else None
         out: list[tuple[int, int, Convert | None]] = []
         into: list[tuple[int, int, str, Convert | None]] = []
         at = 0
         for index, (name, wire) in enumerate(order):
             count = 0 if wire.type == "char" else wire.count
             to_raw, from_raw = _to_raw(wire), _from_raw(wire)
-            if count or (to_raw is not None and not _is_free_float(wire)):
+            if count or (to_raw is not None and not (together and _is_free_float(wire))):
                 out.append((index, count, to_raw))
             if count or from_raw is not None:
                 into.append((at, count, name, from_raw))

@@ -2,8 +2,8 @@
 
 Single frames have 11-bit identifiers `function << 7 | node`, function = 2 * urgency class + direction (0 down, 1 up).
 Every message also has an entry at full length under a 29-bit identifier that is never sent, `message id << 11 | 0x780`:
-its payload is MAVLink's untrimmed one without the target fields. Function 15 is never sent either, so that masking all
-identifiers by 0x780, as `cantools monitor -m 0x780` does, mixes no long message up with a single frame.
+its payload is MAVLink's untrimmed one without the target fields. Function 15 is never sent either, so that even masking by
+0x780 mixes no long message up with a single frame; 0x1FFFFF80 (`cantools monitor -m 0x1FFFFF80`) keeps the long ones apart too.
 """
 
 from __future__ import annotations

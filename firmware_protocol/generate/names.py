@@ -116,6 +116,16 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
         ),
     ),
     Enumeration(
+        "MAV_SYS_STATUS_SENSOR",
+        "Bits of SYS_STATUS.",
+        (
+            ("MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS", 0x8000, "The wheels"),
+            ("MAV_SYS_STATUS_SENSOR_BATTERY", 0x2000000, "The battery; healthy above BATT_LOW"),
+            ("MAV_SYS_STATUS_PREARM_CHECK", 0x10000000, "It lets itself be armed: unless stopped in an emergency"),
+        ),
+        bitmask=True,
+    ),
+    Enumeration(
         "MAV_COMPONENT",
         "Component ids.",
         (
@@ -162,6 +172,9 @@ STANDARD_FIELDS: Final[dict[tuple[str, str], str]] = {
     ("HEARTBEAT", "custom_mode"): "JUNIOR_STATE",
     ("HEARTBEAT", "base_mode"): "MAV_MODE_FLAG",
     ("HEARTBEAT", "system_status"): "MAV_STATE",
+    ("SYS_STATUS", "onboard_control_sensors_present"): "MAV_SYS_STATUS_SENSOR",
+    ("SYS_STATUS", "onboard_control_sensors_enabled"): "MAV_SYS_STATUS_SENSOR",
+    ("SYS_STATUS", "onboard_control_sensors_health"): "MAV_SYS_STATUS_SENSOR",
     ("PARAM_VALUE", "param_type"): "MAV_PARAM_TYPE",
     ("PARAM_SET", "param_type"): "MAV_PARAM_TYPE",
     ("COMMAND_LONG", "command"): "MAV_CMD",

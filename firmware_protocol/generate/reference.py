@@ -160,7 +160,7 @@ def _parameters() -> str:
         "## Parameters\n\n"
         "Every parameter is a REAL32 (MAV_PARAM_TYPE 9) and survives power-off. PARAM_SET is answered by PARAM_VALUE with the "
         "value in force: what is out of range changes nothing. Asking for a name or an index that does not exist is answered "
-        "with index 65535.\n\n" + _table(("name", "default", "range", "unit", "what it does"), rows)
+        "with index 65535 and NaN.\n\n" + _table(("name", "default", "range", "unit", "what it does"), rows)
     )
 
 
@@ -199,8 +199,8 @@ def _can() -> str:
         "node 127. These travel as single frames:\n\n"
         + _table(("identifier", "function", "name", "direction", "data, in order", "what it is"), rows)
         + "\n\n"
-        "`cantools monitor -m 0x780 junior.dbc` shows them. The digests stand for JUNIOR_SENSORS, and leave in the order of "
-        "their identifiers; what they do not carry of its time, JUNIOR_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
+        "`cantools monitor -m 0x1FFFFF80 junior.dbc` shows them. The digests stand for JUNIOR_SENSORS, and leave in the order "
+        "of their identifiers; what they do not carry of its time, JUNIOR_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
         "session that is open. JUNIOR_ESTOP is COMMAND_LONG 185, and is answered as that. "
         "A single frame of another length, or a JUNIOR_ESTOP of another value than 1, is counted and left alone.\n\n"
         "Everything else travels as a transfer: function "

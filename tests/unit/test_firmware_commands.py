@@ -14,6 +14,8 @@ from firmware_protocol.messages import (
     Heartbeat,
     JuniorSensors,
     JuniorStatus,
+    MissionCount,
+    MissionRequestList,
     ParamRequestList,
     ParamRequestRead,
     ParamSet,
@@ -210,6 +212,7 @@ def test_a_parameter_that_is_not_there() -> None:
     for name in ("NO_SUCH", "SPD_FAS", "SPD_FAST2", "", "X" * 16):
         value = ask_value(bench, name)
         assert (value.param_id, value.param_index) == (name, 65535)
+        assert math.isnan(value.param_value), "nobody takes it for a value"
         assert bench.tick(ParamSet(1, 1, name, 1.0)) == []
     bench.tick(ParamRequestRead(1, 1, "", len(PARAMETERS)))
     assert bench.latest(ParamValue).param_index == 65535
@@ -262,3 +265,44 @@ def test_a_low_battery_is_said_but_not_all_the_time() -> None:
     bench.run(30000)
     assert len(bench.got(Statustext)) == 2
     assert bench.latest(SysStatus).voltage_battery == 6900
+
+
+WHEELS, BATTERY, ARMING = 0x8000, 0x2000000, 0x10000000
+"""Bits of SYS_STATUS (MAV_SYS_STATUS_SENSOR)."""
+
+
+def test_the_sensors_of_sys_status_say_what_a_ground_station_shows() -> None:
+    bench = FirmwareBench()
+    bench.tick(ParamSet(1, 1, "BATT_LOW", 7000.0))
+
+    def sensors(bit: int) -> tuple[bool, bool, bool]:
+        status = ask_status(bench)
+        words = (
+            status.onboard_control_sensors_present,
+            status.onboard_control_sensors_enabled,
+            status.onboard_control_sensors_health,
+        )
+        return bool(words[0] & bit), bool(words[1] & bit), bool(words[2] & bit)
+
+    assert [sensors(bit) for bit in (WHEELS, BATTERY, ARMING)] == [(True, False, True), (True, True, True), (True, True, True)]
+    assert sensors(0x100000) == (False, False, True), "a geofence that there is not is not breached"
+    bench.command(Command.ARM_DISARM, 1.0)
+    assert sensors(WHEELS) == (True, True, True)
+    bench.command(Command.FLIGHT_TERMINATION, 1.0)
+    assert sensors(ARMING) == (True, True, False)
+    bench.command(Command.ARM_DISARM, 0.0)
+    assert sensors(ARMING) == (True, True, True)
+    bench.io.battery_mv = 6900
+    assert sensors(BATTERY) == (True, True, False)
+
+
+def ask_status(bench: FirmwareBench) -> SysStatus:
+    bench.command(Command.REQUEST_MESSAGE, SysStatus.ID)
+    return bench.latest(SysStatus)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2])
+def test_there_are_no_missions(kind: int) -> None:
+    bench = FirmwareBench()
+    assert bench.tick(MissionRequestList(1, 1, kind)) == [MissionCount(255, 190, 0, kind)]
+    assert bench.tick(MissionRequestList(0, 0, kind)) == [], "not a question to all"

@@ -169,7 +169,7 @@ def test_command_parameters_may_be_nan() -> None:
     [
         (WHEELS, 4, (1200).to_bytes(2, "little"), "JUNIOR_WHEELS.speed can't be [1200, -350] on the wire"),
         (MANEUVER, 10, b"\x00", "JUNIOR_MANEUVER.count can't be 0 on the wire"),
-        (ParamValue("A", 1.0, 9, 1, 0), 0, b"\x00\x00\xc0\x7f", "PARAM_VALUE.param_value can't be nan on the wire"),
+        (ParamSet(1, 1, "A", 1.0), 0, b"\x00\x00\xc0\x7f", "PARAM_SET.param_value can't be nan on the wire"),
         (ParamValue("A", 1.0, 9, 1, 0), 0, b"\x00\x00\x80\x7f", "PARAM_VALUE.param_value can't be inf on the wire"),
         (SENSORS, 7, b"\xff", "JUNIOR_SENSORS.time"),
     ],

@@ -1,6 +1,8 @@
 /* Parameters: REAL32 on the wire and in memory that survives power-off, integers for whoever uses them. */
 #include "core.h"
 
+#include <math.h>
+
 enum { NAME = 16 };
 #define NO_INDEX 0xFFFFU
 
@@ -136,6 +138,7 @@ void params_handle_read(struct junior *robot, const mavlink_param_request_read_t
     }
     memset(&nothing, 0, sizeof nothing);
     memcpy(nothing.param_id, request->param_id, NAME);
+    nothing.param_value = NAN; /* for those who look at nothing else */
     nothing.param_type = MAV_PARAM_TYPE_REAL32;
     nothing.param_count = PARAM_COUNT;
     nothing.param_index = NO_INDEX;

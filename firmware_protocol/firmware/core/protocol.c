@@ -30,6 +30,18 @@ static void answer_timesync(struct junior *robot, struct sender from, const mavl
     SEND(robot, TIMESYNC, &answer);
 }
 
+/* Ground stations ask everybody for missions, and wait: there are none. */
+static void answer_mission_list(struct junior *robot, struct sender from, uint8_t mission_type)
+{
+    mavlink_mission_count_t answer;
+
+    memset(&answer, 0, sizeof answer);
+    answer.target_system = from.system;
+    answer.target_component = from.component;
+    answer.mission_type = mission_type;
+    SEND(robot, MISSION_COUNT, &answer);
+}
+
 static bool stick(int16_t *value)
 {
     if (*value == NOT_GIVEN) {
@@ -97,6 +109,9 @@ void protocol_handle(struct junior *robot, struct sender from, bool direct, uint
         break;
     case MAVLINK_MSG_ID_PARAM_SET:
         params_handle_set(robot, &message->param_set);
+        break;
+    case MAVLINK_MSG_ID_MISSION_REQUEST_LIST:
+        answer_mission_list(robot, from, message->mission_request_list.mission_type);
         break;
     case MAVLINK_MSG_ID_MANUAL_CONTROL:
         drive_manually(robot, from, &message->manual_control);

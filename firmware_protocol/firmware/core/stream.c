@@ -51,6 +51,25 @@ static uint16_t drop_rate(const struct counters *counters)
     return all == 0 ? 0 : (uint16_t)(lost * 10000U / all);
 }
 
+#define SENSORS (MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS | MAV_SYS_STATUS_SENSOR_BATTERY | MAV_SYS_STATUS_PREARM_CHECK)
+
+/* What there is not counts as healthy: ground stations report anything else as broken, a geofence as breached. */
+static void tell_sensors(const struct junior *robot, mavlink_sys_status_t *status)
+{
+    status->onboard_control_sensors_present = SENSORS;
+    status->onboard_control_sensors_enabled = SENSORS;
+    if (!states_armed(robot)) {
+        status->onboard_control_sensors_enabled = SENSORS & ~(uint32_t)MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS;
+    }
+    status->onboard_control_sensors_health = UINT32_MAX;
+    if (robot->sensing.battery < (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
+        status->onboard_control_sensors_health &= ~(uint32_t)MAV_SYS_STATUS_SENSOR_BATTERY;
+    }
+    if (robot->state == JUNIOR_STATE_STOPPED) {
+        status->onboard_control_sensors_health &= ~(uint32_t)MAV_SYS_STATUS_PREARM_CHECK;
+    }
+}
+
 static bool send_sys_status(struct junior *robot)
 {
     mavlink_sys_status_t status;
@@ -60,6 +79,7 @@ static bool send_sys_status(struct junior *robot)
     errors += (uint32_t)robot->signing.not_signed + robot->signing.bad + robot->signing.replayed;
 #endif
     memset(&status, 0, sizeof status);
+    tell_sensors(robot, &status);
     status.load = robot->time.load;
     status.voltage_battery = robot->sensing.battery;
     status.current_battery = -1;

@@ -115,7 +115,7 @@ enum param {
 
 /* What a robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the
  * end) and at most `length`; `base` is the length without extensions. Offset 255: there is no such field. */
-#define INBOUND_COUNT 15
+#define INBOUND_COUNT 16
 /* X(name, id, base, length, crc_extra, target_system_offset, target_component_offset) */
 #define INBOUND_TABLE(X) \
     X(HEARTBEAT, 0, 9, 9, 50, 255, 255) \
@@ -123,6 +123,7 @@ enum param {
     X(PARAM_REQUEST_READ, 20, 20, 20, 214, 2, 3) \
     X(PARAM_REQUEST_LIST, 21, 2, 2, 159, 0, 1) \
     X(PARAM_SET, 23, 23, 23, 168, 4, 5) \
+    X(MISSION_REQUEST_LIST, 43, 2, 3, 132, 0, 1) \
     X(MANUAL_CONTROL, 69, 11, 30, 243, 10, 255) \
     X(COMMAND_LONG, 76, 33, 33, 152, 30, 31) \
     X(TIMESYNC, 111, 16, 18, 34, 16, 17) \
@@ -147,7 +148,7 @@ enum param {
 #define CAN_FUNCTION_TRAVEL 7
 #define CAN_FUNCTION_TRANSFER_DOWN 12
 #define CAN_FUNCTION_TRANSFER_UP 13
-#define CAN_COUNT 25
+#define CAN_COUNT 27
 /* Every message of a robot; `cut` bytes at `cut_at` say whom a payload is for, and are not sent over CAN. */
 /* X(name, id, length, crc_extra, cut_at, cut, inbound) */
 #define CAN_TABLE(X) \
@@ -158,6 +159,8 @@ enum param {
     X(PARAM_REQUEST_LIST, 21, 2, 159, 0, 2, 1) \
     X(PARAM_VALUE, 22, 25, 220, 0, 0, 0) \
     X(PARAM_SET, 23, 23, 168, 4, 2, 1) \
+    X(MISSION_REQUEST_LIST, 43, 3, 132, 0, 2, 1) \
+    X(MISSION_COUNT, 44, 5, 221, 2, 2, 0) \
     X(MANUAL_CONTROL, 69, 30, 243, 10, 1, 1) \
     X(COMMAND_LONG, 76, 33, 152, 30, 2, 1) \
     X(COMMAND_ACK, 77, 10, 143, 8, 2, 0) \

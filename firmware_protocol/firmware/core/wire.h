@@ -28,6 +28,7 @@ union inbound {
     mavlink_param_request_read_t param_request_read;
     mavlink_param_request_list_t param_request_list;
     mavlink_param_set_t param_set;
+    mavlink_mission_request_list_t mission_request_list;
     mavlink_manual_control_t manual_control;
     mavlink_command_long_t command_long;
     mavlink_timesync_t timesync;
