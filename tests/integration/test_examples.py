@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from firmware_protocol.mavlink_layout import crc_extra, payload_length
+from firmware_protocol.messages import JuniorSensors
+
 if TYPE_CHECKING:
     from hil.pytest_plugin import ServedJunior
 
@@ -32,7 +35,8 @@ def run(name: str, *arguments: str) -> str:
 
 
 def test_every_example_is_tested() -> None:
-    tested = {"perform.py", "own_controller.py", "plain_pymavlink.py", "test_my_robot_program.py", "ci-recipe.yml"}
+    here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "test_my_robot_program.py", "ci-recipe.yml"}
+    tested = here | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # these by tests/clients
     assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
 
 
@@ -87,3 +91,10 @@ def test_the_recipe_s_options_exist(pytester: pytest.Pytester) -> None:
     used = {option for command in commands for option in re.findall(r" (--[a-z-]+)", command)}
     assert used >= {"--hil-opponent", "--hil-faults", "--link", "--budget"}
     assert not [option for option in used if option not in known]
+
+
+def test_the_javascript_example_knows_the_message_it_decodes() -> None:
+    text = (EXAMPLES / "node_mavlink_drive.mjs").read_text(encoding="utf-8")
+    assert f"MSG_ID = {JuniorSensors.ID}\n" in text
+    assert f"PAYLOAD_LENGTH = {payload_length(JuniorSensors)}\n" in text
+    assert f"MAGIC_NUMBER = {crc_extra(JuniorSensors)}\n" in text

@@ -1,0 +1,93 @@
+"""An emulated robot for other people's clients, and where those are installed.
+
+These tests are left out of the usual run: `.ci/clients` installs the clients and runs them.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from hil.clock import MonotonicClock
+from simdevice.endpoints import open_endpoint
+from simdevice.server import serve
+from simdevice.world import World, junior_world
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+SERVING: float = 10.0
+"""Longest wait for the server's end, in s."""
+
+
+@pytest.fixture(scope="session")
+def clients() -> Path:
+    """Folder in which the clients are installed: a Python environment with `node_modules` in it."""
+    folder = os.environ.get("HIL_CLIENTS")
+    if not folder:
+        pytest.fail("HIL_CLIENTS does not say where the clients are installed: run .ci/clients", pytrace=False)
+    return Path(folder)
+
+
+@dataclass
+class Served:
+    """A robot that is served in real time.
+
+    Attributes:
+        url: Where, as this package writes it.
+        world: The robot and its ring.
+    """
+
+    url: str
+    world: World
+
+    @property
+    def port(self) -> int:
+        """TCP port."""
+        return int(self.url.rpartition(":")[2])
+
+    @property
+    def device(self) -> str:
+        """Serial device."""
+        return self.url.removeprefix("serial://").rpartition(":")[0]
+
+    @property
+    def travelled(self) -> float:
+        """Distance from where it stood at first, in m."""
+        body = self.world.table.robot.body
+        return float(((body.x - self.start[0]) ** 2 + (body.y - self.start[1]) ** 2) ** 0.5)
+
+    def __post_init__(self) -> None:
+        body = self.world.table.robot.body
+        self.start = (body.x, body.y)
+
+
+def _serve(link: str) -> Iterator[Served]:
+    endpoint = open_endpoint(link)
+    world = junior_world(referee=False)
+    stop = threading.Event()
+    thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
+    thread.start()
+    try:
+        yield Served(endpoint.url, world)
+    finally:
+        stop.set()
+        thread.join(SERVING)
+    assert not thread.is_alive()
+
+
+@pytest.fixture
+def tcp() -> Iterator[Served]:
+    """A robot on a TCP port."""
+    yield from _serve("tcp://127.0.0.1:0")
+
+
+@pytest.fixture
+def pty() -> Iterator[Served]:
+    """A robot on a serial port at 115200 baud."""
+    yield from _serve("pty")
