@@ -108,7 +108,7 @@ class Robot(Motion):
         """Send a value, or that there is no such parameter."""
         known = name in PARAMETERS
         index = list(PARAMETERS).index(name) if known else 65535
-        value = self.parameters[name] if known else 0.0
+        value = self.parameters[name] if known else math.nan
         fields = {"param_value": value, "param_type": 9, "param_count": len(PARAMETERS), "param_index": index}
         self.send("param_value", param_id=(name if known else asked).encode("latin1"), **fields)
 
