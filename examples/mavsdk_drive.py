@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import time
 from typing import Any
 
@@ -79,6 +80,23 @@ def drive(control: Any, forward: float, turn: float, duration: float) -> None:  
         time.sleep(0.05)
 
 
+def battery(telemetry: Any) -> float:  # noqa: ANN401
+    """Battery voltage in V; it is known from the first SYS_STATUS on, which comes once a second.
+
+    Args:
+        telemetry: MAVSDK's plugin.
+
+    Raises:
+        FailedError: The robot does not say.
+    """
+    deadline = time.monotonic() + PATIENCE
+    while math.isnan(voltage := float(telemetry.battery().voltage_v)):
+        if time.monotonic() > deadline:
+            raise FailedError("it does not say how its battery is")
+        time.sleep(0.02)
+    return voltage
+
+
 def main() -> None:
     """Go through everything once."""
     parser = argparse.ArgumentParser(description="See, set up, arm, drive and stop a Junior with MAVSDK.")
@@ -103,7 +121,7 @@ def main() -> None:
 
     telemetry, action = Telemetry(system), Action(system)
     watch.until("disarmed")
-    print(f"battery {telemetry.battery().voltage_v:.1f} V, ready to arm: {telemetry.health().is_armable}")
+    print(f"battery {battery(telemetry):.1f} V, ready to arm: {telemetry.health().is_armable}")
     action.arm()
     watch.until("ready")
     print(f"armed: {telemetry.armed()}")
