@@ -44,6 +44,9 @@ struct row {
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra, system_at, component_at},
 static const struct row rows[] = {INBOUND_TABLE(ROW)};
 #undef ROW
+#define ROW(name, id, base, length, crc_extra, system_at, component_at) ROW_##name,
+enum { INBOUND_TABLE(ROW) }; /* where a message stands in it */
+#undef ROW
 
 static uint8_t build(struct fuzz *fuzz, uint8_t *frame, const struct row *row, const uint8_t *payload)
 {
@@ -180,7 +183,7 @@ static void check_understands(struct fuzz *fuzz)
     for (i = 0; i < 5; i++) { /* 20 ms of silence end whatever was begun */
         tick(fuzz, NULL, 0);
     }
-    length = build(fuzz, frame, &rows[1], payload);
+    length = build(fuzz, frame, &rows[ROW_PING], payload);
     good = fuzz->host.robot.counters.good;
     tick(fuzz, frame, length);
     check(fuzz->host.robot.counters.good == good + 1, "the next good frame was not understood");
@@ -224,22 +227,22 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
             || fuzz->host.robot.session.id != session.session) {
             memset(payload, 0, sizeof payload);
             memcpy(payload, &session, MAVLINK_MSG_ID_JUNIOR_SESSION_LEN);
-            tick(fuzz, frame, build(fuzz, frame, &rows[13], payload));
+            tick(fuzz, frame, build(fuzz, frame, &rows[ROW_JUNIOR_SESSION], payload));
             arm.param1 = 0.0f;
             memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
-            tick(fuzz, frame, build(fuzz, frame, &rows[6], payload));
+            tick(fuzz, frame, build(fuzz, frame, &rows[ROW_COMMAND_LONG], payload));
             number = fuzz->host.robot.session.last;
         }
         arm.param1 = 1.0f;
         memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
-        tick(fuzz, frame, build(fuzz, frame, &rows[6], payload));
+        tick(fuzz, frame, build(fuzz, frame, &rows[ROW_COMMAND_LONG], payload));
         maneuver.sequence = ++number;
         memcpy(payload, &maneuver, MAVLINK_MSG_ID_JUNIOR_MANEUVER_LEN);
-        tick(fuzz, frame, build(fuzz, frame, &rows[9], payload));
+        tick(fuzz, frame, build(fuzz, frame, &rows[ROW_JUNIOR_MANEUVER], payload));
         if (draw(fuzz) % 16 == 0) {
             contest.sequence = ++number;
             memcpy(payload, &contest, MAVLINK_MSG_ID_JUNIOR_CONTEST_LEN);
-            tick(fuzz, frame, build(fuzz, frame, &rows[12], payload));
+            tick(fuzz, frame, build(fuzz, frame, &rows[ROW_JUNIOR_CONTEST], payload));
         }
         used = fill(fuzz, chunk);
         tick(fuzz, chunk, used);
@@ -340,7 +343,7 @@ static void run_can(struct fuzz *fuzz, uint32_t rounds)
         if (round % 50 == 0) {
             memset(payload, 0, sizeof payload);
             good = fuzz->host.robot.counters.good;
-            used = transfer(fuzz, chunk, &rows[1], payload, 0);
+            used = transfer(fuzz, chunk, &rows[ROW_PING], payload, 0);
             tick(fuzz, chunk, used);
             check(fuzz->host.robot.counters.good == good + 1 || fuzz->host.io.reboot, "the next good transfer was not understood");
         }
