@@ -193,8 +193,16 @@ class AvrBoard:
         Raises:
             RuntimeError: The firmware does not come up.
         """
-        self._lib.avr_board_cut(self._board, -1 if torn is None else torn)
+        self.cut(torn)
         self.restart()
+
+    def cut(self, torn: int | None = None) -> None:
+        """Cut the power and give it back, and go no further: `run` boots it as far as one likes, `power_on` again begins anew.
+
+        Args:
+            torn: As for `power_on`.
+        """
+        self._lib.avr_board_cut(self._board, -1 if torn is None else torn)
 
     def power_off(self) -> None:
         """Cut the power: nothing drives the wheels. `power_on` gives it back."""

@@ -70,23 +70,26 @@ class Performance:
 def action_worth(tally: ActionTally, settings: PalSettings) -> float:
     """Worth of one action: the inner sums of Eq. 10.1, at most `full_worth`.
 
+    Without a ground odometer no hold is known to be effective. The objective `outcome` does without: where the opponent went
+    says what the push was worth.
+
     Args:
         tally: What the robot counted during the action.
         settings: Objective and constants.
 
     Raises:
-        ObjectiveError: The objective needs a ground odometer and the robot has none.
+        ObjectiveError: The objective is `effective` and the robot has no ground odometer.
     """
     seen = sum(count > 0 and 2 * count >= tally.samples for count in tally.eyes)
     touched = sum(edges > 0 for edges in tally.edges)
     held = sum(press >= settings.hold_time for press in tally.longest_press)
     if settings.objective is not Objective.CONTACT:
-        if tally.pressed_travel is None:
+        if tally.pressed_travel is None and settings.objective is Objective.EFFECTIVE:
             raise ObjectiveError(
-                f"the objective '{settings.objective}' needs to know how far the robot moved while it pushed, and this robot "
-                "has no ground odometer (wheel encoders do not see slip): use the objective 'contact'"
+                "the objective 'effective' needs to know how far the robot moved while it pushed, and this robot has no "
+                "ground odometer (wheel encoders do not see slip): use the objective 'contact'"
             )
-        if tally.pressed_travel < settings.hold_travel:
+        if tally.pressed_travel is None or tally.pressed_travel < settings.hold_travel:
             held = 0
     return seen + held + settings.contact_weight * touched
 

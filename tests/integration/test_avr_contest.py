@@ -1,0 +1,63 @@
+"""The whole way of a robot on silicon: coached, taught, switched off, and winning with nobody at the other end of the line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from avr_bench import needs_avr
+
+from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.messages import BoutOutcome
+from hil.advice_file import load_advice
+from hil.bridge import Bridge
+from hil.cli.app import run
+from hil.deploying import deploy, read_memory
+from hil.junior import Junior
+from simdevice.avr_board import AvrBoard
+from simdevice.world import junior_world
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pytest
+
+pytestmark = needs_avr
+COUNTDOWN = 1000
+"""Control periods from the start module's signal to the first move."""
+BOUT = 3000
+
+
+def test_coached_deployed_switched_off_and_won_from_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    learnt = tmp_path / "silicon.advice.toml"
+    coach = ["coach", "sim://junior?board=avr&opponent=flat-light", "--budget", "120", "--seed", "2", "--held-out", "0"]
+    assert run([*coach, "--no-log", "--quiet", "--advice-out", str(learnt)]) == 0, capsys.readouterr().err
+
+    world = junior_world(opponent="flat-light", seed=4, referee=False, board=AvrBoard)
+    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+        junior.find()
+        done = deploy(junior, load_advice(learnt))
+    world.step(b"")
+    world.device.power_cycle()
+
+    outcomes = []
+    for seed in (11, 12, 13):
+        world.device.set_start(go=False)
+        world.step(b"")
+        world.device.set_start(go=True)
+        for _ in range(COUNTDOWN):
+            world.step(b"")
+        world.table.reset(seed, None)
+        for _ in range(BOUT):
+            world.step(b"")
+            if world.table.outcome is not BoutOutcome.UNDECIDED:
+                break
+        outcomes.append(world.table.outcome)
+    assert outcomes.count(BoutOutcome.WIN) >= 2
+
+    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+        junior.find()
+        assert read_memory(junior) == (list(done.plan.slots), done.checksum)
+        assert junior.status().boot_count == 2
