@@ -25,6 +25,7 @@ from hil.files import replace_file
 from hil.key_file import load_key, no_signatures
 
 if TYPE_CHECKING:
+    from firmware_protocol.signing import SigningKey
     from simdevice.world import World
 
 CROWD_BAUD = 921600
@@ -98,9 +99,7 @@ def emulate(
     console = common.consoles(as_json=as_json, quiet=quiet)
     nvm = _load(memory)
     spec = FaultSpec() if faults is None else _read(faults)
-    key = load_key(signing_key) if signing_key else None
-    if key is not None and board is not BoardName.HOST:
-        raise common.UsageError("the firmware of this board is built without signing: leave --signing-key out")
+    key = _load_key(signing_key, board)
     endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
     wire = endpoint.wire
     if key is not None and wire != MAVLINK:
@@ -137,11 +136,7 @@ def emulate(
             if faults is not None:
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
-                one = endpoint.url if count == 1 else shlex.quote(common.with_system(endpoint.url, count))
-                signing = f" --signing-key {signing_key}" if key is not None else ""
-                console.print(
-                    f"For instance: hil monitor {endpoint.url}{signing}    or: hil coach {one}{signing}", markup=False
-                )
+                console.print(_suggestion(endpoint.url, count, signing_key), markup=False)
         sys.stdout.flush()
         try:
             server.run(threading.Event().is_set)
@@ -151,6 +146,21 @@ def emulate(
                 replace_file(memory, world.nvm)
             if server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
+
+
+def _suggestion(url: str, count: int, signing_key: Path | None) -> str:
+    """What to try next."""
+    one = url if count == 1 else shlex.quote(common.with_system(url, count))
+    key = f" --signing-key {signing_key}" if signing_key else ""
+    return f"For instance: hil monitor {url}{key}    or: hil coach {one}{key}"
+
+
+def _load_key(path: Path | None, board: BoardName) -> SigningKey | None:
+    if path is None:
+        return None
+    if board is not BoardName.HOST:
+        raise common.UsageError("the firmware of this board is built without signing: leave --signing-key out")
+    return load_key(path)
 
 
 def _read(faults: str) -> FaultSpec:
