@@ -41,7 +41,7 @@ class Objective(StrEnum):
 
 @dataclass(frozen=True)
 class PalSettings:
-    """How Pal coaches. The defaults are what `benchmarks/coaching_study.py` found to serve all five dummy opponents.
+    """How Pal coaches. The defaults serve all five dummy opponents; `benchmarks/coaching.py` measures what a change is worth.
 
     Attributes:
         objective: What a good maneuver is.
