@@ -45,7 +45,7 @@ class Referee:
             state: What it says.
         """
         known = self.latest
-        if known.time - OVERTAKEN < state.time < known.time:
+        if _overtaken(state, known):
             return
         if not (known.phase == Phase.OVER and state.phase == Phase.OVER and state.bout == known.bout):
             self.latest = state
@@ -81,6 +81,12 @@ class Referee:
         Raises:
             PeerError: No answer.
         """
+        known = self.latest
         answer = self._junior.finish(self._junior.peer.request(RefereeState, REFEREE_COMPONENT))
         self.heard(answer)
-        return self.latest
+        return self.latest if _overtaken(answer, known) else answer  # and not what came with it: that depends on its phase
+
+
+def _overtaken(state: RefereeState, known: RefereeState) -> bool:
+    """It is older than what is known, and only because it was late on the line."""
+    return known.time - OVERTAKEN < state.time < known.time
