@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ipaddress
 import json
+import os
+import socket
 import stat
 import threading
 from contextlib import contextmanager
@@ -13,7 +16,8 @@ import pytest
 from signed_pair import KEY, OTHER_KEY
 
 import hil
-from firmware_protocol.errors import NoRobotError
+from firmware_protocol.errors import AddressError, NoRobotError
+from firmware_protocol.link import open_link
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorStatus, OpponentCode, SetupSigning
 from firmware_protocol.signing import Signing, SigningKey, setup_signing, virtual_time
@@ -27,7 +31,7 @@ from hil.mcaplog import LogReader
 from hil.recorder import Recorder
 from hil.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
-from simdevice.endpoints import open_endpoint
+from simdevice.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
 
@@ -252,6 +256,20 @@ def test_what_is_served_is_bound_to_loopback(link: str) -> None:
     endpoint = open_endpoint(link)
     assert "://127.0.0.1:" in endpoint.url
     endpoint.close()
+
+
+@pytest.mark.parametrize("kind", [TcpEndpoint, UdpEndpoint])
+def test_a_server_that_is_told_no_host_is_bound_to_loopback(kind: type[TcpEndpoint | UdpEndpoint]) -> None:
+    endpoint = kind(port=0)
+    (file,) = endpoint.files()
+    with socket.socket(fileno=os.dup(file)) as bound:
+        assert ipaddress.ip_address(bound.getsockname()[0]).is_loopback
+    endpoint.close()
+
+
+def test_a_host_that_waits_by_udp_must_say_where() -> None:
+    with pytest.raises(AddressError, match="not host:port"):
+        open_link("udpin://:14550")
 
 
 def test_counters_of_a_lock_step_robot() -> None:
