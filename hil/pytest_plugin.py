@@ -69,6 +69,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options `--hil-...`."""
     group = parser.getgroup("junior-hil", "robots (junior-hil)")
     group.addoption("--hil-link", metavar="URL", help="run tests that ask for `junior` with the robot at this address")
+    group.addoption("--hil-signing-key", metavar="FILE", help="key file of the robot at --hil-link, if it signs")
     group.addoption("--hil-opponent", metavar="NAME", help="opponent of emulated robots, where a test does not say")
     group.addoption("--hil-seed", metavar="N", type=int, help="seed of emulated robots, where a test does not say")
     group.addoption(
@@ -79,7 +80,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the mark."""
+    """Register the mark.
+
+    Raises:
+        UsageError: A key is given, and no robot that it is the key of.
+    """
+    if config.getoption("--hil-signing-key") and not config.getoption("--hil-link"):
+        raise pytest.UsageError("--hil-signing-key is the key of the robot at --hil-link URL: give that too")
     config.addinivalue_line(
         "markers",
         "junior(opponent, seed, faults, referee, left_armed): what a test wants of its emulated robot, as "
@@ -115,7 +122,7 @@ def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
     """The robot at `--hil-link`, connected once for the whole run: opening a port resets many boards."""
     from hil.connecting import connect  # noqa: PLC0415
 
-    with connect(request.config.getoption("--hil-link")) as robot:
+    with connect(request.config.getoption("--hil-link"), signing_key=request.config.getoption("--hil-signing-key")) as robot:
         yield robot
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import threading
 from typing import TYPE_CHECKING
 
 import pytest
@@ -13,9 +14,12 @@ import pytest
 import firmware_protocol.links.faulty  # noqa: F401
 import hil.ring
 import simdevice.server
-import simdevice.world  # noqa: F401
+import simdevice.world
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
+from firmware_protocol.signing import SigningKey
+from hil.clock import MonotonicClock
+from simdevice.endpoints import TcpEndpoint
 
 if TYPE_CHECKING:
     from hil import Junior
@@ -177,6 +181,34 @@ def test_the_robot_at_a_link_takes_the_emulated_one_s_place(pytester: pytest.Pyt
     run = pytester.runpytest_inprocess(*STRICT, "-rs", "--hil-link", junior_pty.url)
     run.assert_outcomes(passed=2, skipped=2)
     run.stdout.fnmatch_lines(["*needs an emulated robot, and --hil-link gives another*"])
+
+
+def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
+    key = SigningKey(bytes(range(1, 33)))
+    path = pytester.path / "our.key"
+    path.touch(0o600)
+    path.write_text(key.secret.hex())
+    pytester.makepyfile("""
+        def test_signed(junior):
+            junior.arm()
+            assert junior.bridge.signed > 0
+    """)
+    endpoint = TcpEndpoint(port=0)
+    world, stop = simdevice.world.junior_world(signing_key=key), threading.Event()
+    thread = threading.Thread(target=simdevice.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
+    thread.start()
+    try:
+        run = pytester.runpytest_inprocess(*STRICT, "--hil-link", endpoint.url, "--hil-signing-key", str(path))
+    finally:
+        stop.set()
+        thread.join(10)
+    run.assert_outcomes(passed=1)
+
+
+def test_a_key_without_a_link_is_told(pytester: pytest.Pytester) -> None:
+    run = pytester.runpytest_inprocess(*STRICT, "--hil-signing-key", "our.key")
+    assert run.ret == pytest.ExitCode.USAGE_ERROR
+    run.stderr.fnmatch_lines(["*--hil-signing-key is the key of the robot at --hil-link URL: give that too*"])
 
 
 def test_without_pseudo_terminals_it_skips(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
