@@ -6,20 +6,23 @@ import re
 import threading
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError, LinkOpenError, LinkTimeoutError
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire import CAN, MAVLINK
 from hil.clock import MonotonicClock
 from hil.connecting import open_address
-from hil.listening import Listener, Robot
+from hil.key_file import open_signing
+from hil.listening import Listener, Robot, Signed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
+    from firmware_protocol.signing import Signing, SigningKey
     from hil.places import Place
 
     Opener = Callable[[str], tuple[Link, Clock]]
@@ -41,6 +44,8 @@ _ADAPTER_ANSWER: Final = re.compile(rb"V[0-9A-Fa-f]{4}\r|CANable|CANtact|slcan",
 _ADAPTER_FRAME: Final = re.compile(rb"(?:^|\r)[tT][0-9A-Fa-f]{4,29}\r")
 _KEPT: Final = 256
 """Bytes kept to tell a CAN adapter by."""
+_NEEDS_KEY: Final = "A robot that signs believes only who has its key: docs/signing.md"
+_NOT_OUR_TIME: Final = "it signs with this key, at times that have been, and does not follow"
 _OTHER_ROBOT: Final = "hil speaks to robots with Junior's protocol only: docs/protocol.md"
 _GRACE: Final = 2.0
 """A port that has not been opened this long after the time-out is given up, in s."""
@@ -109,20 +114,28 @@ class _HasRate(Protocol):
 # --- Looking ---------------------------------------------------------------------------------------------------------
 
 
-def open_url(url: str) -> tuple[Link, Clock]:
+def open_url(url: str, key: SigningKey | None = None) -> tuple[Link, Clock]:
     """Open an address as `hil.connect` does.
 
     Args:
         url: The address.
+        key: Signing key that an emulated robot in this process comes up with, where it can.
 
     Raises:
         LinkOpenError: It could not be opened.
     """
-    link, clock, _ = open_address(parse_address(url))
+    address = parse_address(url)
+    link, clock, _ = open_address(address, None if address.options.get("wire") == CAN else key)
     return link, clock
 
 
-def probe(place: Place, timeout: float, opener: Opener = open_url, stopped: Callable[[], bool] = lambda: False) -> Finding:
+def probe(
+    place: Place,
+    timeout: float,
+    opener: Opener = open_url,
+    stopped: Callable[[], bool] = lambda: False,
+    key: SigningKey | None = None,
+) -> Finding:
     """Open a place, see who answers, and close it. Nothing is moved, disarmed or stopped.
 
     Args:
@@ -130,6 +143,7 @@ def probe(place: Place, timeout: float, opener: Opener = open_url, stopped: Call
         timeout: Longest look in s, in the link's time.
         opener: Opens it.
         stopped: Says whether to give up.
+        key: Signing key to recognise robots by; on a CAN bus nothing is signed.
 
     Returns:
         What was found; never raises for what is found there.
@@ -142,7 +156,8 @@ def probe(place: Place, timeout: float, opener: Opener = open_url, stopped: Call
         return Finding(place, Status.UNAVAILABLE, place.url, reason=error.reason, remedy=error.remedy)
     with link:
         try:
-            return _Look(place, link, clock, timeout, stopped).result()
+            signing = open_signing(key, link, clock) if link.wire == MAVLINK else None
+            return _Look(place, link, clock, timeout, stopped, signing=signing).result()
         except HilError as error:
             reason = str(error).removeprefix(f"{place.url}: ")
             return Finding(place, Status.UNAVAILABLE, place.url, reason=reason, remedy="Plug it in again and look once more")
@@ -151,12 +166,22 @@ def probe(place: Place, timeout: float, opener: Opener = open_url, stopped: Call
 class _Look:
     """One look at an open link."""
 
-    def __init__(self, place: Place, link: Link, clock: Clock, timeout: float, stopped: Callable[[], bool]) -> None:
+    def __init__(
+        self,
+        place: Place,
+        link: Link,
+        clock: Clock,
+        timeout: float,
+        stopped: Callable[[], bool],
+        *,
+        signing: Signing | None,
+    ) -> None:
         self._place = place
         self._link = link
         self._now = clock.now
         self._end = clock.now() + timeout
         self._stopped = stopped
+        self._signing = signing
         self._asked_adapter = False
         self._raw = b""
 
@@ -190,7 +215,7 @@ class _Look:
         """Listen until everything is known, or the time is over, or what comes is plainly noise."""
         begun = self._now()
         if listener is None:
-            listener = Listener(self._link.wire, begun)
+            listener = Listener(self._link.wire, begun, self._signing)
         while (now := self._now()) < end and not self._stopped():
             if out := listener.due(now):
                 self._send(out)
@@ -234,7 +259,8 @@ class _Look:
         if any(robot.usable for robot in robots):
             return Finding(self._place, Status.ROBOT, url, robots)
         if robots:
-            return Finding(self._place, Status.VEHICLE, url, robots, remedy=_OTHER_ROBOT)
+            foreign = any(robot.signed in {Signed.OTHER_KEY, Signed.UNKNOWN_KEY} for robot in robots)
+            return Finding(self._place, Status.VEHICLE, url, robots, remedy=_NEEDS_KEY if foreign else _OTHER_ROBOT)
         status, reason, remedy = self._without_robots(listener)
         return Finding(self._place, status, url, reason=reason, remedy=remedy)
 
@@ -255,6 +281,8 @@ class _Look:
             verdict = (Status.NOISE, "it sends back what is sent to it", "Are RX and TX connected to each other?")
         elif listener.mavlink == 1:
             verdict = (Status.VEHICLE, "MAVLink 1 is spoken there", "hil speaks MAVLink 2: set the vehicle's protocol to 2")
+        elif listener.behind:
+            verdict = (Status.VEHICLE, _NOT_OUR_TIME, "Does it hear us? Is this computer's clock right?")
         elif listener.good or listener.mavlink:
             verdict = (Status.VEHICLE, "MAVLink is spoken there, but no robot says it is there", "Is it a robot's port?")
         elif listener.text:
@@ -266,23 +294,32 @@ class _Look:
         return verdict
 
 
-def survey(places: Sequence[Place], timeout: float, opener: Opener = open_url, *, grace: float = _GRACE) -> list[Finding]:
+def survey(
+    places: Sequence[Place],
+    timeout: float,
+    opener: Opener | None = None,
+    *,
+    grace: float = _GRACE,
+    key: SigningKey | None = None,
+) -> list[Finding]:
     """Look at all places at once.
 
     Args:
         places: Where.
         timeout: Longest look at each, in s.
-        opener: Opens them.
+        opener: Opens them; None is `open_url`.
         grace: How much longer to wait for a place whose opening hangs, in s.
+        key: Signing key to recognise robots by.
 
     Returns:
         What was found, in the order of the places, after at most `timeout` and `grace`.
     """
     stop = threading.Event()
     findings: list[Finding | None] = [None] * len(places)
+    opens = opener or partial(open_url, key=key)
 
     def look(index: int) -> None:
-        findings[index] = probe(places[index], timeout, opener, stop.is_set)
+        findings[index] = probe(places[index], timeout, opens, stop.is_set, key)
 
     threads = [
         threading.Thread(target=look, args=(index,), daemon=True, name=f"probe {place.url}")

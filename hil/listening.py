@@ -9,12 +9,14 @@ never while another host speaks there: frames carry no sender, and the two could
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.can_frame import CanFrame, split_records
 from firmware_protocol.can_layout import FUNCTION_SHIFT
 from firmware_protocol.codec import open_codec
-from firmware_protocol.events import Received
+from firmware_protocol.events import Received, RejectReason
+from firmware_protocol.mavlink_layout import FLAG_SIGNED
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     PROTOCOL_MAJOR,
@@ -33,6 +35,7 @@ from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.wire import CAN
 
 if TYPE_CHECKING:
+    from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
 
 LISTENER_SYSTEM: Final = 254
@@ -51,8 +54,22 @@ _KEPT: Final = 512
 _MARKERS: Final = ((0xFD, 12, 2), (0xFE, 8, 1))
 """Start marker, bytes of a frame around its payload, version of MAVLink."""
 _SIGNATURE: Final = 13
+_AT_FLAGS: Final = 2
 _MOSTLY: Final = 0.9
 """Share of letters that makes bytes a text."""
+
+
+class Signed(StrEnum):
+    """What a robot signs with."""
+
+    NOT = "not"
+    """It does not sign."""
+    OUR_KEY = "our key"
+    """With the key we have."""
+    OTHER_KEY = "another key"
+    """With another than the one we have."""
+    UNKNOWN_KEY = "a key"
+    """It signs, and we have no key to see with which."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +85,7 @@ class Robot:
         protocol: Version of the protocol it speaks; likewise.
         uid: Unique id of its board, 16 hexadecimal digits; likewise.
         battery: In V; None where it did not say.
+        signed: What it signs with.
     """
 
     system: int
@@ -78,11 +96,16 @@ class Robot:
     protocol: str | None
     uid: str | None
     battery: float | None
+    signed: Signed = Signed.NOT
 
     @property
     def usable(self) -> bool:
-        """A Junior whose protocol we speak, as far as is known."""
-        return self.junior and (self.protocol is None or self.protocol.partition(".")[0] == str(PROTOCOL_MAJOR))
+        """A Junior that believes us and whose protocol we speak, as far as is known."""
+        return self.junior and self._understood and self.signed in {Signed.NOT, Signed.OUR_KEY}
+
+    @property
+    def _understood(self) -> bool:
+        return self.protocol is None or self.protocol.partition(".")[0] == str(PROTOCOL_MAJOR)
 
     def __str__(self) -> str:
         """In words, as `Junior, system 1, disarmed, firmware 0.1, battery 7.5 V`."""
@@ -95,11 +118,20 @@ class Robot:
             parts.append(f"battery {self.battery:.1f} V")
         if self.armed:
             parts.append("armed: somebody may be driving it")
-        if not self.usable:
+        if self.signed is not Signed.NOT:
+            parts.append(_SIGNS[self.signed])
+        if not self._understood:
             parts.append(
                 f"speaks protocol {self.protocol}, this software {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}: update the older one"
             )
         return ", ".join(parts)
+
+
+_SIGNS: Final = {
+    Signed.OUR_KEY: "signs with this key",
+    Signed.OTHER_KEY: "signs with another key; pass its own with --signing-key",
+    Signed.UNKNOWN_KEY: "signs; pass --signing-key",
+}
 
 
 class _Heard:
@@ -110,6 +142,7 @@ class _Heard:
         self.is_junior = False
         self.version: AutopilotVersion | None = None
         self.battery: float | None = None
+        self.signed = Signed.NOT
         self.asked = 0
         self.ask_due = float("-inf")
 
@@ -132,6 +165,7 @@ class _Heard:
             protocol=None if version is None else _version(version.middleware_sw_version),
             uid=None if version is None else f"{version.uid:016x}",
             battery=self.battery,
+            signed=self.signed,
         )
 
 
@@ -145,19 +179,24 @@ class Listener:
     Args:
         wire: What the link carries.
         now: Time in s.
+        signing: Signs what is said, and tells who has our key; heard is everybody.
 
     Attributes:
         good: Good messages heard.
         received: Bytes that have come.
         host: Somebody else speaks to robots here.
         echo: What we have said comes back.
+        behind: Messages signed with our key at times that have been: their sender does not follow ours.
     """
 
-    def __init__(self, wire: str, now: float) -> None:
+    def __init__(self, wire: str, now: float, signing: Signing | None = None) -> None:
         self.received = 0
         self.host = False
         self.echo = False
+        self.behind = 0
         self._wire = wire
+        self._signing = signing
+        self._speaker = open_codec(wire, system=LISTENER_SYSTEM, component=HOST_COMPONENT, signing=signing)
         self._codec = open_codec(wire, system=LISTENER_SYSTEM, component=HOST_COMPONENT)
         self._begun = now
         self._hello_due = now
@@ -226,10 +265,12 @@ class Listener:
                 heard.asked += 1
                 heard.ask_due = now + _ASK_PERIOD
                 messages.append(_question(system))
-        return b"".join(map(self._codec.encode, messages))
+        return b"".join(map(self._speaker.encode, messages))
 
     def _wants_asking(self, heard: _Heard, done: int = 0) -> bool:
         """Whether its version is still missing and may be asked for (`done` 0: or an answer may still come)."""
+        if heard.signed in {Signed.OTHER_KEY, Signed.UNKNOWN_KEY}:  # it would not believe us
+            return False
         if heard.version is not None or heard.armed or (self._wire == CAN and self.host):
             return False
         return heard.asked < _ASK_TIMES + 1 - done
@@ -242,15 +283,12 @@ class Listener:
 
     def _hear(self, event: Received) -> None:
         message, system = event.message, event.system
-        if system == LISTENER_SYSTEM:
-            self.echo = True
+        if not self._is_robot(event):
             return
-        if isinstance(message, Heartbeat) and message.type == _GROUND_STATION:
-            self.host = True
-            return
-        if event.component != ROBOT_COMPONENT or system == 0:
-            return
+        signed = self._judged(event)
         heard = self._systems.get(system)
+        if signed is None or (heard is not None and heard.signed is Signed.OUR_KEY is not signed):
+            return  # sent again by somebody, or in the name of a robot that signs
         if heard is None:
             if not isinstance(message, Heartbeat):
                 if isinstance(message, (JuniorSensors, JuniorStatus)):
@@ -258,6 +296,7 @@ class Listener:
                 return
             heard = self._systems[system] = _Heard(message)
             heard.is_junior = system in self._early
+        heard.signed = signed
         match message:
             case Heartbeat():
                 heard.heartbeat = message
@@ -272,6 +311,31 @@ class Listener:
                 heard.battery = message.voltage_battery * 1e-3
             case _:
                 pass
+
+    def _is_robot(self, event: Received) -> bool:
+        """Whether a robot may have said this; others are noted."""
+        if event.system == LISTENER_SYSTEM:
+            self.echo = True
+            return False
+        if isinstance(event.message, Heartbeat) and event.message.type == _GROUND_STATION:
+            self.host = True
+            return False
+        return event.component == ROBOT_COMPONENT and event.system != 0
+
+    def _judged(self, event: Received) -> Signed | None:
+        """What a message is signed with; None where its time has been."""
+        if self._wire == CAN or not event.raw[_AT_FLAGS] & FLAG_SIGNED:
+            return Signed.NOT
+        if self._signing is None:
+            return Signed.UNKNOWN_KEY
+        match self._signing.check(event.raw):
+            case None:
+                return Signed.OUR_KEY
+            case RejectReason.BAD_SIGNATURE:
+                return Signed.OTHER_KEY
+            case _:
+                self.behind += 1
+                return None
 
 
 def _question(system: int) -> CommandLong:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -9,6 +11,8 @@ import typer
 from firmware_protocol.address import DEFAULT_BAUD
 from hil.cli import common
 from hil.discovery import Finding, Status, survey
+from hil.key_file import load_key
+from hil.listening import Signed
 from hil.places import named, present
 
 if TYPE_CHECKING:
@@ -29,6 +33,10 @@ def ports(
     timeout: Annotated[
         float, typer.Option("--timeout", min=0.1, max=60, help="Longest look, in s; all are looked at together.")
     ] = 5.0,
+    signing_key: Annotated[
+        Path | None,
+        typer.Option("--signing-key", metavar="FILE", help="Key file: recognise the robots that sign with it."),
+    ] = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -41,12 +49,13 @@ def ports(
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     places = named(links) if links else present(baud=baud)
-    findings = survey(places, timeout) if probe else [_unprobed(place) for place in places]
+    key = load_key(signing_key) if signing_key else None
+    findings = survey(places, timeout, key=key) if probe else [_unprobed(place) for place in places]
     if as_json:
         common.print_json([_plain(finding) for finding in findings])
     else:
         for finding in findings:
-            for line in _lines(finding):
+            for line in _lines(finding, signing_key):
                 console.print(line, markup=False)
         if not findings:
             console.print(
@@ -64,14 +73,14 @@ def _unprobed(place: Place) -> Finding:
     return Finding(place, Status.NOT_PROBED, place.url)
 
 
-def _lines(finding: Finding) -> list[str]:
+def _lines(finding: Finding, signing_key: Path | None) -> list[str]:
     """A place and what is there, for a person."""
     place = finding.place
     ids = ":".join(str(part) for key in ("vendor_id", "product_id") if (part := place.details.get(key)))
     extra = [f"serial number {place.serial_number}"] if place.serial_number else []
     hardware = "  ".join(part for part in (place.description, ids and f"({', '.join((ids, *extra))})") if part)
     lines = [f"{place.device}  {hardware}".rstrip()]
-    lines += [_robot(finding, robot) for robot in finding.robots]
+    lines += [_robot(finding, robot, signing_key) for robot in finding.robots]
     if finding.reason:
         lines.append(f"    {finding.reason}")
     if finding.remedy:
@@ -79,11 +88,12 @@ def _lines(finding: Finding) -> list[str]:
     return lines
 
 
-def _robot(finding: Finding, robot: Robot) -> str:
+def _robot(finding: Finding, robot: Robot, signing_key: Path | None) -> str:
     if not robot.usable:
         return f"    {robot}"
     address = finding.address(robot)
-    return f"    {robot}: hil monitor {_quoted(address)}"
+    key = f" --signing-key {shlex.quote(str(signing_key))}" if robot.signed is Signed.OUR_KEY else ""
+    return f"    {robot}: hil monitor {_quoted(address)}{key}"
 
 
 def _quoted(address: str) -> str:
@@ -113,6 +123,7 @@ def _plain(finding: Finding) -> dict[str, object]:
                 "protocol": robot.protocol,
                 "uid": robot.uid,
                 "battery": robot.battery,
+                "signed": str(robot.signed),
             }
             for robot in finding.robots
         ],

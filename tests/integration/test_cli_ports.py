@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
+from signed_pair import KEY
 
 from firmware_protocol.link import open_link
 from firmware_protocol.links.serial import SerialPort
@@ -22,7 +23,9 @@ from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from pathlib import Path
 
+    from firmware_protocol.signing import SigningKey
     from hil.pytest_plugin import ServedJunior
 
 NEEDS_PTY = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
@@ -42,10 +45,10 @@ def here(monkeypatch: pytest.MonkeyPatch, *ports: SerialPort) -> None:
 
 
 @contextmanager
-def served(endpoint: Endpoint) -> Iterator[str]:
+def served(endpoint: Endpoint, key: SigningKey | None = None) -> Iterator[str]:
     """An emulated robot in real time."""
     stop = threading.Event()
-    world = junior_world(wire=endpoint.wire)
+    world = junior_world(wire=endpoint.wire, signing_key=key)
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:
@@ -131,3 +134,20 @@ def test_what_keeps_a_port_from_being_used_is_told_without_opening_any(
     here(monkeypatch, SerialPort("/dev/ttyACM0", "Arduino", "95", 0x2341, 0x8036))
     assert run(["ports", "--no-probe"]) == 0
     assert capsys.readouterr().out == "/dev/ttyACM0  Arduino  (2341:8036, serial number 95)\n"
+
+
+def test_robots_that_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "our.key"
+    path.touch(0o600)
+    path.write_text(KEY.secret.hex())
+    with served(open_endpoint("tcp://127.0.0.1:0"), KEY) as url:
+        assert run(["ports", url]) == 3
+        assert "signs; pass --signing-key" in capsys.readouterr().out
+        assert run(["ports", url, "--signing-key", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert f"signs with this key: hil monitor {url} --signing-key {path}" in text
+    assert "firmware 0.1" in text
+    arguments = ["ports", "sim://junior", "sim://junior?wire=can", "--json", "--signing-key", str(path)]
+    assert run(arguments) == 0
+    found = [finding["robots"][0]["signed"] for finding in json.loads(capsys.readouterr().out)]
+    assert found == ["our key", "not"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 import threading
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from probed_lines import Driven, Rated, Shared
 from scripted_robot import ScriptedRobot
+from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
 from firmware_protocol.can_frame import CanFrame
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError
@@ -29,9 +31,10 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.signing import Signing
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.discovery import Finding, Status, probe, survey
-from hil.listening import Listener, framing, printable
+from hil.listening import Listener, Signed, framing, printable
 from hil.places import Place, named
 from simdevice.world import junior_world
 
@@ -42,7 +45,9 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
+    from firmware_protocol.signing import SigningKey
     from firmware_protocol.wire import Message
+    from simdevice.world import World
 
 SERIAL = Place("serial", "/dev/test", "serial:///dev/test:115200")
 
@@ -102,6 +107,73 @@ def test_a_robot_that_does_not_say_its_version_is_still_found() -> None:
     finding = look(ScriptedRobot(deaf=lambda message: isinstance(message, CommandLong)))
     assert finding.status is Status.ROBOT
     assert str(finding.robots[0]) == "Junior, system 1, ready, battery 7.4 V"
+
+
+# --- Keys ------------------------------------------------------------------------------------------------------------
+
+
+def signing_line(key: SigningKey | None, ours: SigningKey | None) -> tuple[Finding, World]:
+    """Look with a key of ours at a robot with one."""
+    world = junior_world(signing_key=key, referee=False)
+    place = Place("address", "tcp://test:1", "tcp://test:1")
+    return probe(place, 5.0, lambda url: (MemoryLink(world, url), world), key=ours), world
+
+
+def test_a_robot_that_signs_is_told_as_such_and_left_alone() -> None:
+    finding, world = signing_line(KEY, None)
+    assert finding.status is Status.VEHICLE
+    assert "docs/signing.md" in finding.remedy
+    (robot,) = finding.robots
+    assert (robot.signed, robot.usable, robot.firmware) == (Signed.UNKNOWN_KEY, False, None)
+    assert str(robot).endswith("signs; pass --signing-key")
+    assert world.now() < 2.5
+
+
+def test_with_its_key_a_robot_is_found_like_any_other() -> None:
+    finding, _ = signing_line(KEY, KEY)
+    assert finding.status is Status.ROBOT
+    assert str(finding.robots[0]) == "Junior, system 1, disarmed, firmware 0.1, battery 7.5 V, signs with this key"
+
+
+def test_a_robot_with_another_key_and_one_with_none() -> None:
+    finding, _ = signing_line(OTHER_KEY, KEY)
+    assert (finding.status, finding.robots[0].signed) == (Status.VEHICLE, Signed.OTHER_KEY)
+    finding, _ = signing_line(None, KEY)
+    assert (finding.status, finding.robots[0].signed, finding.robots[0].firmware) == (Status.ROBOT, Signed.NOT, "0.1")
+
+
+def test_on_a_bus_a_key_changes_nothing() -> None:
+    world = junior_world(wire=CAN)
+    place = Place("address", "can://test", "can://test")
+    finding = probe(place, 5.0, lambda url: (MemoryLink(world, url, wire=CAN), world), key=KEY)
+    assert (finding.status, finding.robots[0].signed) == (Status.ROBOT, Signed.NOT)
+
+
+def test_what_is_said_in_the_name_of_a_robot_that_signs_is_not_heard() -> None:
+    armed = Heartbeat(type=10, autopilot=0, base_mode=128, custom_mode=State.READY, system_status=4, mavlink_version=3)
+    calm = replace(armed, base_mode=0, custom_mode=State.DISARMED)
+    listener = Listener(MAVLINK, 0.0, Signing(KEY, lambda: NOW))
+    robot = signed_codec(system=1, component=ROBOT_COMPONENT)
+    said = robot.encode(calm)
+    listener.take(said, 0.1)
+    listener.take(MavlinkCodec(system=1, component=ROBOT_COMPONENT).encode(armed), 0.2)
+    listener.take(signed_codec(OTHER_KEY, system=1, component=ROBOT_COMPONENT).encode(armed), 0.3)
+    assert [(found.armed, found.signed) for found in listener.robots] == [(False, Signed.OUR_KEY)]
+    assert listener.behind == 0
+    listener.take(said, 0.4)
+    assert listener.behind == 1
+    listener.take(robot.encode(armed), 0.5)
+    assert listener.robots[0].armed
+
+
+def test_a_robot_whose_time_stays_behind_is_told() -> None:
+    old = signed_codec(system=1, component=ROBOT_COMPONENT, now=NOW)
+    beat = Heartbeat(type=10, autopilot=0, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3)
+    line = Rated(lambda now, _: old.encode(beat) if round(now / 0.005) % 40 == 0 else b"")
+    line.lockstep = False  # signed by the calendar, then
+    finding = probe(SERIAL, 1.5, lambda _: (line, line.clock), key=KEY)
+    assert (finding.status, finding.robots) == (Status.VEHICLE, ())
+    assert "signs with this key, at times that have been" in finding.reason
 
 
 # --- Nobody is disturbed ---------------------------------------------------------------------------------------------
