@@ -9,18 +9,21 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkError, PeerError, RefusedError
 from firmware_protocol.events import PeerLost, Received
-from firmware_protocol.messages import BoutOutcome, ContestCommand, Heartbeat, Phase, Reason, State
+from firmware_protocol.messages import ROBOT_COMPONENT, BoutOutcome, ContestCommand, Heartbeat, Phase, Reason, State
 from hil.junior import WAIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from firmware_protocol.events import Event
     from hil.junior import Junior
 
 COUNTDOWN: Final = 5.0
 """Robots stand still this long after the start signal, as sumo rules ask, in s."""
 _PLACING: Final = 0.1
 """A referee sets everybody up this long before the countdown ends, in s."""
+_OVERTAKEN: Final = 0.1
+"""A heartbeat that comes this soon after the start may have been sent before it, in s."""
 _PLAYING: Final = frozenset((State.COUNTDOWN, State.CONTEST))
 
 
@@ -91,7 +94,8 @@ def follow_contest(
         How it ended.
     """
     placed = junior.referee is None
-    begins = junior.now() + countdown
+    started = junior.now()
+    begins = started + countdown
     try:
         while True:
             if not placed and junior.referee is not None and junior.now() >= begins - _PLACING:
@@ -100,7 +104,7 @@ def follow_contest(
             for event in junior.step(WAIT):
                 if isinstance(event, PeerLost) and junior.peer.state is PeerState.LOST:
                     return Contest(Ending.OUT_OF_REACH)
-                if isinstance(event, Received) and type(event.message) is Heartbeat and junior.state not in _PLAYING:
+                if _says_its_state(event, junior, started) and junior.state not in _PLAYING:
                     return Contest(Ending.ROBOT)
             each(junior.state)
             if placed and junior.referee is not None and junior.referee.latest.phase == Phase.OVER:
@@ -108,3 +112,13 @@ def follow_contest(
                 return Contest(Ending.DECIDED, BoutOutcome(state.outcome), state.elapsed)
     except (LinkError, PeerError):
         return Contest(Ending.OUT_OF_REACH)
+
+
+def _says_its_state(event: Event, junior: Junior, started: float) -> bool:
+    """Whether this robot has said what it does since the start; others on the link say nothing about it."""
+    return (
+        isinstance(event, Received)
+        and type(event.message) is Heartbeat
+        and (event.system, event.component) == (junior.peer.system, ROBOT_COMPONENT)
+        and event.time >= started + _OVERTAKEN
+    )

@@ -18,6 +18,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.messages import OpponentCode
 from hil.connecting import asked_for
+from hil.deploying import DeployError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
@@ -62,6 +63,9 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
         except (LinkError, PeerError) as error:
             errors.print(f"hil: {error}", markup=False)
             status = EXIT_NO_ROBOT
+        except DeployError as error:
+            errors.print(f"hil: {error}", markup=False)
+            status = EXIT_FELL_SHORT
         except (UsageError, HilError) as error:
             errors.print(f"hil: {error}", markup=False)
             status = EXIT_USAGE

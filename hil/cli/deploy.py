@@ -100,6 +100,8 @@ def _follow(session: Session, console: Console, countdown: float, seed: int, *, 
         console.print(f"The bout is over: {ended.outcome.name.lower()} after {ended.elapsed:.2f} s.")
     else:
         console.print(ENDINGS[ended.ending])
+    if ended.ending is Ending.OUT_OF_REACH:  # should it hear us all the same: a contest is not ended by the loss of its host
+        session.junior.leave()
     return ended
 
 

@@ -11,17 +11,23 @@ import pytest
 import serial
 
 from firmware_protocol.clock import ManualClock
+from firmware_protocol.events import Received
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.messages import BoutOutcome, State
+from firmware_protocol.messages import BoutOutcome, Heartbeat, State
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from hil import deploying
 from hil.advice_file import save_advice
 from hil.bridge import Bridge
+from hil.cli import common
 from hil.cli.app import run
+from hil.cli.deploy import _follow
+from hil.cli.session import Session
 from hil.contest import Ending, follow_contest, start_contest
-from hil.deploying import deploy
+from hil.deploying import deploy, read_memory
 from hil.junior import Junior
 from hil.mcaplog import LogReader
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
+from simdevice.crowd import Crowd
 from simdevice.endpoints import PtyEndpoint
 from simdevice.server import Server, wait_readable
 from simdevice.world import World, junior_world
@@ -109,6 +115,14 @@ def test_an_advice_file_that_is_none_moves_nothing(capsys: pytest.CaptureFixture
     assert not Path("logs").exists()
 
 
+def test_a_memory_that_does_not_hold_what_was_written_falls_short(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(deploying, "read_memory", lambda junior: (read_memory(junior)[0], 0x1234))
+    assert run(["deploy", "push.advice.toml", LINK, "--no-log"]) == 1
+    assert "checksum is 0x1234" in capsys.readouterr().err
+
+
 def test_the_robot_stands_still_in_the_countdown_then_plays_and_stops_when_the_host_closes() -> None:
     world = junior_world(seed=4)
     with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
@@ -151,6 +165,73 @@ def test_a_robot_that_ends_its_contest_itself_is_seen_to() -> None:
         deploy(junior, PUSH)
         start_contest(junior, countdown=1.0)
         assert follow_contest(junior, 1.0).ending is Ending.ROBOT
+
+
+def test_what_another_robot_on_the_link_says_does_not_end_a_contest() -> None:
+    crowd = Crowd(2, seed=4, referee=False)
+    with Junior(Bridge(MemoryLink(crowd), crowd, open_sessions=False), crowd.now) as junior:
+        junior.find(1)
+        junior.set_parameter("CONTEST_MAX", 2)
+        deploy(junior, PUSH)
+        while not any(
+            isinstance(event, Received) and event.system == 1 and isinstance(event.message, Heartbeat)
+            for event in junior.step()
+        ):
+            pass
+        start_contest(junior, countdown=1.0)  # the next heartbeat is the neighbour's, and it is disarmed
+        begun = junior.now()
+        assert follow_contest(junior, 1.0).ending is Ending.ROBOT
+        assert junior.now() - begun >= 3.0
+
+
+def test_a_heartbeat_from_before_the_start_does_not_end_a_contest(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = junior_world(seed=4, referee=False)
+    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+        junior.find()
+        junior.set_parameter("CONTEST_MAX", 2)
+        deploy(junior, PUSH)
+        start_contest(junior, countdown=1.0)
+        begun, step = junior.now(), junior.step
+        heartbeat = junior.peer.heartbeat
+        assert heartbeat is not None
+        late = [Received(heartbeat, 1, 1, 0, begun + 0.02, b"")]
+
+        def reordered(wait: float) -> list[object]:
+            return [*step(wait), *([late.pop()] if late else [])]
+
+        monkeypatch.setattr(junior, "step", reordered)
+        assert follow_contest(junior, 1.0).ending is Ending.ROBOT
+        assert junior.now() - begun >= 3.0
+
+
+def test_a_robot_that_is_out_of_reach_is_not_stopped_by_leaving_it() -> None:
+    class OneWay:
+        """A world that hears, and after a while is not heard any more."""
+
+        def __init__(self) -> None:
+            self.world = junior_world(seed=4, referee=False)
+            self.mute = False
+
+        def now(self) -> float:
+            return self.world.now()
+
+        def step(self, inbound: bytes) -> bytes:
+            out = self.world.step(inbound)
+            return b"" if self.mute else out
+
+    line = OneWay()
+    with Junior(Bridge(MemoryLink(line), line), line.now) as junior:
+        junior.find()
+        deploy(junior, PUSH)
+        start_contest(junior, countdown=1.0)
+        line.mute = True
+        ended = _follow(Session(junior, None), common.consoles(as_json=False, quiet=True), 1.0, 1, quiet=True)
+        assert ended.ending is Ending.OUT_OF_REACH
+    moved = False
+    for _ in range(200):
+        line.step(b"")
+        moved = moved or any(line.world.device.wheels)
+    assert moved
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no ptys on Windows")
