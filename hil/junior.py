@@ -125,6 +125,8 @@ class Junior:
             PeerError: It does not answer, or does not want one.
             LinkError: The link is gone.
         """
+        if not self.peer.ready and self.peer.unavailable is not None:  # nor later, when nobody thinks of it any more
+            raise self.peer.unavailable
         self.peer.take(self.now())
         deadline = self.now() + TAKE_WAIT
         while not self.peer.session and self.now() < deadline:
@@ -256,12 +258,17 @@ class Junior:
         """
         try:
             self.finish(self.peer.arm())
-            self._armed_in = self.peer.session
+            self.was_armed()
         except RefusedError as error:
             if self.finish(self.peer.request(Heartbeat)).custom_mode != State.STOPPED:
                 raise
             self._emergency = True
             raise RefusedError("arming", "its emergency stop is engaged; make sure that it may move, then disarm it") from error
+
+    def was_armed(self) -> None:
+        """Note that it has said that it is armed: no emergency stop is engaged, then, and to be left as it is."""
+        self._armed_in = self.peer.session
+        self._emergency = False
 
     def disarm(self) -> None:
         """Stop it, and keep its wheels from turning; ends an emergency stop. Raises as `read_sensors` does."""

@@ -305,7 +305,10 @@ class Robots:
 
     def arm(self) -> Answers[CommandAck]:
         """Let the wheels of all that are there turn."""
-        return self.ask(lambda junior: junior.peer.arm())
+        answers = self.ask(lambda junior: junior.peer.arm())
+        for address in answers.values:
+            self.members[address].was_armed()
+        return answers
 
     def disarm(self) -> Answers[CommandAck]:
         """Stop all, and keep their wheels from turning; ends emergency stops."""

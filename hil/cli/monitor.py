@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import PeerLostError, RefusedError
+from firmware_protocol.errors import PeerError, PeerLostError, RefusedError
 from firmware_protocol.messages import SensorFlag, State
 from hil.cli import common
 from hil.cli.overview import Overview
@@ -191,7 +191,7 @@ def _obey(session: Session, key: str) -> str:
         if session.recorder is not None:
             session.recorder.note("safety", str(error))
         return str(error)
-    except PeerLostError as error:
+    except PeerError as error:  # it may be back, and the next key may reach it
         return str(error)
     return ""
 

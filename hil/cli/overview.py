@@ -37,7 +37,7 @@ class Overview:
         self.refusal = ""
         self._robots = robots
         self._obey = obey
-        self._chosen = 0
+        self._chosen: Junior | None = None
 
     @property
     def members(self) -> list[Junior]:
@@ -46,8 +46,10 @@ class Overview:
 
     @property
     def chosen(self) -> Junior:
-        """The robot that keys act on."""
-        return self.members[self._chosen % len(self.members)]
+        """The robot that keys act on: the same one until another is chosen, whoever joins."""
+        if self._chosen is None:
+            self._chosen = self.members[0]
+        return self._chosen
 
     def press(self, key: str) -> None:
         """Do what a key asks. The first that moves a robot takes it: it is stopped and disarmed by that, and no other one is.
@@ -57,7 +59,8 @@ class Overview:
         """
         self.refusal = ""
         if key in {NEXT, BEFORE}:
-            self._chosen = (self._chosen + (1 if key == NEXT else -1)) % len(self.members)
+            members = self.members
+            self._chosen = members[(members.index(self.chosen) + (1 if key == NEXT else -1)) % len(members)]
             return
         try:
             if key == STOP_ALL:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 import hil
-from firmware_protocol.errors import LinkClosedError, RefusedError
+from firmware_protocol.errors import LinkClosedError, PeerError, RefusedError
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
@@ -41,6 +41,7 @@ class Watched:
     Attributes:
         heard: Time at which the last bytes of the host were taken in, in s.
         moved: The time of every control period in which a wheel was turned on, in s.
+        deaf: It does not get what the host says.
     """
 
     def __init__(self) -> None:
@@ -48,12 +49,13 @@ class Watched:
         self.sessions = count(1)
         self.heard = 0.0
         self.moved: list[float] = []
+        self.deaf = False
 
     def now(self) -> float:
         return self.world.now()
 
     def step(self, inbound: bytes) -> bytes:
-        out = self.world.step(inbound)
+        out = self.world.step(b"" if self.deaf else inbound)
         if inbound:
             self.heard = self.now()
         if self.wheels != (0.0, 0.0):
@@ -159,6 +161,23 @@ def test_leaving_does_not_release_an_emergency_stop() -> None:
             junior.arm()
         junior.disarm()
         junior.arm()
+
+
+def test_an_emergency_stop_that_nobody_heard_leaves_no_robot_armed() -> None:
+    watched = Watched()
+    with driving(watched) as junior:
+        watched.deaf = True
+        with pytest.raises(PeerError):
+            junior.emergency_stop()
+        watched.deaf = False
+        junior.arm()
+        junior.drive(0.5, 0.5)
+    with Bridge(MemoryLink(watched), watched, open_sessions=False) as looking:
+        while 1 not in looking.peers:
+            looking.step(PERIOD)
+        heartbeat = looking.peers[1].heartbeat
+    assert heartbeat is not None
+    assert heartbeat.custom_mode == State.DISARMED
 
 
 class Bang(Exception):  # noqa: N818 - a mistake in the user's program

@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from scripted_robot import ScriptedRobot
 
-from hil.cli.monitor import worth_obeying
+from firmware_protocol.links import MemoryLink
+from firmware_protocol.messages import CommandLong
+from hil.bridge import Bridge
+from hil.cli.monitor import _obey, worth_obeying
+from hil.cli.session import Session
+from hil.junior import Junior
 
 
 @pytest.mark.parametrize(
@@ -24,3 +30,12 @@ from hil.cli.monitor import worth_obeying
 )
 def test_what_is_worth_obeying(pressed: str, obeyed: str) -> None:
     assert worth_obeying(pressed) == obeyed
+
+
+@pytest.mark.parametrize("key", ["a", "d", "e"])
+def test_a_robot_that_does_not_answer_a_key_does_not_end_the_view(key: str) -> None:
+    robot = ScriptedRobot()
+    with Junior(Bridge(MemoryLink(robot), robot), robot.now) as junior:
+        junior.find()
+        robot.deaf = lambda message: isinstance(message, CommandLong)
+        assert "robot 1 did not answer" in _obey(Session(junior, None), key)

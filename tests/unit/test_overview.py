@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 from rich.console import Console
 from scripted_crowd import ScriptedCrowd
+from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import JuniorSession, Reason
@@ -97,3 +98,48 @@ def test_one_that_is_gone_is_said_to_be(overview: Overview, crowd: ScriptedCrowd
     overview.press("n")
     overview.press("d")
     assert "silent" in overview.refusal or "did not answer" in overview.refusal
+
+
+def test_the_chosen_one_stays_chosen_when_another_joins(overview: Overview, crowd: ScriptedCrowd) -> None:
+    overview.press("n")
+    assert overview.chosen.peer.system == 2
+    crowd.robots = {0x10: ScriptedRobot(system=0x10), **crowd.robots}
+    del crowd.robots[1]
+    overview.chosen.wait(1.5)
+    assert [junior.peer.system for junior in overview.members] == [1, 2, 7, 16]
+    assert overview.chosen.peer.system == 2
+    overview.press("p")
+    assert overview.chosen.peer.system == 1
+
+
+def test_a_robot_with_a_lower_id_that_joins_does_not_get_the_keys() -> None:
+    crowd = ScriptedCrowd.of([2, 7])
+    networks = Networks()
+    networks.add("line", Bridge(MemoryLink(crowd), crowd, open_sessions=False, session=lambda: 5), crowd)
+    robots = Robots(networks)
+    robots.find(expect=2)
+    shown = Overview(robots, obey)
+    shown.press("a")
+    crowd.robots[1] = ScriptedRobot(system=1)
+    robots.wait(1.5)
+    assert [junior.peer.system for junior in shown.members] == [1, 2, 7]
+    shown.press("d")
+    assert shown.chosen.peer.system == 2
+    assert not crowd.robots[2].armed
+    assert taken(crowd) == {2}
+
+
+def test_a_key_for_a_robot_that_is_not_heard_is_refused_at_once_and_forgotten(overview: Overview, crowd: ScriptedCrowd) -> None:
+    robot = crowd.robots[1]
+    robot.silent = True
+    overview.chosen.wait(4.0)
+    began = crowd.now()
+    overview.press("a")
+    assert "silent" in overview.refusal
+    assert crowd.now() - began < 0.1
+    robot.silent = False
+    robot.armed = True  # by somebody else
+    overview.chosen.wait(3.0)
+    assert overview.chosen.peer.ready
+    assert taken(crowd) == set()
+    assert robot.armed

@@ -268,6 +268,17 @@ def test_disarming_all_ends_the_emergency_stop() -> None:
     assert len(disarmed) == 2
 
 
+def test_robots_armed_after_an_emergency_stop_that_one_did_not_hear_are_disarmed_at_the_end() -> None:
+    crowd = ScriptedCrowd.of([1, 2])
+    with group(crowd) as robots:
+        robots.find(expect=2)
+        crowd.robots[2].deaf = lambda message: isinstance(message, CommandLong)
+        assert set(robots.emergency_stop().errors) == {RobotAddress("a", 2)}
+        crowd.robots[2].deaf = lambda _: False
+        assert len(robots.arm().values) == 2
+    assert not any(robot.armed for robot in crowd.robots.values())
+
+
 def test_watching_neither_stops_nor_disarms_until_one_is_taken() -> None:
     crowd = ScriptedCrowd.of([1, 2])
     for robot in crowd.robots.values():
