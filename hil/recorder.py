@@ -107,7 +107,7 @@ class Recorder:
         self._scene = SceneClock()
         self._drawn = Protagonist()
         self._settings: PalSettings | None = None
-        self._failure: CommandLong | None = None
+        self._failures: dict[int, CommandLong] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -151,7 +151,7 @@ class Recorder:
         elif isinstance(message, RefereeState) and self._drawn.heard(event.system):
             self._draw(message, event.time)
         elif isinstance(message, CommandAck):
-            self._rehearsed(message)
+            self._rehearsed(event.system, message)
         elif isinstance(message, Statustext):
             self._say(event.time, message.severity, message.text, f"robot {event.system}")
 
@@ -161,7 +161,7 @@ class Recorder:
             self._drawn.taken(message.target_system)
         self._message(message, self._host, time)
         if isinstance(message, CommandLong) and message.command == Command.INJECT_FAILURE:
-            self._failure = message
+            self._failures[message.target_system] = message
 
     def event(self, event: Event) -> None:
         """The peer reports something; what was received or rejected comes through `received` as well and is left out."""
@@ -175,14 +175,13 @@ class Recorder:
             words = "is back, restarted" if event.rebooted else "is back"
             self.note("link", f"robot {event.system} {words}", system=event.system, rebooted=event.rebooted)
 
-    def _rehearsed(self, ack: CommandAck) -> None:
+    def _rehearsed(self, system: int, ack: CommandAck) -> None:
         """A robot that was asked to have something fail says that it does."""
-        asked = self._failure
-        if asked is not None and ack.command == Command.INJECT_FAILURE:
-            self._failure = None
-            if ack.result == CommandResult.ACCEPTED:
-                how = "ends" if asked.param2 == FailureType.OK else "begins"
-                self.note("fault", f"fault {how}: {failure_in_words(asked.param1, asked.param2, asked.param3)}, rehearsed")
+        asked = self._failures.pop(system, None) if ack.command == Command.INJECT_FAILURE else None
+        if asked is not None and ack.result == CommandResult.ACCEPTED:
+            how = "ends" if asked.param2 == FailureType.OK else "begins"
+            what = failure_in_words(asked.param1, asked.param2, asked.param3)
+            self.note("fault", f"fault {how}: {what}, rehearsed", system=system)
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
 

@@ -21,9 +21,12 @@ from hil.cli.app import run
 from hil.coaching import Coaching, new_pal
 from hil.connecting import fault_option
 from hil.mcaplog.reader import LogReader
+from hil.networks import Networks
 from hil.recorder import Recorder
 from hil.ring import open_ring
+from hil.robots import Robots
 from pal_advisor.maneuvers import PalSettings
+from simdevice.crowd import Crowd
 from simdevice.period import PERIOD
 from simdevice.world import World, junior_world
 
@@ -241,3 +244,22 @@ def test_a_robot_rehearses_a_failure_and_the_log_says_so(tmp_path: Path) -> None
         "fault begins: eye_right stuck, rehearsed",
         "fault ends: wheel_left, rehearsed",
     ]
+
+
+def test_two_robots_that_rehearse_at_once_are_both_in_the_log(tmp_path: Path) -> None:
+    crowd = Crowd(2, seed=4)
+    recorder = Recorder(tmp_path / "log.mcap", run={}, config={}, link="sim://junior?count=2", lockstep=True)
+    networks = Networks()
+    networks.add("line", Bridge(MemoryLink(crowd), crowd, taps=[recorder]), crowd)
+    with recorder, Robots(networks) as robots:
+        robots.find(expect=2)
+        for junior in robots:
+            junior.set_parameter("FAIL_ENABLE", 1)
+        parts = {1: "wheel_left", 2: "eye_right"}
+        asked = robots.ask(lambda junior: junior.peer.inject_failure(parts[junior.peer.system], FailureType.OFF))
+        assert len(asked.values) == 2
+    told = [entry.value for entry in LogReader(tmp_path / "log.mcap").entries({"/events"}) if entry.value.kind == "fault"]
+    assert {(event.text, event.fields) for event in told} == {
+        ("fault begins: wheel_left off, rehearsed", '{"system": 1}'),
+        ("fault begins: eye_right off, rehearsed", '{"system": 2}'),
+    }
