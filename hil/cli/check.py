@@ -122,6 +122,7 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
                     "rule": check.rule,
                     "moving": check.moving,
                     "wire": check.wire or None,
+                    "keyed": check.keyed,
                 }
                 for check in checks
             ]
@@ -131,7 +132,8 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
     for head in ("check", "about", "wheels turn", "over", "what the protocol demands"):
         table.add_column(head)
     for check in checks:
-        table.add_row(check.name, check.group, "yes" if check.moving else "", _WIRE_NAMES.get(check.wire, ""), check.demands)
+        over = _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
+        table.add_row(check.name, check.group, "yes" if check.moving else "", over, check.demands)
     console.print(table)
 
 

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Final
 
 from fastcrc.crc16 import mcrf4xx
 
-from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, HEADER_LENGTH, STRUCT_CODES, crc_extra, offsets, payload_length
+from firmware_protocol.mavlink_layout import (
+    CHECKSUM_LENGTH,
+    FLAG_SIGNED,
+    HEADER_LENGTH,
+    STRUCT_CODES,
+    crc_extra,
+    offsets,
+    payload_length,
+)
 from firmware_protocol.wire import SIZES, wire_fields
 
 if TYPE_CHECKING:
@@ -40,6 +48,17 @@ def untrimmed(frame: bytes, kind: type[Message]) -> bytes:
     """
     body = _body(frame).ljust(payload_length(kind), b"\0")
     return _seal(frame[:HEADER_LENGTH], body, crc_extra(kind))
+
+
+def unsigned(frame: bytes, kind: type[Message]) -> bytes:
+    """The same frame without its signature, with a good checksum.
+
+    Args:
+        frame: A good frame.
+        kind: What it carries.
+    """
+    head = frame[:_AT_FLAGS] + bytes((frame[_AT_FLAGS] & ~FLAG_SIGNED,)) + frame[_AT_FLAGS + 1 : HEADER_LENGTH]
+    return _seal(head, _body(frame), crc_extra(kind))
 
 
 def forged(frame: bytes, kind: type[Message], name: str, value: float, index: int = 0) -> bytes:

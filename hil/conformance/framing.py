@@ -117,7 +117,9 @@ def partial_frame(robot: Subject) -> str:
     return f"a frame {_GIVEN_UP * 1e3:.0f} ms behind it was taken"
 
 
-@GROUP.check("damage-costs-one-frame", rule="Damage", needs=("bad-checksum-dropped", "partial-frame-dropped"))
+@GROUP.check(
+    "damage-costs-one-frame", rule="Damage", needs=("wrongly-signed-refused", "bad-checksum-dropped", "partial-frame-dropped")
+)
 def damage(robot: Subject) -> str:
     """Damage within one frame costs that frame and no other."""
     with robot.silence():

@@ -25,8 +25,9 @@ def table() -> str:
     for title, checks in groupby((*CHECKS, LAST), key=lambda check: check.group):
         lines += [f"### {title[0].upper()}{title[1:]}", "", "| check | what the protocol demands | says |", "|---|---|---|"]
         for check in checks:
+            key = " *With a key.*" if check.keyed else ""
             wheels = " *Wheels turn.*" if check.moving else ""
-            lines.append(f"| `{check.name}` | {check.demands}{_OVER.get(check.wire, '')}{wheels} | {check.rule} |")
+            lines.append(f"| `{check.name}` | {check.demands}{_OVER.get(check.wire, '')}{key}{wheels} | {check.rule} |")
         lines.append("")
     return "\n".join(lines)
 

@@ -40,6 +40,7 @@ class Check:
         moving: The wheels turn.
         needs: Checks that must not have failed: what they look at is taken for granted here.
         wire: The wire whose frames it is about, `mavlink` or `can`; empty where it is about messages, on any wire.
+        keyed: It is about signatures: without a key it is not run.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Check:
     moving: bool = False
     needs: tuple[str, ...] = ()
     wire: str = ANY_WIRE
+    keyed: bool = False
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,14 @@ class Group:
     checks: list[Check] = field(default_factory=list)
 
     def check(
-        self, name: str, *, rule: str, moving: bool = False, needs: tuple[str, ...] = (), wire: str | None = None
+        self,
+        name: str,
+        *,
+        rule: str,
+        moving: bool = False,
+        needs: tuple[str, ...] = (),
+        wire: str | None = None,
+        keyed: bool = False,
     ) -> Callable[[Run], Run]:
         """Register the decorated function as a check; see `Check` for the arguments. Its docstring is what is demanded.
 
@@ -76,7 +85,7 @@ class Group:
 
         def register(run: Run) -> Run:
             about = self.wire if wire is None else wire
-            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs, about))
+            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs, about, keyed))
             return run
 
         return register

@@ -86,6 +86,8 @@ def perform(
                 note(Verdict(check, Outcome.NOT_RUN, "turns the wheels: --moving"))
             elif check.wire not in {ANY_WIRE, robot.wire}:
                 note(Verdict(check, Outcome.NOT_RUN, f"only on links that carry {CARRIED[check.wire]}"))
+            elif check.keyed and robot.signing is None:
+                note(Verdict(check, Outcome.NOT_RUN, "no key: --signing-key"))
             elif missing := [name for name in check.needs if name in failed]:
                 note(Verdict(check, Outcome.NOT_RUN, f"makes no sense as long as {missing[0]} fails"))
             else:

@@ -13,6 +13,7 @@ from hil.conformance import (
     memory,
     numbering,
     parameters,
+    signatures,
     standard,
     stopping,
     streams,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
 _AFTERWARDS: Final = Group("afterwards")
 _MODULES: Final = (
+    signatures,
     framing,
     can_singles,
     can_transfers,

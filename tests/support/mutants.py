@@ -35,6 +35,7 @@ class Mutant:
         before: Text in it, that is there once.
         after: What stands there instead.
         wire: What the firmware speaks when it is checked.
+        keyed: It signs then.
     """
 
     caught_by: str
@@ -43,6 +44,7 @@ class Mutant:
     before: str
     after: str
     wire: str = MAVLINK
+    keyed: bool = False
 
     def text(self) -> str:
         """The changed source."""
@@ -317,5 +319,37 @@ MUTANTS: Final = (
         "               (int16_t)((int8_t)flash_u8(&actions[action].right) * speed));",
         "    wheels_set(robot, (int16_t)((int8_t)flash_u8(&actions[action].right) * speed),\n"
         "               (int16_t)((int8_t)flash_u8(&actions[action].left) * speed));",
+    ),
+    Mutant(
+        "unsigned-refused",
+        "believes what nobody has signed",
+        "signing.c",
+        "        count(&signing->not_signed);\n        return SIGNING_REFUSED;",
+        "        count(&signing->not_signed);\n        return SIGNING_BELIEVED;",
+        keyed=True,
+    ),
+    Mutant(
+        "wrongly-signed-refused",
+        "does not look at signatures",
+        "signing.c",
+        "if (!same_hash(robot, frame, length)) {",
+        "if (false) {",
+        keyed=True,
+    ),
+    Mutant(
+        "replayed-refused",
+        "believes what it has heard before",
+        "signing.c",
+        "if (!later(&time, stream != NULL ? &stream->last : &signing->floor)\n",
+        "if ((stream == NULL && !later(&time, &signing->floor))\n",
+        keyed=True,
+    ),
+    Mutant(
+        "unsigned-stop-obeyed",
+        "asks for a signature before it stops",
+        "frame.c",
+        "if (!believed && !is_stop(row, &message)) {",
+        "if (!believed) {",
+        keyed=True,
     ),
 )
