@@ -244,7 +244,7 @@ class Probe:
             return
         if not self.system and isinstance(event.message, Heartbeat) and event.message.type != _GROUND_STATION:
             self.system = event.system
-        if event.system not in {0, self.system, HOST_SYSTEM} and event.component == ROBOT_COMPONENT:
+        if self.system and event.system not in {0, self.system, HOST_SYSTEM} and event.component == ROBOT_COMPONENT:
             self.others.add(event.system)
         if event.system == self.system and event.component == ROBOT_COMPONENT:
             self.heard.append(event)

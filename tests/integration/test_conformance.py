@@ -167,6 +167,15 @@ def test_checks_have_names_demands_and_rules_of_the_protocol_page() -> None:
         assert all(names.index(need) < names.index(check.name) for need in check.needs)
 
 
+def test_a_robot_that_is_heard_before_its_heartbeat_is_not_another_one() -> None:
+    world = junior_world(referee=False)
+    robot = subject(world)
+    while world.now() < 0.5:
+        world.step(b"")  # its first heartbeat goes by unheard
+    robot.greet()
+    assert (robot.system, robot.others) == (1, set())
+
+
 def test_what_rests_on_a_failed_check_is_not_run() -> None:
     robot = subject(junior_world())
     robot.greet()
