@@ -150,9 +150,9 @@ def emulate(
 
 def _suggestion(url: str, count: int, signing_key: Path | None) -> str:
     """What to try next."""
-    one = url if count == 1 else shlex.quote(common.with_system(url, count))
-    key = f" --signing-key {signing_key}" if signing_key else ""
-    return f"For instance: hil monitor {url}{key}    or: hil coach {one}{key}"
+    one = shlex.quote(url if count == 1 else common.with_system(url, count))
+    key = f" --signing-key {shlex.quote(str(signing_key))}" if signing_key else ""
+    return f"For instance: hil monitor {shlex.quote(url)}{key}    or: hil coach {one}{key}"
 
 
 def _load_key(path: Path | None, board: BoardName) -> SigningKey | None:
