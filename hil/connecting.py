@@ -208,6 +208,19 @@ def asked_for(address: Address) -> int | None:
     return number_option(address, "node" if "node" in address.options else "system")
 
 
+def with_system(url: str, system: int) -> str:
+    """The address of one of several robots on a link.
+
+    Args:
+        url: Address of the link; a robot that it names already is replaced.
+        system: System id, or on CAN node id, of the robot.
+    """
+    bare, _, options = url.partition("?")
+    kept = [option for option in options.split("&") if option and not option.startswith(("system=", "node="))]
+    name = "node" if url.startswith("can:") else "system"
+    return f"{bare}?{'&'.join([*kept, f'{name}={system}'])}"
+
+
 def open_address(address: Address, key: SigningKey | None = None) -> tuple[Link, Clock, Callable[[], int]]:
     """Open what an address names, once.
 

@@ -13,7 +13,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.clock import MonotonicClock
-from hil.connecting import open_address
+from hil.connecting import open_address, with_system
 from hil.key_file import open_signing
 from hil.listening import Listener, Robot, Signed
 
@@ -98,8 +98,7 @@ class Finding:
         """
         if len(self.robots) < 2:
             return self.url
-        selector = "node" if self.url.startswith("can:") else "system"
-        return f"{self.url}{'&' if '?' in self.url else '?'}{selector}={robot.system}"
+        return with_system(self.url, robot.system)
 
 
 @runtime_checkable

@@ -17,7 +17,7 @@ from rich.console import Console
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.messages import OpponentCode
-from hil.connecting import asked_for
+from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
 
 if TYPE_CHECKING:
@@ -173,19 +173,6 @@ def check_opponent(name: str) -> str:
     if name not in OPPONENTS:
         raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
     return name
-
-
-def with_system(url: str, system: int) -> str:
-    """The address of one of several robots on a link.
-
-    Args:
-        url: Address of the link; a robot that it names already is replaced.
-        system: System id, or on CAN node id, of the robot.
-    """
-    bare, _, options = url.partition("?")
-    kept = [option for option in options.split("&") if option and not option.startswith(("system=", "node="))]
-    name = "node" if url.startswith("can:") else "system"
-    return f"{bare}?{'&'.join([*kept, f'{name}={system}'])}"
 
 
 def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:

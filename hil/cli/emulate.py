@@ -19,7 +19,7 @@ from firmware_protocol.wire import MAVLINK
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
-from hil.connecting import board_maker
+from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
 from hil.files import replace_file
 from hil.key_file import load_key, no_signatures
@@ -150,7 +150,7 @@ def emulate(
 
 def _suggestion(url: str, count: int, signing_key: Path | None) -> str:
     """What to try next."""
-    one = shlex.quote(url if count == 1 else common.with_system(url, count))
+    one = shlex.quote(url if count == 1 else with_system(url, count))
     key = f" --signing-key {shlex.quote(str(signing_key))}" if signing_key else ""
     return f"For instance: hil monitor {shlex.quote(url)}{key}    or: hil coach {one}{key}"
 

@@ -95,6 +95,8 @@ def test_several_robots_on_a_line_are_told_apart() -> None:
     assert finding.address(finding.robots[1]) == "tcp://test:1?system=2"
     bus = Finding(finding.place, finding.status, "can://socketcan/can0?bitrate=1", finding.robots)
     assert bus.address(finding.robots[2]) == "can://socketcan/can0?bitrate=1&node=3"
+    named = Finding(finding.place, finding.status, "tcp://test:1?system=3", finding.robots)
+    assert named.address(finding.robots[0]) == "tcp://test:1?system=1"
 
 
 def test_a_robot_of_another_protocol_is_told_and_does_not_count() -> None:
