@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import tomllib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import tomli_w
 
 from firmware_protocol.errors import HilError
 from hil.field_lines import line_of
-from hil.files import replace_file
+from hil.files import read_document, replace_file
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
@@ -56,18 +55,7 @@ def load_advice(path: Path) -> Advice:
     Raises:
         AdviceFileError: It can't be read, is no TOML or JSON, or a field is missing, unknown or wrong.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise AdviceFileError(f"cannot read {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise AdviceFileError(f"{path} is no text file: {error}") from error
-    try:
-        data: Any = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
-        raise AdviceFileError(f"{path}: {error}") from error
-    except RecursionError as error:
-        raise AdviceFileError(f"{path} is no advice: it is nested too deeply") from error
+    text, data = read_document(path, AdviceFileError, kind="advice")
     try:
         return Advice.from_dict(data)
     except AdviceError as error:

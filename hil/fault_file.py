@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import tomllib
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from firmware_protocol.errors import FaultSpecError
 from firmware_protocol.faults import FaultSpec
 from hil.field_lines import line_of
+from hil.files import read_document
 
 _SUFFIXES: Final = (".toml", ".json")
 
@@ -44,18 +43,7 @@ def load_faults(path: Path) -> FaultSpec:
     Raises:
         FaultSpecError: It can't be read, is no TOML or JSON, or something in it is wrong; the text says in which line.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise FaultSpecError(f"cannot read the fault file {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise FaultSpecError(f"{path} is no text file: {error}") from error
-    try:
-        table: Any = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except (json.JSONDecodeError, tomllib.TOMLDecodeError) as error:
-        raise FaultSpecError(f"{path}: {error}") from error
-    except RecursionError as error:
-        raise FaultSpecError(f"{path} is no fault file: it is nested too deeply") from error
+    text, table = read_document(path, FaultSpecError, kind="fault file", named="the fault file ")
     try:
         return FaultSpec.from_table(table)
     except FaultSpecError as error:
