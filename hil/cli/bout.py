@@ -73,10 +73,6 @@ def bout(
     name = str(controller or ControllerName.ADVICE)
     described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
     path = common.log_path("bout", log, no_log=no_log)
-
-    def tell(text: str) -> None:
-        console.print(text, markup=False)
-
     with open_session(
         link,
         opponent=opponent,
@@ -84,7 +80,7 @@ def bout(
         log=path,
         config=described,
         reconnect=reconnect,
-        tell=None if quiet else tell,
+        tell=common.teller(console, quiet=quiet),
         signing_key=signing_key,
     ) as session:
         ring = open_ring(session.junior, opponent)

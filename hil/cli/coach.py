@@ -163,10 +163,6 @@ def coach(
     if saved is not None:
         settings = saved.pal.settings
     described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
-
-    def tell(text: str) -> None:
-        console.print(text, markup=False)
-
     with open_session(
         link,
         opponent=opponent,
@@ -174,7 +170,7 @@ def coach(
         log=path,
         config=described,
         reconnect=reconnect,
-        tell=None if quiet else tell,
+        tell=common.teller(console, quiet=quiet),
         signing_key=signing_key,
     ) as session:
         run = _Run(session, console, opponent, seed, files, quiet=quiet)

@@ -235,6 +235,16 @@ def consoles(*, as_json: bool, quiet: bool = False) -> Console:
     return Console(stderr=as_json, quiet=quiet and as_json, highlight=False, soft_wrap=True)
 
 
+def teller(console: Console, *, quiet: bool) -> Callable[[str], None] | None:
+    """What says in words how the link fares, on a console; None where nothing but the result is wanted.
+
+    Args:
+        console: Where to.
+        quiet: Nothing but the result is wanted.
+    """
+    return None if quiet else functools.partial(console.print, markup=False)
+
+
 def print_json(document: dict[str, Any] | list[Any]) -> None:
     """Print one JSON document to stdout."""
     sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")

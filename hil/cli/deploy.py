@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,7 +62,7 @@ def deploy(
     console = common.consoles(as_json=as_json, quiet=quiet)
     path = common.log_path("deploy", log, no_log=no_log)
     described = {"verb": "deploy", "contest": contest, "seed": seed}
-    told = None if quiet else partial(console.print, markup=False)
+    told = common.teller(console, quiet=quiet)
     with open_session(link, seed=seed, log=path, config=described, arm=False, tell=told, signing_key=signing_key) as session:
         done = deploying.deploy(session.junior, learnt)
         if not as_json:

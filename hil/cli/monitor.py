@@ -67,13 +67,9 @@ def monitor(
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     path: Path | None = common.log_path("monitor", log, no_log=no_log)
-
-    def tell(text: str) -> None:
-        console.print(text, markup=False)
-
     described = {"verb": "monitor", "seed": seed}
     live, silent = console.is_terminal and not as_json and not quiet, as_json or quiet
-    told = None if quiet else tell
+    told = common.teller(console, quiet=quiet)
     if link is not None and _may_be_several(link):
         with open_watch(link, log=path, config=described, reconnect=reconnect, tell=told, signing_key=signing_key) as (
             robots,

@@ -131,19 +131,10 @@ def open_session(
     key = load_key(signing_key) if signing_key else None
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
-        recorder = None
-        if log is not None:
-            recorder = open_recorder(log, url, config, lockstep=address.scheme == "sim")
-            stack.callback(recorder.close)
-        try:
-            junior = stack.enter_context(
-                connect(url, system=system, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key)
-            )
-        except LinkOpenError:
-            if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
-                recorder.close()
-                log.unlink()
-            raise
+        recorder = _begin_log(stack, log, url, config)
+        with _nothing_said(recorder, log):
+            taps = [recorder] if recorder else []
+            junior = stack.enter_context(connect(url, system=system, taps=taps, reconnect=reconnect, signing_key=key))
         if tell is not None:
             common.tell_others(junior.peer.system, others_beside(junior, address), url, tell)
             junior.listen(_teller(junior.bridge, tell))
@@ -218,23 +209,35 @@ def open_watch(
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
         key = load_key(signing_key) if signing_key else None
-        recorder = None
-        if log is not None:
-            recorder = open_recorder(log, link, config, lockstep=parse_address(link).scheme == "sim")
-            stack.callback(recorder.close)
-        try:
-            robots = stack.enter_context(
-                connect_all(link, watch=True, taps=[recorder] if recorder else [], reconnect=reconnect, signing_key=key)
-            )
-        except LinkOpenError:
-            if recorder is not None and log is not None and log.is_file():  # nothing was said: there is nothing to keep
-                recorder.close()
-                log.unlink()
-            raise
+        recorder = _begin_log(stack, log, link, config)
+        with _nothing_said(recorder, log):
+            taps = [recorder] if recorder else []
+            robots = stack.enter_context(connect_all(link, watch=True, taps=taps, reconnect=reconnect, signing_key=key))
         if tell is not None:
             listener = _teller(next(iter(robots.networks.bridges.values())), tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
+
+
+def _begin_log(stack: ExitStack, log: Path | None, url: str, config: Mapping[str, object]) -> Recorder | None:
+    """Begin a log that ends with the stack; None where there is to be none."""
+    if log is None:
+        return None
+    recorder = open_recorder(log, url, config, lockstep=parse_address(url).scheme == "sim")
+    stack.callback(recorder.close)
+    return recorder
+
+
+@contextmanager
+def _nothing_said(recorder: Recorder | None, log: Path | None) -> Iterator[None]:
+    """Keep no log of a link that could not be opened."""
+    try:
+        yield
+    except LinkOpenError:
+        if recorder is not None and log is not None and log.is_file():
+            recorder.close()
+            log.unlink()
+        raise
 
 
 def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:
