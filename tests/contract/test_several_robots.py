@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import os
-import threading
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from serving import Stepped, in_thread
 
 import hil
 from firmware_protocol.errors import PeerError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
-from hil.clock import MonotonicClock
 from simdevice.crowd import Crowd
 from simdevice.endpoints import open_endpoint
-from simdevice.server import Server
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 COUNT: Final = 5
 LOST: Final = 2
@@ -36,22 +34,12 @@ LINKS: Final = (
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs ptys")
 
 
-class Watched:
+class Watched(Stepped):
     """A crowd that another thread serves, and the test can wait for."""
 
     def __init__(self, crowd: Crowd) -> None:
+        super().__init__(crowd)
         self.crowd = crowd
-        self._stepped = threading.Condition()
-
-    def step(self, inbound: bytes) -> bytes:
-        out = self.crowd.step(inbound)
-        with self._stepped:
-            self._stepped.notify_all()
-        return out
-
-    def until(self, done: Callable[[], bool]) -> None:
-        with self._stepped:
-            assert self._stepped.wait_for(done, timeout=PATIENCE)
 
     def wheels(self, system: int) -> tuple[float, float]:
         return self.crowd.members[system].world.device.wheels
@@ -60,15 +48,9 @@ class Watched:
 @pytest.fixture
 def served(request: pytest.FixtureRequest) -> Iterator[tuple[str, Watched]]:
     endpoint = open_endpoint(str(request.param))
-    watched, stop = Watched(Crowd(COUNT, seed=3, wire=endpoint.wire)), threading.Event()
-    server = Server(watched, endpoint, MonotonicClock(), speed=SPEED)
-    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
-    thread.start()
-    yield endpoint.url, watched
-    stop.set()
-    thread.join(PATIENCE)
-    assert not thread.is_alive()
-    endpoint.close()
+    watched = Watched(Crowd(COUNT, seed=3, wire=endpoint.wire))
+    with in_thread(watched, endpoint, speed=SPEED):
+        yield endpoint.url, watched
 
 
 @pytest.mark.parametrize("served", LINKS, indirect=True)

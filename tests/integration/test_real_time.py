@@ -5,26 +5,24 @@ from __future__ import annotations
 import json
 import re
 import signal
-import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from processes import PATIENCE, Hil
+from processes import Hil
+from serving import Stepped, in_thread
 
 from firmware_protocol.events import Received
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat, State
 from hil.cli.app import run
-from hil.clock import MonotonicClock
 from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader
 from simdevice.endpoints import open_endpoint
-from simdevice.server import Server
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
     from pathlib import Path
 
 SPEED: Final = 2
@@ -34,7 +32,7 @@ COACH: Final = ("--period", "0.05", "--held-out", "0", "--no-report")
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals and ptys")
 
 
-class Watched:
+class Watched(Stepped):
     """An emulated robot that another thread serves, and the test can wait for.
 
     Attributes:
@@ -45,7 +43,7 @@ class Watched:
         self.state = State.DISARMED
         self._world = junior_world()
         self._codec = MavlinkCodec(system=250, component=1)
-        self._stepped = threading.Condition()
+        super().__init__(self._world)
 
     @property
     def wheels(self) -> tuple[float, float]:
@@ -54,19 +52,10 @@ class Watched:
     def now(self) -> float:
         return self._world.now()
 
-    def step(self, inbound: bytes) -> bytes:
-        out = self._world.step(inbound)
+    def heard(self, out: bytes) -> None:
         for event in self._codec.receive(out, self.now()):
             if isinstance(event, Received) and isinstance(event.message, Heartbeat) and event.component == 1:
                 self.state = State(event.message.custom_mode)
-        with self._stepped:
-            self._stepped.notify_all()
-        return out
-
-    def until(self, done: Callable[[], bool]) -> None:
-        """Wait for something to come true of the robot."""
-        with self._stepped:
-            assert self._stepped.wait_for(done, timeout=PATIENCE)
 
     def moving(self) -> bool:
         return self.wheels != (0.0, 0.0)
@@ -75,17 +64,9 @@ class Watched:
 @contextmanager
 def served(link: str) -> Iterator[tuple[str, Watched]]:
     """An emulated robot in real time, in a thread of this process: its address, and the robot to look at."""
-    watched, endpoint, stop = Watched(), open_endpoint(link), threading.Event()
-    server = Server(watched, endpoint, MonotonicClock(), speed=SPEED)
-    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
-    thread.start()
-    try:
+    watched, endpoint = Watched(), open_endpoint(link)
+    with in_thread(watched, endpoint, speed=SPEED):
         yield endpoint.url, watched
-    finally:
-        stop.set()
-        thread.join(PATIENCE)
-        assert not thread.is_alive()
-        endpoint.close()
 
 
 def emulator(folder: Path) -> Hil:

@@ -15,22 +15,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 import pytest
 from processes import PATIENCE, Hil
+from serving import Stepped, in_thread
 
 import hil
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
 from hil.cli.app import run
-from hil.clock import MonotonicClock
 from hil.coaching import Coaching, load_checkpoint, new_pal
 from hil.mcaplog import LogReader
 from hil.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.endpoints import TcpEndpoint
-from simdevice.server import Server
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 URL: Final = "sim://junior?opponent=flat-light&seed=3"
 SETTINGS: Final = PalSettings(budget=40, population=6, elite=1, exam_share=0.2)
@@ -254,37 +253,20 @@ class Resetting(TcpEndpoint):
         super().poll(now)
 
 
-class Counted:
-    """A world that counts its steps, and can be waited for."""
+class Watched(Stepped):
+    """A world that can be waited for."""
 
     def __init__(self) -> None:
         self.world = junior_world()
-        self._stepped = threading.Condition()
-
-    def step(self, inbound: bytes) -> bytes:
-        out = self.world.step(inbound)
-        with self._stepped:
-            self._stepped.notify_all()
-        return out
-
-    def until(self, done: Callable[[], bool]) -> None:
-        with self._stepped:
-            assert self._stepped.wait_for(done, timeout=PATIENCE)
+        super().__init__(self.world)
 
 
 @contextmanager
-def served() -> Iterator[tuple[Resetting, Counted]]:
+def served() -> Iterator[tuple[Resetting, Watched]]:
     """An emulated robot in a thread of this process, over TCP."""
-    world, endpoint, stop = Counted(), Resetting(), threading.Event()
-    server = Server(world, endpoint, MonotonicClock(), speed=2)
-    thread = threading.Thread(target=server.run, args=(stop.is_set,), daemon=True)
-    thread.start()
-    try:
+    world, endpoint = Watched(), Resetting()
+    with in_thread(world, endpoint, speed=2):
         yield endpoint, world
-    finally:
-        stop.set()
-        thread.join(PATIENCE)
-        endpoint.close()
 
 
 def test_a_connection_that_is_reset_in_the_middle_of_a_maneuver_is_overcome(
