@@ -18,7 +18,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.wire import CAN
 from hil.conformance.can_frames import STOP, identifier, readdressed, resized
-from hil.conformance.can_transfers import counted, question
+from hil.conformance.can_transfers import question
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
 
@@ -57,7 +57,7 @@ def stop_exact(robot: Subject) -> str:
     def send() -> None:
         robot.put(*(CanFrame(identifier(layout.ESTOP_FUNCTION, robot.system), data) for data in wrong))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     robot.expect_state(State.READY, "after frames that are no JUNIOR_ESTOP")
     count = after.unknown - before.unknown
     require(count == len(wrong), f"JUNIOR_STATUS.unknown rose by {count} after {len(wrong)} such frames")
@@ -75,7 +75,7 @@ def wheels_exact(robot: Subject) -> str:
             (frame,) = robot.frames(robot.wheels(0.0, 0.0, 5.0))
             robot.put(resized(frame, length))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     require(not robot.got(JuniorAck, start), "one was answered")
     robot.expect_state(State.READY, "after frames that are no JUNIOR_WHEELS_FRAME")
     count = after.unknown - before.unknown

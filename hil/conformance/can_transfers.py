@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import MAX_DATA, CanFrame
 from firmware_protocol.mavlink_layout import crc_extra
-from firmware_protocol.messages import ROBOT_COMPONENT, JuniorAck, JuniorStatus, Ping, State, Timesync
+from firmware_protocol.messages import ROBOT_COMPONENT, JuniorAck, Ping, State, Timesync
 from firmware_protocol.wire import CAN
 from hil.conformance.can_frames import STOP, UNKNOWN_ID, body, cut, identifier, payload, resized, sealed, without
 from hil.conformance.probe import PATIENCE
 from hil.conformance.registry import Group, require
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from hil.conformance.subject import Subject
 
@@ -33,14 +33,6 @@ def question(robot: Subject, number: int) -> list[CanFrame]:
         number: Told in the answer.
     """
     return robot.frames(Timesync(0, number, robot.system, ROBOT_COMPONENT))
-
-
-def counted(robot: Subject, send: Callable[[], None]) -> tuple[JuniorStatus, JuniorStatus]:
-    """The robot's counters before and after, while we say nothing else."""
-    with robot.silence():
-        before = robot.status()
-        send()
-        return before, robot.status()
 
 
 def _answered(robot: Subject) -> list[int]:
@@ -164,7 +156,7 @@ def checksum(robot: Subject) -> str:
             data[at] ^= 0x20
             robot.put(*cut(frames, bytes(data)))
 
-        before, after = counted(robot, send)
+        before, after = robot.counted(send)
         require(not robot.got(Timesync), f"with byte {at} damaged it was taken")
         count = after.bad_checksum - before.bad_checksum
         require(count == 1, f"JUNIOR_STATUS.bad_checksum rose by {count} after one such transfer")
@@ -196,7 +188,7 @@ def too_long(robot: Subject) -> str:
         frames = question(robot, 1)
         robot.put(*sealed(frames, Timesync.ID, payload(frames) + b"\0", crc_extra(Timesync)))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     require(not robot.got(Timesync), "it was taken")
     count = after.unknown - before.unknown
     require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such transfer")
@@ -222,7 +214,7 @@ def unknown(robot: Subject) -> str:
         frames = question(robot, 1)
         robot.put(*sealed(frames, UNKNOWN_ID, payload(frames), 0), *question(robot, 2))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     found = [answer.ts1 for answer in robot.got(Timesync)]
     require(found == [2], f"of an unknown message and question 2 behind it, {found} were answered")
     count = after.unknown - before.unknown
@@ -237,7 +229,7 @@ def upward(robot: Subject) -> str:
     def send() -> None:
         robot.put(*sealed(question(robot, 1), JuniorAck.ID, bytes(8), crc_extra(JuniorAck)))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     require(not robot.got(JuniorAck), "it was answered")
     count = after.unknown - before.unknown
     require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such transfer")
@@ -253,7 +245,7 @@ def good_transfers(robot: Subject) -> str:
         for number in range(5):
             robot.put(*question(robot, number), *robot.frames(robot.wheels(0.0, 0.0, 0.0)))
 
-    before, after = counted(robot, send)
+    before, after = robot.counted(send)
     count = after.good - before.good - 1
     require(count == 10, f"JUNIOR_STATUS.good rose by {count} after 5 good transfers and 5 good single frames")
     return "10 of 10"
@@ -270,7 +262,7 @@ def lost(robot: Subject) -> str:
             question(robot, 2)  # numbered, and never sent
 
     for gap in (3, 1, 2, 3, 4, 5, 6):  # the numbers wrap within more than one of these
-        before, after = counted(robot, send)
+        before, after = robot.counted(send)
         count = after.lost - before.lost
         require(count == gap, f"JUNIOR_STATUS.lost rose by {count} after a gap of {gap}")
     return "gaps of 1 to 6"

@@ -6,14 +6,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.mavlink_layout import payload_length
-from firmware_protocol.messages import CommandLong, JuniorStatus, Ping, Timesync
+from firmware_protocol.messages import CommandLong, Ping, Timesync
 from firmware_protocol.wire import MAVLINK
 from hil.conformance.frames import checksum_at, damaged, foreign, header, untrimmed, version_1
 from hil.conformance.probe import PATIENCE, QUIET
 from hil.conformance.registry import ANY_WIRE, Group, require
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from hil.conformance.subject import Subject
 
@@ -31,14 +31,6 @@ def _answers(robot: Subject, wanted: Sequence[int], wait: float = PATIENCE) -> l
     """Numbers of the pings that were answered, once the wanted ones have been or the wait is over."""
     robot.wait(Ping, lambda ping: ping.seq == wanted[-1], timeout=wait, start=0)
     return [ping.seq for ping in robot.got(Ping)]
-
-
-def _counted(robot: Subject, send: Callable[[], None]) -> tuple[JuniorStatus, JuniorStatus]:
-    """The robot's counters before and after, while we say nothing else."""
-    with robot.silence():
-        before = robot.status()
-        send()
-        return before, robot.status()
 
 
 @GROUP.check("frame-in-pieces", rule="Damage")
@@ -70,7 +62,7 @@ def bad_checksum(robot: Subject) -> str:
         frame = _ping(robot, 3)
         robot.raw(damaged(frame, checksum_at(frame)))
 
-    before, after = _counted(robot, send)
+    before, after = robot.counted(send)
     require(not robot.got(Ping), "a PING with a bad checksum was answered")
     count = after.bad_checksum - before.bad_checksum
     require(count == 1, f"JUNIOR_STATUS.bad_checksum rose by {count} after one such frame")
@@ -84,7 +76,7 @@ def unknown_message(robot: Subject) -> str:
     def send() -> None:
         robot.raw(robot.sealed(foreign(_ping(robot, 3))) + _ping(robot, 4))
 
-    before, after = _counted(robot, send)
+    before, after = robot.counted(send)
     require([ping.seq for ping in robot.got(Ping)] == [4], "the frame behind an unknown one was not taken")
     count = after.unknown - before.unknown
     require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such frame")
@@ -159,7 +151,7 @@ def good_frames(robot: Subject) -> str:
     def send() -> None:
         robot.raw(b"".join(_ping(robot, number) for number in range(10)))
 
-    before, after = _counted(robot, send)
+    before, after = robot.counted(send)
     count = after.good - before.good - 1
     require(count == 10, f"JUNIOR_STATUS.good rose by {count} after 10 good frames")
     return "10 of 10"
@@ -175,7 +167,7 @@ def lost_frames(robot: Subject) -> str:
         for _ in range(3):
             _ping(robot, 1)  # numbered, and never sent
 
-    before, after = _counted(robot, send)
+    before, after = robot.counted(send)
     count = after.lost - before.lost
     require(count == 3, f"JUNIOR_STATUS.lost rose by {count} after a gap of 3")
     return "a gap of 3"

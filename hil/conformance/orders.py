@@ -27,7 +27,7 @@ from hil.conformance.probe import Probe
 from hil.conformance.registry import CheckFailedError, require
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from enum import IntEnum
 
 M = TypeVar("M", bound=Message)
@@ -95,6 +95,17 @@ class Orders(Probe):
         if status is None:
             raise CheckFailedError("JUNIOR_STATUS was requested and did not come")
         return status
+
+    def counted(self, send: Callable[[], None]) -> tuple[JuniorStatus, JuniorStatus]:
+        """The robot's counters before and after, while we say nothing else.
+
+        Args:
+            send: Says what is to be counted.
+        """
+        with self.silence():
+            before = self.status()
+            send()
+            return before, self.status()
 
     def state(self) -> int:
         """What the robot is doing, as its HEARTBEAT says now."""
