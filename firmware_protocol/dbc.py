@@ -53,6 +53,8 @@ _REST: Final = Struct("<HH")
 _TIME: Final = Struct("<Q")
 _STOP: Final = b"\1"
 _MS_MASK: Final = 0xFFFFFFFF
+_LAST_MS: Final = 2**53 // 1000
+"""Greatest time in ms that a message can carry: 285 years."""
 _IDENTIFIER: Final = 4
 """Bytes of a frame in serial form that are its identifier and flags."""
 _STANDARD: Final = 0x7FF
@@ -342,11 +344,13 @@ class CanCodec:
         self._deliver(LONG[JuniorSensors.ID], full, function << layout.FUNCTION_SHIFT | node, 0, b"".join(digests.raw))
 
     def _time(self, node: int, milliseconds: int) -> int:
-        """A robot's time in ms, from its lower 32 bits."""
+        """A robot's time in ms, from its lower 32 bits: what is nearest to its last time, and a time that there can be."""
         last = self._times.get(node, 0)
         time = last & ~_MS_MASK | milliseconds
         if time < last - (_MS_MASK >> 1):
             time += _MS_MASK + 1
+        if time > _MS_MASK and (time > last + (_MS_MASK >> 1) + 1 or time > _LAST_MS):
+            time -= _MS_MASK + 1
         self._times[node] = time
         return time
 

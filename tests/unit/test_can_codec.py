@@ -108,6 +108,15 @@ def test_a_robots_time_goes_on_beyond_the_32_bits_of_its_digest() -> None:
         late.receive_frames(sender.encode_frames(replace(STATUS, time=turn + 1.5)), 0.0)
 
 
+@pytest.mark.parametrize(("status", "sensed"), [(2**32 / 1000, 2**32 / 1000 - 0.005), (2**53 / 1e6, 2**53 / 1e6 - 60.0)])
+def test_a_robots_time_may_lie_before_that_of_its_last_status(status: float, sensed: float) -> None:
+    codec, sender = host(), robot()
+    codec.receive_frames(sender.encode_frames(replace(STATUS, time=status)), 0.0)
+    (message,) = messages(codec.receive_frames(sender.encode_frames(replace(SENSORS, time=sensed)), 0.0))
+    assert isinstance(message, JuniorSensors)
+    assert message.time == pytest.approx(sensed, abs=0.002)
+
+
 def test_everything_else_is_a_transfer_in_parts_of_seven_bytes() -> None:
     sender = robot()
     frames = sender.encode_frames(BEAT)
