@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, cast
 
 import hil
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorSession, JuniorWheels
+from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorWheels, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.bouts import play
 from hil.ring import open_ring
@@ -83,7 +83,9 @@ def alone(board: BoardInterface, seconds: float, *, driving: bool) -> tuple[floa
     for period in range(round(seconds / PERIOD)):
         say = b""
         if driving and period == 1:
-            say = host.encode(JuniorSession(1, 0, 1, 1, 1, 0)) + host.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
+            say = host.encode(RobotSession(1, 0, 7, 1, 1, 2, 0)) + host.encode(
+                CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0)
+            )
         elif driving and period % 40 == 10:
             say = host.encode(JuniorWheels(1, period, speed=(0.7, -0.7), duration=1.0, target_system=1, target_component=1))
         elif driving and period % 8 == 0:

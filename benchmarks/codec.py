@@ -23,13 +23,13 @@ from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec
 from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
-    JuniorAck,
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorSensors,
-    JuniorStatus,
     JuniorWheels,
     ParamValue,
+    RobotAck,
+    RobotStatus,
     Timesync,
 )
 from firmware_protocol.signing import Signing, SigningKey
@@ -50,12 +50,12 @@ TRAFFIC: tuple[tuple[Message, int], ...] = (
     (JuniorManeuver(4711, 13, 0.25, 5, 1, 1, 4, (1, 1, 3, 4, 0, 0, 0, 0)), 4),
     (
         JuniorManeuverResult(
-            4711, 13, EIGHT, EIGHT, EIGHT, (0.12,) * 8, (0.0,) * 8, (None,) * 8, (1,) * 8, (0,) * 8, 0, 0, 4, 3, 7
+            4711, 13, EIGHT, EIGHT, EIGHT, (0.12,) * 8, (0.0,) * 8, (None,) * 8, (1,) * 8, (0,) * 8, 255, 190, 0, 0, 4, 3, 7
         ),
         4,
     ),
-    (JuniorAck(47102, 4711, 13, 0, 0), 14),
-    (JuniorStatus(12.3, 40, 1000, 0, 0, 1, 7, 4711, 13, 3), 1),
+    (RobotAck(47102, 4711, 13, 255, 190, 0, 0), 14),
+    (RobotStatus(12.3, 40, 1000, 0, 0, 1, 7, 4711, 13, 3), 1),
     (ParamValue("WHEEL_SPEED", 400.0, 9, 24, 23), 2),
     (CommandLong(1, 1, 400, 0, 1.0), 1),
     (Timesync(0, 1_234_567_890), 1),

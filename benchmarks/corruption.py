@@ -22,7 +22,7 @@ from fastcrc.crc16 import mcrf4xx
 from firmware_protocol.events import Received
 from firmware_protocol.firmware._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import Command, CommandLong, JuniorSession, JuniorStatus, JuniorWheels
+from firmware_protocol.messages import Command, CommandLong, JuniorWheels, RobotSession, RobotStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -118,8 +118,8 @@ class Robot:
         self._codec = MavlinkCodec(system=255, component=190)
         self._now = self._sent = 0
         lib.host_power_on(self._robot, 0)
-        self.send(JuniorSession(SESSION, 0, 1, 1, 1, 0))
-        self.send(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
+        self.send(RobotSession(SESSION, 0, 7, 1, 1, 2, 0))
+        self.send(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0))
 
     def tick(self, data: bytes) -> bytes:
         """One control period."""
@@ -139,9 +139,9 @@ class Robot:
 
     def good(self) -> int:
         """Frames it has taken for good, but for those sent by `send`."""
-        out = self.send(CommandLong(1, 1, Command.REQUEST_MESSAGE, param1=float(JuniorStatus.ID)))
+        out = self.send(CommandLong(1, 1, Command.REQUEST_MESSAGE, param1=float(RobotStatus.ID)))
         events = MavlinkCodec(system=254, component=1).receive(out, 0.0)
-        total = next(one.message.good for one in events if isinstance(one, Received) and isinstance(one.message, JuniorStatus))
+        total = next(one.message.good for one in events if isinstance(one, Received) and isinstance(one.message, RobotStatus))
         return total - self._sent
 
 

@@ -2,7 +2,7 @@
 
 The robots are emulated in a process of their own, at the pace of real time. All ten are armed and drive. One is unplugged (on
 one link: taken off the line; on ten: its connection is cut and its port closed) and plugged in again, or it loses its power
-and gets it back. A round trip is a request and its answer (JUNIOR_STATUS) through the whole stack; the other nine take
+and gets it back. A round trip is a request and its answer (ROBOT_STATUS) through the whole stack; the other nine take
 turns, one question at a time. An emulated robot answers at its next control period: 2.5 ms of a round trip on average, and
 5 ms at most, are that.
 
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import hil
 from firmware_protocol.events import PeerBack, PeerLost
-from firmware_protocol.messages import JuniorStatus
+from firmware_protocol.messages import RobotStatus
 from hil.clock import MonotonicClock
 from simdevice.crowd import Crowd
 from simdevice.endpoints import Endpoint, TcpEndpoint
@@ -174,7 +174,7 @@ class Bench:
             junior = self._nine[turn % len(self._nine)]
             turn += 1
             began = monotonic()
-            ticket = junior.peer.request(JuniorStatus)
+            ticket = junior.peer.request(RobotStatus)
             while not ticket.done:
                 self._step()
             ticket.value()

@@ -44,7 +44,7 @@ from firmware_protocol.faults import (
 )
 from firmware_protocol.links import FaultyLink, MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, AckResult, JuniorAck, JuniorManeuver, JuniorStatus
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, AckResult, JuniorManeuver, RobotAck, RobotStatus
 from hil.bouts import Tally, play
 from hil.bridge import Bridge
 from hil.coaching import Coaching, new_pal
@@ -197,10 +197,10 @@ class Witness:
         self._counter = 0
 
     def _see(self, message: Message) -> None:
-        if isinstance(message, JuniorAck):
+        if isinstance(message, RobotAck):
             if message.message == JuniorManeuver.ID and message.result == AckResult.ACCEPTED:
                 self._numbers.add((message.session, message.sequence))
-        elif isinstance(message, JuniorStatus):
+        elif isinstance(message, RobotStatus):
             self.reports += 1
             self._counter = message.maneuvers
             difference = message.maneuvers - len(self._numbers)
@@ -260,7 +260,7 @@ class Meter:
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded."""
-        if isinstance(event, Received) and isinstance(event.message, JuniorStatus):
+        if isinstance(event, Received) and isinstance(event.message, RobotStatus):
             self._boot = event.message.boot_count
             self.counted[self._boot] = max(self.counted.get(self._boot, 0), event.message.maneuvers)
 

@@ -21,8 +21,8 @@ from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
     JuniorManeuver,
-    JuniorSession,
     RefereeReset,
+    RobotSession,
 )
 from firmware_protocol.vocabulary import Action
 from simdevice.period import PERIOD
@@ -59,8 +59,8 @@ def host_frames(codec: MavlinkCodec, steps: int, opponent: str) -> list[bytes]:
         if step % ALIVE_PERIODS == 0:
             messages.append(Heartbeat(6, 8, 0, 0, 4))
         frames.append(b"".join(map(codec.encode, messages)))
-    frames[0] += codec.encode(JuniorSession(SESSION, 0, 1, 1, 1, 0))
-    frames[1] += codec.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
+    frames[0] += codec.encode(RobotSession(SESSION, 0, 7, 1, 1, 2, 0))
+    frames[1] += codec.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0))
     return frames
 
 

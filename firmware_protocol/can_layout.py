@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from firmware_protocol.messages import JuniorSensors, JuniorWheels
+from firmware_protocol.messages import JuniorSensors, JuniorWheels, RobotAlive
 from firmware_protocol.wire import SIZES, Message, Wire, wire_order
 
 FUNCTION_SHIFT: Final = 7
@@ -28,6 +28,7 @@ ESTOP_FUNCTION: Final = 0
 WHEELS_FUNCTION: Final = 2
 SWITCHES_FUNCTION: Final = 3
 EYES_FUNCTION: Final = 5
+ALIVE_FUNCTION: Final = 6
 TRAVEL_FUNCTION: Final = 7
 REFEREE_DOWN_FUNCTION: Final = 10
 REFEREE_UP_FUNCTION: Final = 11
@@ -99,6 +100,13 @@ def single_frames() -> tuple[SingleFrame, ...]:
             "JUNIOR_WHEELS without the session.",
             "HOST",
             _pick(JuniorWheels, "sequence", "speed", "duration"),
+        ),
+        (
+            ALIVE_FUNCTION,
+            "ROBOT_ALIVE_FRAME",
+            "ROBOT_ALIVE: the host is there; node 0 tells all.",
+            "HOST",
+            _pick(RobotAlive, "host"),
         ),
         (
             SWITCHES_FUNCTION,

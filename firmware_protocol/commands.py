@@ -6,29 +6,31 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from firmware_protocol.errors import PeerError
-from firmware_protocol.exchange import Exchange
+from firmware_protocol.exchange import NEVER, Exchange
 from firmware_protocol.messages import (
     AckResult,
     Command,
     CommandAck,
     CommandLong,
     CommandResult,
-    JuniorAck,
+    Heartbeat,
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryEntry,
-    JuniorSession,
-    JuniorStatus,
     Ping,
     Reason,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Received
+    from firmware_protocol.exchange import Retry
     from firmware_protocol.wire import Message
 
 T = TypeVar("T")
@@ -36,6 +38,12 @@ M = TypeVar("M", bound="Message")
 
 HOLD: Final = 0.15
 """Longest time a late answer to a repeated command may still be under way, in s."""
+PROGRESS_WAIT: Final = 2.0
+"""A robot that says IN_PROGRESS is given so long to say more before it is asked again, in s."""
+LONGEST_PROGRESS: Final = 30.0
+"""After so long IN_PROGRESS prolongs nothing any more, in s."""
+STATE_WAIT: Final = 2.0
+"""A robot that has not said within this that it is stopped, or disarmed, is not taken to be, in s."""
 MOST_REPETITIONS: Final = 10
 """A maneuver whose repetitions were acknowledged so often, and still no result came, is given up after the usual tries."""
 RESULT_MARGIN: Final = 0.3
@@ -98,8 +106,26 @@ class Numbering:
         return self.session, self.sequence
 
 
+def in_progress(exchange: Exchange[T], ack: CommandAck, time: float) -> bool:
+    """Let an exchange wait on where the robot says that it is at work.
+
+    Args:
+        exchange: What was asked.
+        ack: The answer.
+        time: When it came, in s.
+
+    Returns:
+        True where that is what it said.
+    """
+    if ack.result != CommandResult.IN_PROGRESS:
+        return False
+    if time < exchange.sent_first + LONGEST_PROGRESS:
+        exchange.rest(time + PROGRESS_WAIT)
+    return True
+
+
 class CommandExchange(Exchange[CommandAck]):
-    """COMMAND_LONG, answered by COMMAND_ACK, which names the command and nothing else: so one of a kind at a time.
+    """COMMAND_LONG, answered by COMMAND_ACK, which names the command and whom it is for: so one of a kind at a time.
 
     Args:
         name: What is asked, in words.
@@ -124,10 +150,89 @@ class CommandExchange(Exchange[CommandAck]):
         if type(message) is not CommandAck or message.command != self._command.command:
             return False
         if message.result == CommandResult.ACCEPTED:
-            self.finish(message)
-        else:
+            self.accepted(message, received.time)
+        elif not in_progress(self, message, received.time):
             self.refuse(RESULTS.get(message.result, f"result {message.result}"))
         return True
+
+    def accepted(self, ack: CommandAck, time: float) -> None:  # noqa: ARG002 - `time` is for those that wait for more
+        """It was accepted: that is the answer, unless more is to come."""
+        self.finish(ack)
+
+
+class ArmExchange(CommandExchange):
+    """Arming: disarming makes it pointless."""
+
+
+class StopExchange(CommandExchange):
+    """Disarming, or the emergency stop: answered when the robot has accepted it *and* says that it is in that state.
+
+    Its HEARTBEAT is asked for together with the command, so that it takes no longer; what it said before it accepted does
+    not count. Both are repeated, and after `STATE_WAIT` it is an error.
+
+    Args:
+        name: What is asked, in words.
+        command: The message, confirmation 0.
+        reached: Whether a heartbeat says that it is so.
+    """
+
+    def __init__(self, name: str, command: CommandLong, reached: Callable[[Heartbeat], bool]) -> None:
+        super().__init__(name, command)
+        self._reached = reached
+        self._request = CommandLong(
+            command.target_system, command.target_component, Command.REQUEST_MESSAGE, param1=float(Heartbeat.ID)
+        )
+        self._requests = 0
+        self._ack: CommandAck | None = None
+        self._accepted_at = NEVER
+        self._said: Heartbeat | None = None
+
+    @property
+    def waits_for(self) -> str:
+        """What has not come."""
+        if self._ack is None:
+            return super().waits_for
+        said = "" if self._said is None else f"; it says that it is {state_in_words(self._said)}"
+        return f"has accepted {self.name}, but has not said that it has come to that{said}"
+
+    def messages(self) -> Sequence[Message]:
+        """The command, and the question for the state."""
+        self._requests += 1
+        return [*super().messages(), self._request]
+
+    def ask(self, now: float, retry: Retry) -> Sequence[Message]:
+        """As any exchange, but for `STATE_WAIT` at most."""
+        messages = super().ask(now, retry)
+        self.due = min(self.due, self.sent_first + STATE_WAIT)
+        return messages
+
+    def over(self, now: float, retry: Retry) -> bool:
+        """It has been asked for long enough."""
+        return super().over(now, retry) or (self.repeated and now >= self.sent_first + STATE_WAIT)
+
+    def answer(self, received: Received) -> bool:
+        """Take the acknowledgement, and then the state."""
+        message = received.message
+        if type(message) is Heartbeat:
+            self._said = message
+            if self._ack is not None and received.time >= self._accepted_at and self._reached(message):
+                self.finish(self._ack)
+            return False  # others look at heartbeats, too
+        if type(message) is CommandAck and message.command == Command.REQUEST_MESSAGE and self._requests > 0:
+            self._requests -= 1
+            return True
+        return super().answer(received)
+
+    def accepted(self, ack: CommandAck, time: float) -> None:
+        """The state is still to come."""
+        self._ack = ack
+        self._accepted_at = min(self._accepted_at, time)
+
+
+def state_in_words(heartbeat: Heartbeat) -> str:
+    """What a heartbeat says the robot is doing."""
+    known = heartbeat.custom_mode in set(State)
+    return State(heartbeat.custom_mode).name.lower() if known else f"in state {heartbeat.custom_mode}"
 
 
 class RequestExchange(Exchange[M], Generic[M]):
@@ -164,6 +269,8 @@ class RequestExchange(Exchange[M], Generic[M]):
             return self._acknowledged
         if type(message) is not CommandAck or message.command != Command.REQUEST_MESSAGE:
             return False
+        if in_progress(self, message, received.time):
+            return True
         if message.result != CommandResult.ACCEPTED:
             self.refuse(RESULTS.get(message.result, f"result {message.result}"))
         else:
@@ -199,9 +306,9 @@ class NumberedExchange(Exchange[T]):
         return [self.question]
 
     def answer(self, received: Received) -> bool:
-        """Take JUNIOR_ACK."""
+        """Take ROBOT_ACK."""
         message = received.message
-        if type(message) is not JuniorAck or not self._mine(message):
+        if type(message) is not RobotAck or not self._mine(message):
             return False
         if message.result == AckResult.ACCEPTED:
             self.accepted(message, received.time)
@@ -209,27 +316,27 @@ class NumberedExchange(Exchange[T]):
             self.refuse(*reason_in_words(message.reason))
         return True
 
-    def accepted(self, ack: JuniorAck, time: float) -> None:  # noqa: ARG002 - `time` is for those that wait for more
+    def accepted(self, ack: RobotAck, time: float) -> None:  # noqa: ARG002 - `time` is for those that wait for more
         """It was accepted: that is the answer, unless more is to come."""
         self.finish(cast("T", ack))
 
-    def _mine(self, ack: JuniorAck) -> bool:
+    def _mine(self, ack: RobotAck) -> bool:
         return ack.sequence == self.sequence and ack.session == self.session and ack.message == self.question.ID
 
 
-class DriveExchange(NumberedExchange[JuniorAck]):
+class DriveExchange(NumberedExchange[RobotAck]):
     """JUNIOR_WHEELS: a newer one makes it pointless."""
 
 
-class SessionExchange(NumberedExchange[JuniorAck]):
-    """JUNIOR_SESSION, which brings its own number.
+class SessionExchange(NumberedExchange[RobotAck]):
+    """ROBOT_SESSION, which brings its own number.
 
     Args:
         message: The message.
         numbering: Not used before the session is open.
     """
 
-    def __init__(self, message: JuniorSession, numbering: Numbering) -> None:
+    def __init__(self, message: RobotSession, numbering: Numbering) -> None:
         super().__init__("opening a session", message, numbering)
         self.lane = ("session", message.target_component)
         self.session, self.sequence = message.session, message.sequence
@@ -257,7 +364,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
         """What has not come."""
         return "did not answer the maneuver" if self.blocking else "never sent the result of the maneuver"
 
-    def accepted(self, ack: JuniorAck, time: float) -> None:  # noqa: ARG002
+    def accepted(self, ack: RobotAck, time: float) -> None:  # noqa: ARG002
         """It has begun: the result comes when it is over."""
         if self.blocking:
             self.blocking = False
@@ -268,7 +375,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
             self.tries = 1
 
     def answer(self, received: Received) -> bool:
-        """Take JUNIOR_ACK, the result, or a status that says it is over."""
+        """Take ROBOT_ACK, the result, or a status that says it is over."""
         message = received.message
         if type(message) is JuniorManeuverResult:
             if message.sequence != self.sequence or message.session != self.session:
@@ -278,7 +385,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
             else:
                 self.finish(message)
             return True
-        if type(message) is JuniorStatus:
+        if type(message) is RobotStatus:
             over = message.session == self.session and message.sequence == self.sequence and message.state != State.PERFORMING
             if over and not self.blocking and self.tries == 0:
                 self.due = received.time
@@ -289,7 +396,7 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
 class MemoryReadExchange(NumberedExchange[JuniorMemoryEntry]):
     """JUNIOR_MEMORY_READ: answered by the entry, or by a refusal."""
 
-    def accepted(self, ack: JuniorAck, time: float) -> None:
+    def accepted(self, ack: RobotAck, time: float) -> None:
         """Accepted is not yet answered: the entry is."""
 
     def answer(self, received: Received) -> bool:

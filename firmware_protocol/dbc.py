@@ -1,11 +1,11 @@
 """CAN without I/O: frames in, typed events out; messages in, frames out. `dialect/junior.dbc` is the database of it.
 
-An emergency stop, JUNIOR_WHEELS and three digests of JUNIOR_SENSORS are single frames; every other message is a transfer
-(`can_layout` says how). Nothing that comes from the wire raises: each frame that comes in is in the `raw` of exactly one
-event.
+An emergency stop, JUNIOR_WHEELS, ROBOT_ALIVE and three digests of JUNIOR_SENSORS are single frames; every other message is
+a transfer (`can_layout` says how). Nothing that comes from the wire raises: each frame that comes in is in the `raw` of
+exactly one event.
 
 What a single frame does not carry is supplied here: JUNIOR_WHEELS has the session that was opened last with its robot; of
-the robot's time, which wraps after 49 days in the digests, the upper part is taken from JUNIOR_STATUS. A digest is used
+the robot's time, which wraps after 49 days in the digests, the upper part is taken from ROBOT_STATUS. A digest is used
 together with the two others of its moment, or not at all.
 
 A transfer of which a part is missing is discarded whole. What is not complete after `PART_TIMEOUT` of silence is given up.
@@ -33,9 +33,10 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
+    RobotAlive,
+    RobotSession,
+    RobotStatus,
 )
 from firmware_protocol.payload import BadValueError
 from firmware_protocol.wire import Direction
@@ -61,6 +62,7 @@ _STANDARD: Final = 0x7FF
 """Greatest identifier of 11 bits."""
 _AT: Final = offsets(JuniorSensors)
 _WHEELS: Final = slice(offsets(JuniorWheels)["sequence"], offsets(JuniorWheels)["target_system"])
+_ALIVE: Final = slice(offsets(RobotAlive)["target_system"])
 _TRANSFERS: Final = {
     layout.TRANSFER_UP_FUNCTION: ROBOT_COMPONENT,
     layout.TRANSFER_DOWN_FUNCTION: ROBOT_COMPONENT,
@@ -171,11 +173,13 @@ class CanCodec:
         if component not in {0, ROBOT_COMPONENT, REFEREE_COMPONENT}:
             raise EncodeError(f"component {component} has no place on a CAN bus: there are the robot (1) and the referee (25)")
         referee = component == REFEREE_COMPONENT
-        if isinstance(message, JuniorSession) and not referee:
+        if isinstance(message, RobotSession) and not referee:
             self._sessions[node] = message.session
         if not referee:
             if isinstance(message, JuniorWheels):
                 return [CanFrame(layout.WHEELS_FUNCTION << layout.FUNCTION_SHIFT | node, full[_WHEELS])]
+            if isinstance(message, RobotAlive):
+                return [CanFrame(layout.ALIVE_FUNCTION << layout.FUNCTION_SHIFT | node, full[_ALIVE])]
             if isinstance(message, CommandLong) and message.command == Command.FLIGHT_TERMINATION and message.param1 == 1.0:
                 return [CanFrame(layout.ESTOP_FUNCTION << layout.FUNCTION_SHIFT | node, _STOP)]
         function = layout.REFEREE_DOWN_FUNCTION if referee else layout.TRANSFER_DOWN_FUNCTION
@@ -253,6 +257,8 @@ class CanCodec:
         elif function == layout.WHEELS_FUNCTION:
             session = self._sessions.get(node, 0).to_bytes(2, "little")
             self._deliver(LONG[JuniorWheels.ID], session + data + bytes((node, ROBOT_COMPONENT)), identifier, 0, raw)
+        elif function == layout.ALIVE_FUNCTION:
+            self._deliver(LONG[RobotAlive.ID], data + bytes((node, ROBOT_COMPONENT)), identifier, 0, raw)
         elif data == _STOP:
             stop = CommandLong(node, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, param1=1.0)
             self._accept(stop, identifier, 0, raw)
@@ -362,9 +368,9 @@ class CanCodec:
             self._reject(RejectReason.BAD_VALUE, raw, str(cause))
             return
         node = identifier & layout.NODE_MASK
-        if isinstance(message, JuniorStatus):
+        if isinstance(message, RobotStatus):
             self._times[node] = round(message.time * 1000)
-        elif isinstance(message, JuniorSession) and message.target_component != REFEREE_COMPONENT:
+        elif isinstance(message, RobotSession) and message.target_component != REFEREE_COMPONENT:
             self._sessions[node] = message.session
         self._accept(message, identifier, gap, raw)
 

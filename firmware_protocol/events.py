@@ -103,4 +103,48 @@ class LinkNews:
     time: float
 
 
-Event = Received | Rejected | PeerFound | PeerLost | PeerBack | LinkNews
+@dataclass(frozen=True, slots=True)
+class StreamStopped:
+    """A robot that is heard does not send something that is needed of it.
+
+    Attributes:
+        stream: Name of the message.
+        requests: How often it has been asked for again; 0 where we only watch, and change nothing.
+        last: It is not asked for any more.
+    """
+
+    system: int
+    time: float
+    stream: str
+    requests: int
+    last: bool
+
+    @property
+    def text(self) -> str:
+        """What has happened, in words."""
+        head = f"robot {self.system} sends no {self.stream} any more: stopped by another client"
+        if not self.requests:
+            return head
+        return f"{head}; asked for it {self.requests} times, to no avail" if self.last else f"{head}; asking for it again"
+
+
+@dataclass(frozen=True, slots=True)
+class StreamBack:
+    """What had stopped comes again.
+
+    Attributes:
+        stream: Name of the message.
+    """
+
+    system: int
+    time: float
+    stream: str
+
+    @property
+    def text(self) -> str:
+        """What has happened, in words."""
+        return f"robot {self.system} sends {self.stream} again"
+
+
+StreamNews = StreamStopped | StreamBack
+Event = Received | Rejected | PeerFound | PeerLost | PeerBack | LinkNews | StreamNews

@@ -162,6 +162,15 @@ class Exchange(ABC, Generic[T]):
         self.due = now + self._interval
         return self.messages()
 
+    def over(self, now: float, retry: Retry) -> bool:  # noqa: ARG002 - `now` is for those that have a deadline
+        """It has been asked for long enough, and is given up.
+
+        Args:
+            now: Time in s.
+            retry: When to ask again.
+        """
+        return self.tries >= retry.tries
+
     def rest(self, until: float) -> None:
         """There was progress: ask again only if nothing more comes by then.
 
@@ -276,7 +285,7 @@ class Exchanges:
         soonest, ended = NEVER, bool(self._waiting)
         for exchange in self._active:
             if exchange.due <= now:
-                if exchange.tries >= self._retry.tries:
+                if exchange.over(now, self._retry):
                     waited = now - exchange.sent_first
                     exchange.fail(PeerError(f"{self._label} {exchange.waits_for} ({exchange.tries} tries, {waited:.1f} s)"))
                     ended = True

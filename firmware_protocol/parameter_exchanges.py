@@ -20,6 +20,7 @@ NO_PARAMETER: Final = 0xFFFF
 """Index in PARAM_VALUE that says there is none of this name."""
 _MISSING_AT_ONCE: Final = 8
 _READ_TOO: Final = 4
+_REFUSALS: Final = 3
 
 
 class ParameterReadExchange(Exchange[float]):
@@ -51,9 +52,10 @@ class ParameterReadExchange(Exchange[float]):
 class ParameterSetExchange(Exchange[float]):
     """PARAM_SET, answered by the value now in force.
 
-    Another value than the one asked for may be the late answer to an earlier question, so that it takes two of them
-    before it counts as a refusal. A robot that knows no such parameter does not answer (as MAVLink has it): after a few
-    tries it is also asked to read it, which it does answer.
+    PARAM_VALUE does not say whom it answers: another value than the one asked for may be the late answer to an earlier
+    question, or to another's. It counts as a refusal only where it has come after each of several tries, of which one that
+    was obeyed would have been answered by the value asked for. A robot that knows no such parameter does not answer (as
+    MAVLink has it): after a few tries it is also asked to read it, which it does answer.
 
     Args:
         system: Robot asked.
@@ -65,7 +67,7 @@ class ParameterSetExchange(Exchange[float]):
     def __init__(self, system: int, component: int, parameter: str, value: float) -> None:
         self._set = ParamSet(system, component, parameter, value)
         super().__init__(f"setting parameter {parameter} to {value:g}", ("parameter", component), component, self._set)
-        self._others = 0
+        self._tries_refused: set[int] = set()
 
     def messages(self) -> Sequence[Message]:
         """The request, and later a second question."""
@@ -85,11 +87,9 @@ class ParameterSetExchange(Exchange[float]):
         if abs(message.param_value - asked) <= 1e-6 * max(1.0, abs(asked)):
             self.finish(message.param_value)
             return True
-        self._others += 1
-        if self._others >= 2:
+        self._tries_refused.add(self.tries)
+        if len(self._tries_refused) >= _REFUSALS:
             self.refuse(f"it keeps {message.param_value:g}")
-        else:
-            self.due = received.time
         return True
 
 

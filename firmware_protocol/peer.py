@@ -6,35 +6,40 @@ of a connection is the table in `connection.py`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from firmware_protocol.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
-from firmware_protocol.events import PeerBack, PeerFound, PeerLost
+from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.messages import (
+    HOST_COMPONENT,
     HOST_SYSTEM,
+    MESSAGES,
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
-    JuniorAck,
     JuniorManeuverResult,
-    JuniorResultAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     Ping,
     Reason,
+    RobotAck,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
+    State,
     Timesync,
 )
 from firmware_protocol.quality import ClockComparison, Counters, FrameStream
-from firmware_protocol.requests import Requests
+from firmware_protocol.requests import ARMED_FLAG, Requests
+from firmware_protocol.streams import JUNIOR_STREAMS, MOST_REQUESTS, Streams
+from firmware_protocol.wire import Direction, wire_fields
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from firmware_protocol.events import Event, Received
     from firmware_protocol.wire import Message
@@ -44,15 +49,21 @@ SILENCE: Final = 3.0
 HEARTBEAT_PERIOD: Final = 1.0
 """Between our heartbeats, in s."""
 KEEP_ALIVE: Final = 0.04
-"""Longest time between two messages to an armed robot, in s (the protocol asks for 0.05)."""
+"""Time between two ROBOT_ALIVE while a robot of the network is armed, in s: the watchdog allows 0.25."""
 TIMESYNC_PERIOD: Final = 1.0
 """Between comparisons of the clocks, in s."""
-_ARMED_FLAG: Final = 128
 _GROUND_STATION: Final = 6
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
+
+_ADDRESSED: Final = frozenset(
+    message
+    for message in MESSAGES.values()
+    if message.DIRECTION is Direction.UP and "target_system" in dict(wire_fields(message))
+)
+"""Answers, which say whom they are for."""
 
 HOST_HEARTBEAT: Final = Heartbeat(type=_GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 
@@ -66,7 +77,10 @@ class Peer(Requests):
         now: Time in s.
         open_session: False watches only: no session is opened, which would stop and disarm the robot, numbered messages
             fail, and an armed robot is not kept alive, which is for the host that armed it to do. `take` changes that.
+        host: Number of the host's program, 1..65535: robots tell by it who keeps them moving.
         host_system: System id of the host.
+        host_component: Its component id. An answer that is for another system or component is none to us.
+        streams: What the robot is to send by itself, and the intervals in s.
         retry: When to ask again.
 
     Attributes:
@@ -75,7 +89,8 @@ class Peer(Requests):
         version: What the robot said about itself.
         heartbeat: Its last heartbeat.
         status: Its last status.
-        armed: As far as is known.
+        armed: As far as is known; None while nothing is: it has not been heard, or is lost.
+        streams: Whether what it is to send by itself comes.
         components: Component ids heard of this system (25 is a referee).
         counters: How well it is heard.
         clock: Comparison of its clock with ours.
@@ -87,40 +102,44 @@ class Peer(Requests):
         *,
         session: Callable[[], int],
         now: float,
+        host: int,
         open_session: bool = True,
         host_system: int = HOST_SYSTEM,
+        host_component: int = HOST_COMPONENT,
+        streams: Mapping[type[Message], float] = JUNIOR_STREAMS,
         retry: Retry = Retry(),  # noqa: B008 - frozen
     ) -> None:
         self.counters = Counters()
         label = f"robot {system}"
-        super().__init__(system, host_system, Exchanges(label, self.counters, retry), Numbering())
+        super().__init__(system, host_system, host, Exchanges(label, self.counters, retry), Numbering())
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
         self.failure: HilError | None = None
         self.version: AutopilotVersion | None = None
         self.heartbeat: Heartbeat | None = None
-        self.status: JuniorStatus | None = None
-        self.armed = False
+        self.status: RobotStatus | None = None
+        self.armed: bool | None = None
+        self.streams = Streams(streams)
         self.components: set[int] = set()
         self.clock = ClockComparison()
         self._label = label
+        self._us = ({0, host_system}, {0, host_component})
         self._new_session = session
         self._open_session = open_session
-        self._handshake: Ticket[AutopilotVersion] | Ticket[JuniorAck] | Ticket[JuniorStatus] | None = None
+        self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
         self._candidate = 0
         self._known = False
         self._present = False
         self._restarted = False
         self._uid = 0
         self._cut_off: HilError | None = None
-        self._doubt: Ticket[JuniorStatus] | None = None
+        self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
         self._outbox: list[Message] = []
         self._streams: dict[int, FrameStream] = {}
         self._robot_clock = float("-inf")
         self._heard = now
-        self._sent = float("-inf")
         self._armed_at = float("-inf")
         self._heartbeat_due = NOW
         self._timesync_due = NOW
@@ -131,6 +150,11 @@ class Peer(Requests):
     def ready(self) -> bool:
         """The handshake is done and the robot is there."""
         return self.state is PeerState.READY
+
+    @property
+    def kept(self) -> bool:
+        """It is armed, and ours to keep moving by ROBOT_ALIVE."""
+        return bool(self.armed) and self._open_session
 
     @property
     def taken(self) -> bool:
@@ -172,8 +196,12 @@ class Peer(Requests):
                 self._move(Input.HEARD, received.time)
         if not self._count(received):
             return self._take()
+        if type(message) in _ADDRESSED and not self._for_us(message):
+            return [received, *self._take()]
         show = True
         if from_robot:
+            if self.streams.heard(type(message), received.time):
+                self._events.append(StreamBack(self.system, received.time, message.NAME))
             if type(message) is JuniorSensors:
                 self._watch_clock(message.time, received.time)
             else:
@@ -240,11 +268,7 @@ class Peer(Requests):
         """When `due` must be called next, in s; it may be called earlier."""
         if self._outbox:
             return NOW
-        due = self._exchanges.next_due
-        due = min(due, self._timer_due)
-        if self.armed and self._open_session and self._sent + KEEP_ALIVE < due:
-            due = self._sent + KEEP_ALIVE
-        return due
+        return min(self._exchanges.next_due, self._timer_due)
 
     def due(self, now: float) -> list[Message]:
         """What must be sent now. What has happened by mere time is told by `events`.
@@ -261,11 +285,8 @@ class Peer(Requests):
         if now >= self._exchanges.next_due:
             out += self._exchanges.due(now)
             self._follow(now)
-        starving = self.armed and self._open_session and not out and now >= self._sent + KEEP_ALIVE
-        if now >= self._timer_due or starving:
-            out += self._timers(now, starving=starving)
-        if out:
-            self._sent = now
+        if now >= self._timer_due:
+            out += self._timers(now)
         return out
 
     def heartbeat_sent(self, now: float) -> None:
@@ -274,7 +295,6 @@ class Peer(Requests):
         Args:
             now: Time in s.
         """
-        self._sent = now
         self._heartbeat_due = now + HEARTBEAT_PERIOD
         self._set_timer()
 
@@ -282,15 +302,28 @@ class Peer(Requests):
         """What has happened by mere time since the last call."""
         return self._take() if self._events else ()
 
+    def _wish(self, message: type[Message], period: float) -> None:
+        """Expect a stream at another rate from now on."""
+        self.streams.want(message, period, self._heard)
+        self._timer_due = NOW
+
     # --- Within ------------------------------------------------------------------------------------------------------
 
-    def _timers(self, now: float, *, starving: bool) -> list[Message]:
-        """Heartbeat and comparison of clocks, when they are due."""
+    def _for_us(self, message: Message) -> bool:
+        """Whether an answer is ours; one that names nobody is taken, since foreign robots may leave that out."""
+        asker = cast("Any", message)
+        systems, components = self._us
+        return asker.target_system in systems and asker.target_component in components
+
+    def _timers(self, now: float) -> list[Message]:
+        """Heartbeat, comparison of clocks and a look at the streams, when they are due."""
         out: list[Message] = []
         if self.state is PeerState.READY and now >= self._timesync_due:
             self._timesync_due = now + TIMESYNC_PERIOD
             out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
-        if now >= self._heartbeat_due or (starving and not out):
+        if now >= self.streams.next_due:
+            self._watch_streams(now)
+        if now >= self._heartbeat_due:
             self._heartbeat_due = now + HEARTBEAT_PERIOD
             out.append(HOST_HEARTBEAT)
         self._set_timer()
@@ -298,9 +331,20 @@ class Peer(Requests):
 
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
-        self._timer_due = min(self._heartbeat_due, self._silence_due)
+        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
         if self.state is PeerState.READY:
             self._timer_due = min(self._timer_due, self._timesync_due)
+
+    def _watch_streams(self, now: float) -> None:
+        """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
+        stopped, missing = self.streams.check(now, self._heard)
+        for message in missing if self._open_session else stopped:
+            requests = self.streams.asked(message, now) if self._open_session else 0
+            if requests:
+                self._ask_for_stream(message, self.streams.intervals[message])
+            last = requests == MOST_REQUESTS
+            if last or message in stopped:
+                self._events.append(StreamStopped(self.system, now, message.NAME, requests, last))
 
     def _watch_silence(self, now: float) -> None:
         """See whether the robot has been heard lately."""
@@ -357,12 +401,12 @@ class Peer(Requests):
 
         Its count of starts is asked for; the message that was refused is repeated meanwhile.
         """
-        if type(message) is not JuniorAck or message.reason != Reason.WRONG_SESSION or self.state is not PeerState.READY:
+        if type(message) is not RobotAck or message.reason != Reason.WRONG_SESSION or self.state is not PeerState.READY:
             return False
         if message.session != self.session or self.status is None:
             return False
         if self._doubt is None:
-            self._doubt = self._exchanges.add(RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT))
+            self._doubt = self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT))
         return not self._doubt.done
 
     def _note(self, message: Message, received: Received) -> None:
@@ -370,14 +414,14 @@ class Peer(Requests):
         match message:
             case Heartbeat():
                 self.heartbeat = message
-                armed = bool(message.base_mode & _ARMED_FLAG)
+                armed = bool(message.base_mode & ARMED_FLAG)
                 if armed or received.time >= self._armed_at + _ARM_SLACK:
                     self.armed = armed
                 self._move(Input.HEARD, received.time)
-            case JuniorStatus():
+            case RobotStatus():
                 self._on_status(message, received.time)
             case JuniorManeuverResult():
-                self._outbox.append(JuniorResultAck(message.session, message.sequence, self.system, ROBOT_COMPONENT))
+                self._outbox.append(RobotResultAck(message.session, message.sequence, self.system, ROBOT_COMPONENT))
             case Timesync() if message.tc1 == 0:
                 asked_by = (received.system, received.component)
                 self._outbox.append(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
@@ -388,7 +432,7 @@ class Peer(Requests):
             case _:
                 pass
 
-    def _on_status(self, status: JuniorStatus, now: float) -> None:
+    def _on_status(self, status: RobotStatus, now: float) -> None:
         """Look whether the robot has restarted."""
         before, self.status = self.status, status
         if before is not None and before.boot_count != status.boot_count:
@@ -432,7 +476,7 @@ class Peer(Requests):
             self._move(Input.NO_ANSWER, now)
         elif isinstance(ticket.result, AutopilotVersion):
             self._judge(ticket.result, now)
-        elif isinstance(ticket.result, JuniorAck):
+        elif isinstance(ticket.result, RobotAck):
             self._move(Input.OPENED, now)
 
     def _judge(self, version: AutopilotVersion, now: float) -> None:
@@ -456,9 +500,9 @@ class Peer(Requests):
         if major == 0:
             text = f"system {self.system} is a vehicle, but no Junior: it names no version of our protocol"
         else:
-            older = "this software" if major > PROTOCOL_MAJOR else "the robot's firmware"
+            cure = "update this software" if major > PROTOCOL_MAJOR else "flash it again"
             ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
-            text = f"{self._label} speaks protocol {major}.{minor}, this software {ours}: update {older}"
+            text = f"{self._label} speaks protocol {major}.{minor}, this software {ours}: {cure}"
         self.failure = VersionError(text)
         self._move(Input.VERSION_BAD, now)
 
@@ -479,10 +523,10 @@ class Peer(Requests):
             case PeerState.OPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
-                opening = JuniorSession(self._candidate, 0, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
+                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
                 self._handshake = self._exchanges.add(SessionExchange(opening, self._numbering))
             case PeerState.CHECKING | PeerState.COMPARING:
-                check = RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False)
+                check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(check)
             case PeerState.READY:
                 self._begin(happened, now)
@@ -504,9 +548,12 @@ class Peer(Requests):
         self._had_session = False
         if happened is Input.OPENED:
             self._numbering.open(self._candidate)
-            self.armed = False
+            self.armed = self._in_contest()
+            for message, interval in self.streams.intervals.items():
+                self._ask_for_stream(message, interval)
         elif not self._open_session:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
+        self.streams.begin(now)
         self._timesync_due = now
         self._timer_due = NOW
         if not self._known:
@@ -516,7 +563,11 @@ class Peer(Requests):
         self._known = self._present = True
         self._restarted = False
         if self.status is None:  # the count of its starts, to compare later ones with
-            self._exchanges.add(RequestExchange(JuniorStatus, self.system, ROBOT_COMPONENT, need_ack=False))
+            self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False))
+
+    def _in_contest(self) -> bool:
+        """A session disarms the robot unless it plays."""
+        return self.heartbeat is not None and self.heartbeat.custom_mode in {State.COUNTDOWN, State.CONTEST}
 
     def _gone(self, cause: str, now: float) -> None:
         """Tell that the robot is lost, if it was there."""
@@ -528,7 +579,8 @@ class Peer(Requests):
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
         self._handshake = None
-        self.armed = False
+        self.armed = None
+        self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)
 
@@ -539,7 +591,8 @@ class Peer(Requests):
         self._cut_off = None
         self._handshake = None
         self._numbering.session = None
-        self.armed = False
+        self.armed = None
+        self.streams.end()
         self.clock.reset()
         self.unavailable = PeerLostError(f"{self._label} has restarted")
         self._exchanges.fail_all(self.unavailable)
@@ -549,7 +602,8 @@ class Peer(Requests):
         self._handshake = self._arming = None
         self._had_session = self._had_session or self._numbering.session is not None
         self._numbering.session = None
-        self.armed = False
+        self.armed = None
+        self.streams.end()
         self.clock.reset()
         self._outbox.clear()
         self._timer_due = self._silence_due = NEVER

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.commands import (
+    ArmExchange,
     CommandExchange,
     DriveExchange,
     ManeuverExchange,
@@ -13,6 +14,7 @@ from firmware_protocol.commands import (
     Numbering,
     PingExchange,
     RequestExchange,
+    StopExchange,
 )
 from firmware_protocol.errors import HilError, PeerError
 from firmware_protocol.failures import failing_part
@@ -24,7 +26,7 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     ContestCommand,
-    JuniorAck,
+    Heartbeat,
     JuniorContest,
     JuniorManeuver,
     JuniorManeuverResult,
@@ -35,12 +37,16 @@ from firmware_protocol.messages import (
     OpponentCode,
     Ping,
     RefereeReset,
+    RobotAck,
+    State,
 )
 from firmware_protocol.parameter_exchanges import ParameterListExchange, ParameterReadExchange, ParameterSetExchange
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from firmware_protocol.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.failures import FailureType
     from firmware_protocol.wire import Message
@@ -51,6 +57,8 @@ T = TypeVar("T")
 _REFLEX_TIMES = ("REFLEX_BACK", "REFLEX_TURN")
 LONGEST_REFLEX = sum(parameter.maximum * 1e-3 for parameter in PARAMETERS if parameter.name in _REFLEX_TIMES)
 """How long the floor reflex may prolong a maneuver, whatever its parameters are set to, in s."""
+ARMED_FLAG: Final = 128
+"""MAV_MODE_FLAG_SAFETY_ARMED, of HEARTBEAT.base_mode."""
 EMPTY = ManeuverFields(period=0.0, options=0, count=0, actions=(0,) * MAX_ACTIONS)
 
 
@@ -63,6 +71,7 @@ class Requests:
     Args:
         system: System id of the robot.
         host_system: System id of the host.
+        host: Number of the host's program: which robots are its own to keep alive, 1..65535.
         exchanges: Where questions are kept until they are answered.
         numbering: Session and sequence of numbered messages.
 
@@ -71,10 +80,11 @@ class Requests:
         unavailable: Why numbered messages can't be sent now; None when they can.
     """
 
-    def __init__(self, system: int, host_system: int, exchanges: Exchanges, numbering: Numbering) -> None:
+    def __init__(self, system: int, host_system: int, host: int, exchanges: Exchanges, numbering: Numbering) -> None:
         self.system = system
         self.unavailable: HilError | None = PeerError("no handshake")
         self._host_system = host_system
+        self._host = host
         self._exchanges = exchanges
         self._numbering = numbering
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
@@ -92,20 +102,27 @@ class Requests:
         return self._exchanges.add(CommandExchange(name, CommandLong(self.system, component, command, 0, *parameters)))
 
     def arm(self) -> Ticket[CommandAck]:
-        """Let the wheels turn from now on."""
-        ticket = self.command("arming", Command.ARM_DISARM, 1.0)
+        """Let the wheels turn from now on, and keep it moving as the host whose session is open, where one is."""
+        host = self._host if self._numbering.session is not None else 0
+        question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(host))
+        ticket = self._exchanges.add(ArmExchange("arming", question))
         self._arming = (ticket, True)
         return ticket
 
     def disarm(self) -> Ticket[CommandAck]:
-        """Stop, and let no wheel turn from now on."""
-        ticket = self.command("disarming", Command.ARM_DISARM, 0.0)
+        """Stop, and let no wheel turn from now on; answered when the robot itself says so."""
+        self._exchanges.drop(ArmExchange, ROBOT_COMPONENT, PeerError("disarming has replaced arming"))
+        ticket = self._stop("disarming", lambda said: not said.base_mode & ARMED_FLAG, Command.ARM_DISARM, 0.0)
         self._arming = (ticket, False)
         return ticket
 
     def emergency_stop(self) -> Ticket[CommandAck]:
-        """Stop at once and stay stopped until disarmed and armed again."""
-        return self.command("the emergency stop", Command.FLIGHT_TERMINATION, 1.0)
+        """Stop at once and stay stopped until disarmed and armed again; answered when the robot itself says so."""
+        ticket = self._stop(
+            "the emergency stop", lambda said: said.custom_mode == State.STOPPED, Command.FLIGHT_TERMINATION, 1.0
+        )
+        self._arming = (ticket, False)
+        return ticket
 
     def reboot(self) -> Ticket[CommandAck]:
         """Restart the robot's program."""
@@ -132,8 +149,8 @@ class Requests:
             message: Its class.
             period: Time between two, in s; negative turns it off, 0 is the default rate.
         """
-        interval = -1.0 if period < 0 else period * 1e6
-        return self.command(f"streaming {message.NAME}", Command.SET_MESSAGE_INTERVAL, float(message.ID), interval)
+        self._wish(message, period)
+        return self._ask_for_stream(message, period)
 
     def request(self, message: type[M], component: int = ROBOT_COMPONENT) -> Ticket[M]:
         """Have a message sent once, with what is true now.
@@ -172,7 +189,7 @@ class Requests:
         extra = LONGEST_REFLEX if maneuver.floor_reflex else 0.0
         return self._ask(ManeuverExchange(message, self._numbering, extra))
 
-    def drive(self, left: float, right: float, duration: float) -> Ticket[JuniorAck]:
+    def drive(self, left: float, right: float, duration: float) -> Ticket[RobotAck]:
         """Turn the wheels; an earlier drive command that is still unanswered is given up.
 
         Args:
@@ -184,7 +201,7 @@ class Requests:
         self._exchanges.drop(DriveExchange, ROBOT_COMPONENT, PeerError("a newer drive command has replaced this one"))
         return self._ask(DriveExchange("driving", message, self._numbering))
 
-    def write_memory(self, previous: int, current: int, maneuver: Maneuver) -> Ticket[JuniorAck]:
+    def write_memory(self, previous: int, current: int, maneuver: Maneuver) -> Ticket[RobotAck]:
         """Store a maneuver on the robot.
 
         Args:
@@ -194,7 +211,7 @@ class Requests:
         """
         return self._write("writing to its memory", previous, current, to_fields(maneuver))
 
-    def erase_memory(self, previous: int = ANY_STIMULUS, current: int = ANY_STIMULUS) -> Ticket[JuniorAck]:
+    def erase_memory(self, previous: int = ANY_STIMULUS, current: int = ANY_STIMULUS) -> Ticket[RobotAck]:
         """Erase one slot, or (by default) all.
 
         Args:
@@ -214,7 +231,7 @@ class Requests:
         message = JuniorMemoryRead(0, 0, self.system, ROBOT_COMPONENT, index, previous, current)
         return self._ask(MemoryReadExchange("reading its memory", message, self._numbering))
 
-    def contest(self, command: ContestCommand, countdown: float = 5.0) -> Ticket[JuniorAck]:
+    def contest(self, command: ContestCommand, countdown: float = 5.0) -> Ticket[RobotAck]:
         """Start or stop autonomous play from memory.
 
         Args:
@@ -225,7 +242,7 @@ class Requests:
         message = JuniorContest(0, 0, countdown, self.system, ROBOT_COMPONENT, command)
         return self._ask(NumberedExchange(name, message, self._numbering))
 
-    def reset_bout(self, seed: int, opponent: OpponentCode = OpponentCode.KEEP) -> Ticket[JuniorAck]:
+    def reset_bout(self, seed: int, opponent: OpponentCode = OpponentCode.KEEP) -> Ticket[RobotAck]:
         """Have the referee begin a new bout.
 
         Args:
@@ -235,7 +252,18 @@ class Requests:
         message = RefereeReset(seed, 0, 0, self.system, REFEREE_COMPONENT, opponent)
         return self._ask(NumberedExchange("a new bout", message, self._numbering))
 
-    def _write(self, name: str, previous: int, current: int, fields: ManeuverFields) -> Ticket[JuniorAck]:
+    def _stop(self, name: str, reached: Callable[[Heartbeat], bool], command: int, param1: float) -> Ticket[CommandAck]:
+        question = CommandLong(self.system, ROBOT_COMPONENT, command, param1=param1)
+        return self._exchanges.add(StopExchange(name, question, reached))
+
+    def _wish(self, message: type[Message], period: float) -> None:
+        """Somebody wants a stream at another rate; for who watches over them."""
+
+    def _ask_for_stream(self, message: type[Message], period: float) -> Ticket[CommandAck]:
+        interval = -1.0 if period < 0 else period * 1e6
+        return self.command(f"streaming {message.NAME}", Command.SET_MESSAGE_INTERVAL, float(message.ID), interval)
+
+    def _write(self, name: str, previous: int, current: int, fields: ManeuverFields) -> Ticket[RobotAck]:
         target = {"target_system": self.system, "target_component": ROBOT_COMPONENT}
         message = JuniorMemoryWrite(0, 0, **fields, **target, previous=previous, current=current)
         return self._ask(NumberedExchange(name, message, self._numbering))

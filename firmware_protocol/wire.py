@@ -71,7 +71,7 @@ class Message:
         ID: MAVLink message id.
         NAME: Name in the dialect.
         DIRECTION: Which way it goes.
-        NUMBERED: It carries `session` and `sequence`, is answered by JUNIOR_ACK and is safe to repeat.
+        NUMBERED: It carries `session` and `sequence`, is answered by ROBOT_ACK and is safe to repeat.
     """
 
     ID: ClassVar[int] = -1

@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, Received
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, JuniorSensors, JuniorStatus
-from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    ROBOT_COMPONENT,
+    Heartbeat,
+    JuniorSensors,
+    RobotAlive,
+    RobotStatus,
+)
+from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
 from hil.pump import InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
 
@@ -83,7 +91,8 @@ class Bridge:
         component: Own component id.
         robots: System ids of the robots to speak with; None are all that answer. Messages of others are passed on.
         open_sessions: False watches only, and neither stops nor disarms the robots, until one is taken: see `Peer`.
-        session: Gives session numbers, 1..65535. A run that must be repeatable passes a seeded source.
+        session: Gives numbers, 1..65535: the first is the host's own, the others are of sessions. A run that must be
+            repeatable passes a seeded source.
         opener: Opens the link again when it is gone; None does not.
         patience: How long it is tried to have link and robot back, in s.
         arrived: Called whenever something has come, in another thread where the link is read by one.
@@ -91,6 +100,7 @@ class Bridge:
 
     Attributes:
         link: The link in use; another one after a loss.
+        host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
         peers: Robots heard so far that are spoken with, by system id.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
@@ -127,12 +137,15 @@ class Bridge:
         self._read_clock = clock.now
         self._taps = tuple(taps)
         self._system = system
+        self._component = component
         self._robots = robots
         self._open_sessions = open_sessions
         self._session = session
+        self.host = session()
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._hello_due = self.now
+        self._alive_due = self.now
         self._ended: LinkError | None = None
         self._told = False
         self._closed = False
@@ -258,6 +271,8 @@ class Bridge:
         soonest = float("inf")
         for peer in self.peers.values():
             soonest = min(soonest, peer.next_due())
+            if peer.kept:
+                soonest = min(soonest, self._alive_due)
         return soonest
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
@@ -296,7 +311,7 @@ class Bridge:
         if system in self._shunned or system in {0, self._system} or received.component != ROBOT_COMPONENT:
             return None
         heartbeat = isinstance(message, Heartbeat) and message.type != _GROUND_STATION
-        if not heartbeat and not isinstance(message, JuniorSensors | JuniorStatus):
+        if not heartbeat and not isinstance(message, JuniorSensors | RobotStatus):
             return None
         self._heard.add(system)
         if self._robots is not None and system not in self._robots:
@@ -308,8 +323,10 @@ class Bridge:
             system,
             session=self._session,
             now=received.time,
+            host=self.host,
             open_session=self._open_sessions,
             host_system=self._system,
+            host_component=self._component,
         )
         self.peers[system] = peer
         return peer
@@ -372,6 +389,9 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
+        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+            self._alive_due = now + KEEP_ALIVE
+            self._write([RobotAlive(self.host)], now)
         for peer in self.peers.values():
             messages = peer.due(now)
             if messages:

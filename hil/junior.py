@@ -12,9 +12,9 @@ from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     Heartbeat,
     JuniorSensors,
-    JuniorStatus,
     Reason,
     RefereeState,
+    RobotStatus,
     SensorFlag,
     State,
 )
@@ -231,9 +231,9 @@ class Junior:
         """Eyes and arms of a fresh reading; raises as `read_sensors` does."""
         return Stimulus(self.read_sensors().flags & STIMULUS_BITS)
 
-    def status(self) -> JuniorStatus:
+    def status(self) -> RobotStatus:
         """Ask for the robot's counters; raises as `read_sensors` does."""
-        return self.finish(self.peer.request(JuniorStatus))
+        return self.finish(self.peer.request(RobotStatus))
 
     @property
     def state(self) -> State:
@@ -242,8 +242,8 @@ class Junior:
         return State(heartbeat.custom_mode) if heartbeat is not None and heartbeat.custom_mode in set(State) else State.DISARMED
 
     @property
-    def armed(self) -> bool:
-        """Its wheels may turn."""
+    def armed(self) -> bool | None:
+        """Its wheels may turn; None while nobody knows: it is lost."""
         return self.peer.armed
 
     # --- what it does ------------------------------------------------------------------------------------------------

@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
     JuniorSensors,
-    JuniorStatus,
+    RobotStatus,
     State,
     SysStatus,
 )
@@ -291,7 +291,7 @@ class Listener:
             return  # sent again by somebody, or in the name of a robot that signs
         if heard is None:
             if not isinstance(message, Heartbeat):
-                if isinstance(message, (JuniorSensors, JuniorStatus)):
+                if isinstance(message, (JuniorSensors, RobotStatus)):
                     self._early.add(system)
                 return
             heard = self._systems[system] = _Heard(message)
@@ -305,7 +305,7 @@ class Listener:
             case JuniorSensors():
                 heard.is_junior = True
                 heard.battery = message.battery
-            case JuniorStatus():
+            case RobotStatus():
                 heard.is_junior = True
             case SysStatus() if message.voltage_battery != 0xFFFF:
                 heard.battery = message.voltage_battery * 1e-3

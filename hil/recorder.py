@@ -16,8 +16,8 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     JuniorSensors,
-    JuniorSession,
     RefereeState,
+    RobotSession,
     SetupSigning,
     Statustext,
 )
@@ -157,7 +157,7 @@ class Recorder:
 
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent; time is the bridge's, in s."""
-        if isinstance(message, JuniorSession):
+        if isinstance(message, RobotSession):
             self._drawn.taken(message.target_system)
         self._message(message, self._host, time)
         if isinstance(message, CommandLong) and message.command == Command.INJECT_FAILURE:

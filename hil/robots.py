@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Event
     from firmware_protocol.exchange import Ticket
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.messages import CommandAck, JuniorAck
+    from firmware_protocol.messages import CommandAck, RobotAck
     from firmware_protocol.vocabulary import Action
 
     Plan = Maneuver | Iterable[Action | str]
@@ -314,7 +314,7 @@ class Robots:
         """Stop all, and keep their wheels from turning; ends emergency stops."""
         return self.ask(Junior.ask_disarm)
 
-    def stop(self) -> Answers[JuniorAck]:
+    def stop(self) -> Answers[RobotAck]:
         """Stop all wheels and what is being performed; all stay armed."""
         return self.ask(lambda junior: junior.peer.drive(0.0, 0.0, 0.0))
 

@@ -23,13 +23,13 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     CommandResult,
-    JuniorAck,
-    JuniorSession,
     OpponentCode,
     Phase,
     Reason,
     RefereeReset,
     RefereeState,
+    RobotAck,
+    RobotSession,
 )
 from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.sumo import opponent_code
@@ -43,12 +43,18 @@ if TYPE_CHECKING:
 
 REPORT_PERIODS: Final = 10
 """Control periods between two REFEREE_STATE: 20 Hz."""
-_MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, JuniorSession.ID))
+_MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, RobotSession.ID))
 """Messages that a referee answers."""
 _IDENTIFIERS: Final = range(REFEREE_DOWN_FUNCTION << FUNCTION_SHIFT, (REFEREE_DOWN_FUNCTION + 1) << FUNCTION_SHIFT)
 """Under which a referee is spoken to on a CAN bus."""
 _HALF: Final = 0x8000
 """Sequence numbers this far ahead or more are taken to be behind (serial number arithmetic, RFC 1982)."""
+
+
+def _ack(message: RefereeReset | RobotSession, asked: Received, reason: Reason = Reason.NONE) -> RobotAck:
+    """The answer to a numbered message, to who has sent it."""
+    result = AckResult.ACCEPTED if reason is Reason.NONE else AckResult.REFUSED
+    return RobotAck(message.ID, message.session, message.sequence, asked.system, asked.component, result, reason)
 
 
 class Referee:
@@ -80,7 +86,6 @@ class Referee:
         self._signing = signing
         self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT, signing=signing)
         self._last: tuple[int, int] | None = None
-        self._answer: JuniorAck | None = None
         self._reported = -1
         self._decided = BoutOutcome.UNDECIDED
         self._countdown = 0
@@ -127,19 +132,19 @@ class Referee:
             if not isinstance(event, Received):
                 continue
             message = event.message
-            if isinstance(message, CommandLong | RefereeReset | JuniorSession) and (
+            if isinstance(message, CommandLong | RefereeReset | RobotSession) and (
                 message.target_system == self._system and message.target_component == REFEREE_COMPONENT
             ):
                 answers += self._handle(message, event, now)
         return b"".join(map(self._codec.encode, answers))
 
-    def _handle(self, message: CommandLong | RefereeReset | JuniorSession, event: Received, now: float) -> list[Message]:
+    def _handle(self, message: CommandLong | RefereeReset | RobotSession, event: Received, now: float) -> list[Message]:
         """Answer a message that is for the referee."""
         if isinstance(message, CommandLong):
             return self._command(message, event, now)
-        if isinstance(message, JuniorSession):
-            return [JuniorAck(message.ID, message.session, message.sequence, AckResult.ACCEPTED, Reason.NONE)]
-        return [self._reset(message)]
+        if isinstance(message, RobotSession):
+            return [_ack(message, event)]
+        return [self._reset(message, event)]
 
     def _command(self, message: CommandLong, event: Received, now: float) -> list[Message]:
         """Answer a standard command: only its own message can be asked for."""
@@ -149,21 +154,20 @@ class Referee:
         ack = CommandAck(message.command, result, target_system=event.system, target_component=event.component)
         return [ack, self.state(now)] if result is CommandResult.ACCEPTED else [ack]
 
-    def _reset(self, message: RefereeReset) -> JuniorAck:
+    def _reset(self, message: RefereeReset, event: Received) -> RobotAck:
         """Begin a bout, once for each (session, sequence)."""
         identity = (message.session, message.sequence)
-        if identity == self._last and self._answer is not None:
-            return self._answer
+        if identity == self._last:
+            return _ack(message, event)
         last = self._last
         if last is not None and last[0] == identity[0] and (identity[1] - last[1]) % (2 * _HALF) >= _HALF:
-            return JuniorAck(message.ID, *identity, AckResult.REFUSED, Reason.OLD_SEQUENCE)
+            return _ack(message, event, Reason.OLD_SEQUENCE)
         opponent = OpponentCode(message.opponent)
         self._table.reset(message.seed, None if opponent is OpponentCode.KEEP else opponent.label)
         self.bout += 1
         self._on_reset()
         self._last = identity
-        self._answer = JuniorAck(message.ID, *identity, AckResult.ACCEPTED, Reason.NONE)
-        return self._answer
+        return _ack(message, event)
 
     def report(self, now: float) -> bytes:
         """What is to be sent after a period: the state when it is due, or when something was decided.

@@ -19,9 +19,9 @@ from firmware_protocol.messages import (
     ContestCommand,
     JuniorContest,
     JuniorMemoryWrite,
-    JuniorSession,
     ManeuverOption,
     ParamSet,
+    RobotSession,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action, Stimulus
 
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
 
 _SYSTEM: Final = 1
+_HOST: Final = 1
+"""Number of this host: there is no other on its wire."""
 _PERIOD: Final = 0.1
 """Time an action lasts, in s."""
 _OPTIONS: Final = ManeuverOption.FLOOR_REFLEX | ManeuverOption.END_ON_CHANGE | ManeuverOption.EYES
@@ -69,7 +71,7 @@ class Keeper:
         self._session = self._session % 0xFFFF + 1
         session = self._session
         robot = (_SYSTEM, ROBOT_COMPONENT)
-        messages: list[Message] = [JuniorSession(session, 0, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR)]
+        messages: list[Message] = [RobotSession(session, 0, _HOST, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR)]
         messages += [CommandLong(*robot, Command.ARM_DISARM, param1=0.0), ParamSet(*robot, "CONTEST_MAX", 0.0)]
         sequence = 0
         for stimulus, actions in REFLEXES.items():
@@ -90,7 +92,7 @@ class Keeper:
                 )
             )
         messages += [
-            CommandLong(*robot, Command.ARM_DISARM, param1=1.0),
+            CommandLong(*robot, Command.ARM_DISARM, param1=1.0, param3=float(_HOST)),
             JuniorContest(session, sequence + 1, 0.0, *robot, ContestCommand.START),
         ]
         self._frames = [self._codec.encode(message) for message in messages]

@@ -202,7 +202,7 @@ class Robot(Motion):
     def acknowledge(self, m: Message, reason: int) -> None:
         """Answer a numbered message."""
         numbers = {"message": m.id, "session": m.session, "sequence": m.sequence}
-        self.send("junior_ack", **numbers, result=int(reason != NONE), reason=reason)
+        self.send("robot_ack", **numbers, result=int(reason != NONE), reason=reason)
 
     def once(self, m: Message, do: Callable[[Message], int], again: Callable[[Message], None]) -> None:
         """Do it if it is new; say again what came of it if it is not."""
@@ -370,7 +370,7 @@ class Robot(Motion):
                 self.send("junior_sensors", time=micros, travel=travel, battery=battery, flags=self.flags, **both)
             case 47109:
                 numbers = {"boot_count": self.store.boots, "session": self.session or 0, "sequence": self.sequence}
-                self.send("junior_status", time=micros, maneuvers=self.maneuvers, state=self.state, **counters, **numbers)
+                self.send("robot_status", time=micros, maneuvers=self.maneuvers, state=self.state, **counters, **numbers)
             case _:
                 none = {f"{word}_custom_version": [0] * 8 for word in ("flight", "middleware", "os")}
                 version = {"flight_sw_version": 1 << 24, "middleware_sw_version": 1 << 24, "os_sw_version": 0}

@@ -45,15 +45,15 @@ class Enumeration:
     bitmask: bool = False
 
 
-JUNIOR_ENUMS: Final[dict[EnumType, str]] = {
-    State: "JUNIOR_STATE",
+OUR_ENUMS: Final[dict[EnumType, str]] = {
+    State: "ROBOT_STATE",
     Action: "JUNIOR_ACTION",
     Stimulus: "JUNIOR_STIMULUS",
     SensorFlag: "JUNIOR_SENSOR_FLAG",
     ManeuverOption: "JUNIOR_MANEUVER_OPTION",
     Outcome: "JUNIOR_OUTCOME",
-    Reason: "JUNIOR_REASON",
-    AckResult: "JUNIOR_ACK_RESULT",
+    Reason: "ROBOT_REASON",
+    AckResult: "ROBOT_ACK_RESULT",
     ContestCommand: "JUNIOR_CONTEST_COMMAND",
     Phase: "REFEREE_PHASE",
     BoutOutcome: "REFEREE_BOUT_OUTCOME",
@@ -91,7 +91,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
         "MAV_MODE_FLAG",
         "Bits of base_mode.",
         (
-            ("MAV_MODE_FLAG_CUSTOM_MODE_ENABLED", 1, "custom_mode holds a JUNIOR_STATE"),
+            ("MAV_MODE_FLAG_CUSTOM_MODE_ENABLED", 1, "custom_mode holds a ROBOT_STATE"),
             ("MAV_MODE_FLAG_TEST_ENABLED", 2, ""),
             ("MAV_MODE_FLAG_AUTO_ENABLED", 4, ""),
             ("MAV_MODE_FLAG_GUIDED_ENABLED", 8, ""),
@@ -169,7 +169,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
 STANDARD_FIELDS: Final[dict[tuple[str, str], str]] = {
     ("HEARTBEAT", "type"): "MAV_TYPE",
     ("HEARTBEAT", "autopilot"): "MAV_AUTOPILOT",
-    ("HEARTBEAT", "custom_mode"): "JUNIOR_STATE",
+    ("HEARTBEAT", "custom_mode"): "ROBOT_STATE",
     ("HEARTBEAT", "base_mode"): "MAV_MODE_FLAG",
     ("HEARTBEAT", "system_status"): "MAV_STATE",
     ("SYS_STATUS", "onboard_control_sensors_present"): "MAV_SYS_STATUS_SENSOR",
@@ -189,7 +189,7 @@ STANDARD_FIELDS: Final[dict[tuple[str, str], str]] = {
 def enumerations() -> tuple[Enumeration, ...]:
     """Every enumeration of the dialect, standard ones first."""
     ours = []
-    for enum, name in JUNIOR_ENUMS.items():
+    for enum, name in OUR_ENUMS.items():
         bitmask = issubclass(enum, IntFlag)
         text = re.split(r"\n\n", enum.__doc__ or "")[0]
         entries = tuple((f"{name}_{member.name}", int(member), meaning(member)) for member in enum if member or not bitmask)

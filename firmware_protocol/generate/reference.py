@@ -26,6 +26,7 @@ from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
     REFEREE_MESSAGES,
+    ROBOT_MESSAGES,
     STANDARD_MESSAGES,
     JuniorWheels,
 )
@@ -200,7 +201,7 @@ def _can() -> str:
         + _table(("identifier", "function", "name", "direction", "data, in order", "what it is"), rows)
         + "\n\n"
         "`cantools monitor -m 0x1FFFFF80 junior.dbc` shows them. The digests stand for JUNIOR_SENSORS, and leave in the order "
-        "of their identifiers; what they do not carry of its time, JUNIOR_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
+        "of their identifiers; what they do not carry of its time, ROBOT_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
         "session that is open. JUNIOR_ESTOP is COMMAND_LONG 185, and is answered as that. "
         "A single frame of another length, or a JUNIOR_ESTOP of another value than 1, is counted and left alone.\n\n"
         "Everything else travels as a transfer: function "
@@ -233,6 +234,7 @@ def reference() -> str:
     head = head.replace("{version}", f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}").replace("{example}", _example())
     head = head.replace("{hold_back}", str(HOLD_BACK))
     groups = (
+        ("Any robot's messages", ROBOT_MESSAGES),
         ("Junior's own messages", JUNIOR_MESSAGES),
         ("The referee's messages", REFEREE_MESSAGES),
         ("Standard messages", STANDARD_MESSAGES),

@@ -10,9 +10,9 @@ from firmware_protocol.events import RejectReason
 from firmware_protocol.messages import (
     Command,
     CommandAck,
-    JuniorAck,
     JuniorSensors,
     Reason,
+    RobotAck,
     State,
     Timesync,
 )
@@ -60,7 +60,7 @@ def stop_exact(robot: Subject) -> str:
     before, after = robot.counted(send)
     robot.expect_state(State.READY, "after frames that are no JUNIOR_ESTOP")
     count = after.unknown - before.unknown
-    require(count == len(wrong), f"JUNIOR_STATUS.unknown rose by {count} after {len(wrong)} such frames")
+    require(count == len(wrong), f"ROBOT_STATUS.unknown rose by {count} after {len(wrong)} such frames")
     return f"{len(wrong)} wrong ones"
 
 
@@ -76,10 +76,10 @@ def wheels_exact(robot: Subject) -> str:
             robot.put(resized(frame, length))
 
     before, after = robot.counted(send)
-    require(not robot.got(JuniorAck, start), "one was answered")
+    require(not robot.got(RobotAck, start), "one was answered")
     robot.expect_state(State.READY, "after frames that are no JUNIOR_WHEELS_FRAME")
     count = after.unknown - before.unknown
-    require(count == MAX_DATA, f"JUNIOR_STATUS.unknown rose by {count} after {MAX_DATA} such frames")
+    require(count == MAX_DATA, f"ROBOT_STATUS.unknown rose by {count} after {MAX_DATA} such frames")
     return "lengths 0 to 7"
 
 
@@ -93,7 +93,7 @@ def wheels_session(robot: Subject) -> str:
     robot.open_session()
     start = len(robot.heard)
     robot.put(late)
-    ack = given(robot.wait(JuniorAck, lambda m: m.message == wheels.ID, start=start), "a late copy was not answered")
+    ack = given(robot.wait(RobotAck, lambda m: m.message == wheels.ID, start=start), "a late copy was not answered")
     require(ack.session == robot.session, f"a frame was answered in session {ack.session}, and {robot.session} is open")
     require(ack.reason == Reason.DISARMED, f"a late copy was answered with reason {ack.reason}, not DISARMED")
     robot.arm()
@@ -118,7 +118,7 @@ def foreign_functions(robot: Subject) -> str:
     robot.spend(QUIET)
     answered = [answer.ts1 for answer in robot.got(Timesync)]
     require(not answered, f"a question under function {answered} was answered")
-    require(not robot.got(JuniorAck) and not robot.got(CommandAck), "an order was answered")
+    require(not robot.got(RobotAck) and not robot.got(CommandAck), "an order was answered")
     robot.expect_state(State.READY, "after orders under identifiers that are not for robots")
     return f"functions {', '.join(map(str, foreign))}"
 

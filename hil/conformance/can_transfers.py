@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import MAX_DATA, CanFrame
 from firmware_protocol.mavlink_layout import crc_extra
-from firmware_protocol.messages import ROBOT_COMPONENT, JuniorAck, Ping, State, Timesync
+from firmware_protocol.messages import ROBOT_COMPONENT, Ping, RobotAck, State, Timesync
 from firmware_protocol.wire import CAN
 from hil.conformance.can_frames import STOP, UNKNOWN_ID, body, cut, identifier, payload, resized, sealed, without
 from hil.conformance.probe import PATIENCE
@@ -159,7 +159,7 @@ def checksum(robot: Subject) -> str:
         before, after = robot.counted(send)
         require(not robot.got(Timesync), f"with byte {at} damaged it was taken")
         count = after.bad_checksum - before.bad_checksum
-        require(count == 1, f"JUNIOR_STATUS.bad_checksum rose by {count} after one such transfer")
+        require(count == 1, f"ROBOT_STATUS.bad_checksum rose by {count} after one such transfer")
     return f"bytes {layout.TRANSFER_HEAD} to {at} damaged in turn"
 
 
@@ -191,7 +191,7 @@ def too_long(robot: Subject) -> str:
     before, after = robot.counted(send)
     require(not robot.got(Timesync), "it was taken")
     count = after.unknown - before.unknown
-    require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such transfer")
+    require(count == 1, f"ROBOT_STATUS.unknown rose by {count} after one such transfer")
     return "one byte too long"
 
 
@@ -218,7 +218,7 @@ def unknown(robot: Subject) -> str:
     found = [answer.ts1 for answer in robot.got(Timesync)]
     require(found == [2], f"of an unknown message and question 2 behind it, {found} were answered")
     count = after.unknown - before.unknown
-    require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such transfer")
+    require(count == 1, f"ROBOT_STATUS.unknown rose by {count} after one such transfer")
     return "counted once, and the transfer behind it taken"
 
 
@@ -227,16 +227,16 @@ def upward(robot: Subject) -> str:
     """A message that only robots send is not taken from the host, and is counted."""
 
     def send() -> None:
-        robot.put(*sealed(question(robot, 1), JuniorAck.ID, bytes(8), crc_extra(JuniorAck)))
+        robot.put(*sealed(question(robot, 1), RobotAck.ID, bytes(8), crc_extra(RobotAck)))
 
     before, after = robot.counted(send)
-    require(not robot.got(JuniorAck), "it was answered")
+    require(not robot.got(RobotAck), "it was answered")
     count = after.unknown - before.unknown
-    require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such transfer")
-    return "JUNIOR_ACK"
+    require(count == 1, f"ROBOT_STATUS.unknown rose by {count} after one such transfer")
+    return "ROBOT_ACK"
 
 
-@GROUP.check("good-transfers-counted", rule="JUNIOR_STATUS")
+@GROUP.check("good-transfers-counted", rule="ROBOT_STATUS")
 def good_transfers(robot: Subject) -> str:
     """Good transfers and good single frames are counted."""
     robot.arm()
@@ -247,7 +247,7 @@ def good_transfers(robot: Subject) -> str:
 
     before, after = robot.counted(send)
     count = after.good - before.good - 1
-    require(count == 10, f"JUNIOR_STATUS.good rose by {count} after 5 good transfers and 5 good single frames")
+    require(count == 10, f"ROBOT_STATUS.good rose by {count} after 5 good transfers and 5 good single frames")
     return "10 of 10"
 
 
@@ -264,5 +264,5 @@ def lost(robot: Subject) -> str:
     for gap in (3, 1, 2, 3, 4, 5, 6):  # the numbers wrap within more than one of these
         before, after = robot.counted(send)
         count = after.lost - before.lost
-        require(count == gap, f"JUNIOR_STATUS.lost rose by {count} after a gap of {gap}")
+        require(count == gap, f"ROBOT_STATUS.lost rose by {count} after a gap of {gap}")
     return "gaps of 1 to 6"

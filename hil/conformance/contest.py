@@ -117,7 +117,7 @@ def refuses(robot: Subject) -> str:
     return "in the countdown, in the contest"
 
 
-@GROUP.check("contest-outlives-session", rule="JUNIOR_SESSION")
+@GROUP.check("contest-outlives-session", rule="ROBOT_SESSION")
 def outlives_session(robot: Subject) -> str:
     """A contest goes on when a new session is opened."""
     with _playing(robot):

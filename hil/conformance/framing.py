@@ -65,7 +65,7 @@ def bad_checksum(robot: Subject) -> str:
     before, after = robot.counted(send)
     require(not robot.got(Ping), "a PING with a bad checksum was answered")
     count = after.bad_checksum - before.bad_checksum
-    require(count == 1, f"JUNIOR_STATUS.bad_checksum rose by {count} after one such frame")
+    require(count == 1, f"ROBOT_STATUS.bad_checksum rose by {count} after one such frame")
     return "counted once"
 
 
@@ -79,7 +79,7 @@ def unknown_message(robot: Subject) -> str:
     before, after = robot.counted(send)
     require([ping.seq for ping in robot.got(Ping)] == [4], "the frame behind an unknown one was not taken")
     count = after.unknown - before.unknown
-    require(count == 1, f"JUNIOR_STATUS.unknown rose by {count} after one such frame")
+    require(count == 1, f"ROBOT_STATUS.unknown rose by {count} after one such frame")
     return "counted once, and the frame behind it taken"
 
 
@@ -144,7 +144,7 @@ def mavlink_1(robot: Subject) -> str:
     return "no answer"
 
 
-@GROUP.check("good-frames-counted", rule="JUNIOR_STATUS")
+@GROUP.check("good-frames-counted", rule="ROBOT_STATUS")
 def good_frames(robot: Subject) -> str:
     """Good frames are counted."""
 
@@ -153,11 +153,11 @@ def good_frames(robot: Subject) -> str:
 
     before, after = robot.counted(send)
     count = after.good - before.good - 1
-    require(count == 10, f"JUNIOR_STATUS.good rose by {count} after 10 good frames")
+    require(count == 10, f"ROBOT_STATUS.good rose by {count} after 10 good frames")
     return "10 of 10"
 
 
-@GROUP.check("lost-frames-counted", rule="JUNIOR_STATUS")
+@GROUP.check("lost-frames-counted", rule="ROBOT_STATUS")
 def lost_frames(robot: Subject) -> str:
     """Gaps in the sender's frame numbers are counted, repetitions are not."""
 
@@ -169,7 +169,7 @@ def lost_frames(robot: Subject) -> str:
 
     before, after = robot.counted(send)
     count = after.lost - before.lost
-    require(count == 3, f"JUNIOR_STATUS.lost rose by {count} after a gap of 3")
+    require(count == 3, f"ROBOT_STATUS.lost rose by {count} after a gap of 3")
     return "a gap of 3"
 
 

@@ -11,8 +11,8 @@ from firmware_protocol.messages import (
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryRead,
-    JuniorSession,
     Reason,
+    RobotSession,
     State,
 )
 from firmware_protocol.vocabulary import Action
@@ -40,7 +40,7 @@ def other_session(robot: Subject) -> str:
     return "JUNIOR_MANEUVER"
 
 
-@GROUP.check("same-session-only-acknowledged", rule="JUNIOR_SESSION")
+@GROUP.check("same-session-only-acknowledged", rule="ROBOT_SESSION")
 def same_session(robot: Subject) -> str:
     """Opening the same session again is acknowledged and changes nothing."""
     robot.arm()
@@ -59,7 +59,7 @@ def new_session(robot: Subject) -> str:
     return "from driving to disarmed"
 
 
-@GROUP.check("new-session-keeps-stop", rule="JUNIOR_SESSION")
+@GROUP.check("new-session-keeps-stop", rule="ROBOT_SESSION")
 def session_keeps_stop(robot: Subject) -> str:
     """An emergency stop stays engaged when a new session is opened."""
     robot.order(Command.FLIGHT_TERMINATION, 1)
@@ -72,11 +72,11 @@ def session_keeps_stop(robot: Subject) -> str:
 def other_version(robot: Subject) -> str:
     """A host of another major version gets no session."""
     before = robot.session
-    message = JuniorSession(before ^ 2, 0, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR + 1, 0)
+    message = RobotSession(before ^ 2, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR + 1, 0)
     robot.expect(message, Reason.BAD_VALUE, f"of version {PROTOCOL_MAJOR + 1}")
     found = robot.status().session
     require(found == before, f"the session is {found}, not {before}")
-    newer = JuniorSession(before, 0, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, 255)
+    newer = RobotSession(before, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, 255)
     robot.expect(newer, Reason.NONE, "of a newer minor version")
     return f"version {PROTOCOL_MAJOR + 1} refused, {PROTOCOL_MAJOR}.255 taken"
 
@@ -94,7 +94,7 @@ def performs_once(robot: Subject) -> str:
         require(reason == Reason.NONE, f"a repetition was refused by {named(Reason, reason)}")
         robot.spend(0.1)
     count = robot.status().maneuvers - before
-    require(count == 1, f"one maneuver, sent 4 times, was performed {count} times by JUNIOR_STATUS.maneuvers")
+    require(count == 1, f"one maneuver, sent 4 times, was performed {count} times by ROBOT_STATUS.maneuvers")
     return "sent 4 times, performed once"
 
 
@@ -192,9 +192,9 @@ def other_message(robot: Subject) -> str:
     return "JUNIOR_MEMORY_READ after JUNIOR_MANEUVER"
 
 
-@GROUP.check("status-tells-session", rule="JUNIOR_STATUS")
+@GROUP.check("status-tells-session", rule="ROBOT_STATUS")
 def tells_session(robot: Subject) -> str:
-    """JUNIOR_STATUS says the session and the last sequence accepted."""
+    """ROBOT_STATUS says the session and the last sequence accepted."""
     robot.arm()
     wheels = robot.wheels(0.0, 0.0, 0.0)
     robot.expect(wheels, Reason.NONE)

@@ -13,11 +13,11 @@ from firmware_protocol.messages import (
     CommandResult,
     Heartbeat,
     JuniorSensors,
-    JuniorStatus,
     ParamRequestList,
     ParamRequestRead,
     ParamSet,
     ParamValue,
+    RobotStatus,
     State,
     Timesync,
 )
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound=Message)
 
 WATCH: Final = 0.01
-"""Interval of JUNIOR_STATUS while a state is watched, in s."""
+"""Interval of ROBOT_STATUS while a state is watched, in s."""
 SLACK: Final = 0.025
 """How much later than it happens a change of state may be seen, in s: the interval, two control periods, and a full line."""
 LIST_WAIT: Final = 0.4
@@ -51,29 +51,32 @@ class Orders(Probe):
 
     # --- standard commands -------------------------------------------------------------------------------------------
 
-    def command(self, command: int, param1: float = 0.0, param2: float = 0.0, *, tries: int = 4) -> int | None:
+    def command(
+        self, command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0, *, tries: int = 4
+    ) -> int | None:
         """Send COMMAND_LONG until it is answered.
 
         Returns:
             The result; None where there is no answer.
         """
-        message = CommandLong(self.system, ROBOT_COMPONENT, command, param1=float(param1), param2=float(param2))
+        parameters = (float(param1), float(param2), float(param3))
+        message = CommandLong(self.system, ROBOT_COMPONENT, command, 0, *parameters)
         answer = self.ask(message, CommandAck, lambda ack: ack.command == command, tries=tries)
         return None if answer is None else answer.result
 
-    def order(self, command: int, param1: float = 0.0, param2: float = 0.0) -> None:
+    def order(self, command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0) -> None:
         """Send a command that must be accepted.
 
         Raises:
             CheckFailedError: It is not.
         """
-        result = self.command(command, param1, param2)
+        result = self.command(command, param1, param2, param3)
         words = "not answered" if result is None else f"answered by {named(CommandResult, result)}"
         require(result == CommandResult.ACCEPTED, f"command {command} with {param1:g} was {words}")
 
     def arm(self) -> None:
-        """Arm; it must be accepted."""
-        self.order(Command.ARM_DISARM, 1)
+        """Arm, as the host whose session is open; it must be accepted."""
+        self.order(Command.ARM_DISARM, 1, param3=self.host)
 
     def requested(self, kind: type[M]) -> M | None:
         """Ask for one message of a kind.
@@ -89,14 +92,14 @@ class Orders(Probe):
                 return self.wait(kind, start=at)
         return None
 
-    def status(self) -> JuniorStatus:
+    def status(self) -> RobotStatus:
         """The robot's counters, as they are now."""
-        status = self.requested(JuniorStatus)
+        status = self.requested(RobotStatus)
         if status is None:
-            raise CheckFailedError("JUNIOR_STATUS was requested and did not come")
+            raise CheckFailedError("ROBOT_STATUS was requested and did not come")
         return status
 
-    def counted(self, send: Callable[[], None]) -> tuple[JuniorStatus, JuniorStatus]:
+    def counted(self, send: Callable[[], None]) -> tuple[RobotStatus, RobotStatus]:
         """The robot's counters before and after, while we say nothing else.
 
         Args:
@@ -134,13 +137,13 @@ class Orders(Probe):
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Inside, JUNIOR_STATUS comes every 10 ms, and the sensors every 100 ms: a line of 115200 baud has room for that."""
+        """Inside, ROBOT_STATUS comes every 10 ms, and the sensors every 100 ms: a line of 115200 baud has room for that."""
         self.order(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 100_000)
-        self.order(Command.SET_MESSAGE_INTERVAL, JuniorStatus.ID, WATCH * 1e6)
+        self.order(Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, WATCH * 1e6)
         try:
             yield
         finally:
-            self.command(Command.SET_MESSAGE_INTERVAL, JuniorStatus.ID, 0)
+            self.command(Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, 0)
             self.command(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 0)
 
     def entered(self, state: State, *, after: float, timeout: float) -> float | None:
@@ -154,7 +157,7 @@ class Orders(Probe):
         Returns:
             Robot time at which it was first seen there, in s; None where it was not.
         """
-        found = self.wait(JuniorStatus, lambda status: status.time >= after and status.state == state, timeout=timeout, start=0)
+        found = self.wait(RobotStatus, lambda status: status.time >= after and status.state == state, timeout=timeout, start=0)
         return None if found is None else found.time
 
     # --- parameters --------------------------------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """Our end of the wire: it says what it is told to and nothing else, and remembers all it hears.
 
 No peer and no bridge: a check must be able to be silent, to repeat itself, and to send what no good host would. Only the
-heartbeats that keep an armed robot alive go out by themselves, and `silence` turns these off.
+messages that keep an armed robot moving go out by themselves, and `silence` turns these off.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from firmware_protocol.errors import EncodeError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import FLAG_SIGNED
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat
-from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
+from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.signing import trouble
 from firmware_protocol.wire import CAN
 from hil.conformance import can_frames, frames
@@ -45,8 +45,8 @@ TRIES: Final = 4
 """How often something is asked that is not answered."""
 LOST_AFTER: Final = 5.0
 """A robot that has said nothing for so long is gone, in s."""
-_KEEP_ALIVE: Final = 0.04
-"""Between our heartbeats, in s."""
+_HEARTBEATS: Final = round(HEARTBEAT_PERIOD / KEEP_ALIVE)
+"""Every so many ROBOT_ALIVE we send a HEARTBEAT as well."""
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
 
@@ -69,12 +69,14 @@ class Probe:
     Args:
         link: An open link; closed with the probe.
         clock: Tells the time.
+        host: Our number, 1..65535: by it the robot knows who keeps it moving.
         system: System id of the robot; None takes the first that is heard.
         codec: Speaks the link's language; None is that of the link's wire.
         taps: What sees everything.
         signing: Signs what is sent, where nothing else speaks the link's language.
 
     Attributes:
+        host: Our number.
         system: System id of the robot; 0 while none has been heard.
         others: System ids of other robots that were heard.
         wire: What the link carries: `mavlink` or `can`.
@@ -89,11 +91,13 @@ class Probe:
         link: Link,
         clock: Clock,
         *,
+        host: int,
         system: int | None = None,
         codec: Codec | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
     ) -> None:
+        self.host = host
         self.system = system or 0
         self.others: set[int] = set()
         self.wire = link.wire
@@ -108,6 +112,7 @@ class Probe:
         self._taps = tuple(taps)
         self._alive = True
         self._alive_due = clock.now()
+        self._alive_sent = 0
         self._last = clock.now()
         self._next: int | None = None
         self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
@@ -198,7 +203,7 @@ class Probe:
 
     @contextmanager
     def silence(self) -> Iterator[None]:
-        """Inside, no heartbeat goes out by itself."""
+        """Inside, nothing goes out by itself."""
         before = self._alive
         self._alive = False
         try:
@@ -220,8 +225,9 @@ class Probe:
         """
         now = self.now()
         if self._alive and now >= self._alive_due:
-            self._alive_due = now + _KEEP_ALIVE
-            self.send(HOST_HEARTBEAT)
+            self._alive_due = now + KEEP_ALIVE
+            self.send(RobotAlive(self.host), *([HOST_HEARTBEAT] if self._alive_sent % _HEARTBEATS == 0 else []))
+            self._alive_sent += 1
         chunks = self._pump.take(wait, self._alive_due if self._alive else float("inf"))
         for tap in self._taps:
             tap.step(self.now(), chunks)

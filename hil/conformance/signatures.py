@@ -31,7 +31,7 @@ def _refused(robot: Subject, data: bytes, counter: str, what: str) -> str:
             robot.wait(Ping, lambda ping: ping.seq == 2, start=0), f"a PING signed with the key, behind one {what}, was not"
         )
     count = getattr(after, counter) - getattr(before, counter)
-    require(count == 1, f"JUNIOR_STATUS.{counter} rose by {count} after one frame {what}")
+    require(count == 1, f"ROBOT_STATUS.{counter} rose by {count} after one frame {what}")
     return "counted once, and the frame behind it taken"
 
 

@@ -20,14 +20,14 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorAck,
     JuniorSensors,
-    JuniorStatus,
     JuniorWheels,
     ParamRequestRead,
     ParamSet,
     ParamValue,
     Ping,
+    RobotAck,
+    RobotStatus,
     State,
     SysStatus,
     Timesync,
@@ -138,7 +138,7 @@ def failures(robot: Subject) -> str:
 @GROUP.check("message-on-request", rule="COMMAND_LONG")
 def on_request(robot: Subject) -> str:
     """Each of the robot's streams comes on request; any other message is UNSUPPORTED."""
-    for kind in (Heartbeat, SysStatus, JuniorSensors, JuniorStatus, AutopilotVersion):
+    for kind in (Heartbeat, SysStatus, JuniorSensors, RobotStatus, AutopilotVersion):
         require(robot.requested(kind) is not None, f"{kind.NAME} was requested and did not come")
     result = robot.command(Command.REQUEST_MESSAGE, ParamValue.ID)
     require(result == CommandResult.UNSUPPORTED, f"PARAM_VALUE was answered by {_result(result)}")
@@ -168,7 +168,7 @@ def timesync(robot: Subject) -> str:
     robot.send(Timesync(tc1=1, ts1=1))
     robot.spend(QUIET)
     require(not robot.got(Timesync), "an answer was answered")
-    return "the clock of JUNIOR_STATUS.time"
+    return "the clock of ROBOT_STATUS.time"
 
 
 @GROUP.check("other-target-ignored", rule="Addresses")
@@ -188,7 +188,7 @@ def other_target(robot: Subject) -> str:
         robot.spend(QUIET)
         require(not robot.got(CommandAck), f"a command to system {system}, component {component} was answered")
         require(not robot.got(ParamValue), f"a parameter asked of system {system}, component {component} was answered")
-        require(not robot.got(JuniorAck), f"wheels of system {system}, component {component} were answered")
+        require(not robot.got(RobotAck), f"wheels of system {system}, component {component} were answered")
     robot.expect_state(State.DISARMED, "after somebody else was armed and stopped")
     return "another system" if on_can else "another system, another component"
 
@@ -211,7 +211,7 @@ def broadcast(robot: Subject) -> str:
     robot.forget()
     robot.send(robot.numbered(JuniorWheels, speed=(0.0, 0.0), duration=1.0, target_system=0, target_component=0))
     robot.spend(QUIET)
-    require(not robot.got(JuniorAck), "all were told to drive, and one answered")
+    require(not robot.got(RobotAck), "all were told to drive, and one answered")
     say(Command.ARM_DISARM, 0.0)
     robot.expect_state(State.DISARMED, "after all were told to disarm")
     say(Command.FLIGHT_TERMINATION, 1.0)

@@ -12,9 +12,9 @@ from firmware_protocol.messages import (
     CommandResult,
     JuniorContest,
     JuniorManeuverResult,
-    JuniorStatus,
     ManualControl,
     Reason,
+    RobotStatus,
     State,
     Timesync,
 )
@@ -240,16 +240,16 @@ def manual_stranger(robot: Subject) -> str:
     return "a stranger is ignored"
 
 
-@GROUP.check("reboot-comes-up-disarmed", rule="JUNIOR_STATUS")
+@GROUP.check("reboot-comes-up-disarmed", rule="ROBOT_STATUS")
 def reboot(robot: Subject) -> str:
     """After a reboot the robot is disarmed, its clock begins anew, and the boot is counted."""
     robot.arm()
     before = robot.status()
-    after: JuniorStatus = robot.reboot()
+    after: RobotStatus = robot.reboot()
     robot.expect_state(State.DISARMED, "after a reboot")
     count = after.boot_count - before.boot_count
-    require(count == 1, f"JUNIOR_STATUS.boot_count rose by {count}")
-    require(after.maneuvers == 0, f"JUNIOR_STATUS.maneuvers is {after.maneuvers}")
+    require(count == 1, f"ROBOT_STATUS.boot_count rose by {count}")
+    require(after.maneuvers == 0, f"ROBOT_STATUS.maneuvers is {after.maneuvers}")
     return f"boot {after.boot_count}"
 
 

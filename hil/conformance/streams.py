@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import Command, CommandResult, JuniorSensors, JuniorStatus, ParamValue, SensorFlag, SysStatus
+from firmware_protocol.messages import Command, CommandResult, JuniorSensors, ParamValue, RobotStatus, SensorFlag, SysStatus
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, NotRunError, given, require
 
@@ -18,7 +18,7 @@ GROUP: Final = Group("streams and sensors")
 _ADC: Final = 1023
 
 
-def _intervals(messages: Sequence[JuniorSensors | JuniorStatus]) -> list[float]:
+def _intervals(messages: Sequence[JuniorSensors | RobotStatus]) -> list[float]:
     """Times between messages by the robot's own clock, in s."""
     return [after.time - before.time for before, after in pairwise(messages)]
 
@@ -44,13 +44,13 @@ def sensors_rate(robot: Subject) -> str:
     return f"every {mean * 1e3:.1f} ms"
 
 
-@GROUP.check("status-once-a-second", rule="JUNIOR_STATUS")
+@GROUP.check("status-once-a-second", rule="ROBOT_STATUS")
 def status_rate(robot: Subject) -> str:
-    """JUNIOR_STATUS and SYS_STATUS come once a second."""
+    """ROBOT_STATUS and SYS_STATUS come once a second."""
     robot.spend(3.3)
-    gaps = _intervals(robot.got(JuniorStatus))
+    gaps = _intervals(robot.got(RobotStatus))
     require(
-        len(gaps) >= 2 and all(0.95 <= gap <= 1.05 for gap in gaps), f"JUNIOR_STATUS after {[round(gap, 3) for gap in gaps]} s"
+        len(gaps) >= 2 and all(0.95 <= gap <= 1.05 for gap in gaps), f"ROBOT_STATUS after {[round(gap, 3) for gap in gaps]} s"
     )
     count = len(robot.got(SysStatus))
     require(count in {3, 4}, f"{count} times SYS_STATUS in 3.3 s")

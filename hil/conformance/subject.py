@@ -14,19 +14,19 @@ from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
     ContestCommand,
-    JuniorAck,
     JuniorContest,
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryEntry,
     JuniorMemoryRead,
     JuniorMemoryWrite,
-    JuniorResultAck,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     ManeuverOption,
     Reason,
+    RobotAck,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
@@ -82,7 +82,7 @@ class Subject(Orders):
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
     ) -> None:
-        super().__init__(link, clock, system=system, codec=codec, taps=taps, signing=signing)
+        super().__init__(link, clock, host=session(), system=system, codec=codec, taps=taps, signing=signing)
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
@@ -185,7 +185,7 @@ class Subject(Orders):
         except CheckFailedError:
             return False
 
-    def reboot(self) -> JuniorStatus:
+    def reboot(self) -> RobotStatus:
         """Restart the robot.
 
         Returns:
@@ -194,7 +194,7 @@ class Subject(Orders):
         before = self.status()
         lost = self.lost
         self.order(Command.PREFLIGHT_REBOOT, 1)
-        again = self.wait(JuniorStatus, lambda status: status.time < before.time, timeout=REBOOT_WAIT)
+        again = self.wait(RobotStatus, lambda status: status.time < before.time, timeout=REBOOT_WAIT)
         require(again is not None, f"it was not back {REBOOT_WAIT:g} s after the order to reboot")
         self.lost = lost  # its frames are counted anew
         self.open_session()
@@ -208,7 +208,7 @@ class Subject(Orders):
             drawn = self._draw_session()
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
-        message = JuniorSession(session, 0, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)
 
@@ -245,7 +245,7 @@ class Subject(Orders):
         numbers = (getattr(message, "session", None), getattr(message, "sequence", None))
 
         def is_answer(event: Message) -> bool:
-            if isinstance(event, JuniorAck):
+            if isinstance(event, RobotAck):
                 return event.message == message.ID and (event.session, event.sequence) == numbers
             return (
                 isinstance(event, JuniorMemoryEntry)
@@ -254,7 +254,7 @@ class Subject(Orders):
             )
 
         answer = self.wait(Message, is_answer, timeout=timeout, start=start)
-        if not isinstance(answer, JuniorAck):
+        if not isinstance(answer, RobotAck):
             return None if answer is None else Reason.NONE
         accepted = answer.result == AckResult.ACCEPTED
         require(accepted == (answer.reason == Reason.NONE), f"{message.NAME}: result and reason contradict each other")
@@ -304,7 +304,7 @@ class Subject(Orders):
 
     def acknowledge(self, result: JuniorManeuverResult) -> None:
         """Say that a result has arrived."""
-        self.send(JuniorResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+        self.send(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
     def result(self, maneuver: JuniorManeuver, timeout: float, *, start: int = 0) -> JuniorManeuverResult:
         """Wait for the result of a maneuver, and acknowledge it."""

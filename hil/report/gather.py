@@ -12,12 +12,12 @@ from firmware_protocol.messages import (
     HOST_SYSTEM,
     BoutOutcome,
     JuniorSensors,
-    JuniorSession,
     JuniorWheels,
     OpponentCode,
     ParamValue,
     Phase,
     RefereeState,
+    RobotSession,
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.wire import Message
@@ -233,7 +233,7 @@ class _Gatherer:
             return
         if entry.frame is None:
             self._watcher.sent(message, entry.topic, entry.time)
-            if isinstance(message, JuniorSession):
+            if isinstance(message, RobotSession):
                 self.robot.taken(message.target_system)
             elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
                 self.wheels.append((entry.time, message))

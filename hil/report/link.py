@@ -6,7 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.messages import CommandLong, JuniorAck, JuniorStatus, Timesync
+from firmware_protocol.messages import CommandLong, RobotAck, RobotStatus, Timesync
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message
@@ -44,7 +44,7 @@ class LinkQuality:
     arrivals: list[float] = field(default_factory=list)
     gaps: list[float] = field(default_factory=list)
     refusals: list[float] = field(default_factory=list)
-    robot: JuniorStatus | None = None
+    robot: RobotStatus | None = None
 
     @property
     def good(self) -> int:
@@ -79,11 +79,11 @@ class LinkWatcher:
         quality.received[sender] += 1
         quality.arrivals.append(time)
         self._count(sender, frame, time)
-        if isinstance(message, JuniorAck):
+        if isinstance(message, RobotAck):
             self._answered(self._asked.pop((message.session, message.sequence), None), time)
         elif isinstance(message, Timesync) and message.ts1 in self._compared:
             quality.round_trips.append(time - self._compared.pop(message.ts1))
-        elif isinstance(message, JuniorStatus):
+        elif isinstance(message, RobotStatus):
             quality.robot = message
 
     def _count(self, sender: tuple[int, int], frame: int, time: float) -> None:

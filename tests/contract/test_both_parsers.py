@@ -12,7 +12,7 @@ from firmware_protocol.events import Received
 from firmware_protocol.firmware._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, JuniorStatus
+from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, RobotStatus
 from firmware_protocol.wire import Direction
 
 INBOUND = [
@@ -35,17 +35,17 @@ class Robot:
         self.time = 0.0
         self.asked = 0
 
-    def tick(self, data: bytes = b"") -> list[JuniorStatus]:
+    def tick(self, data: bytes = b"") -> list[RobotStatus]:
         self.time += TICK
         length = lib.host_tick(self.robot, round(self.time * 1e6), data, len(data))
         events = self.codec.receive(bytes(ffi.buffer(self.io.tx, length)), self.time)
         messages = [event.message for event in events if isinstance(event, Received)]
-        return [message for message in messages if isinstance(message, JuniorStatus)]
+        return [message for message in messages if isinstance(message, RobotStatus)]
 
     def good(self) -> int:
         """Good frames so far, this question aside."""
         self.asked += 1
-        question = CommandLong(1, 1, Command.REQUEST_MESSAGE, 0, float(JuniorStatus.ID))
+        question = CommandLong(1, 1, Command.REQUEST_MESSAGE, 0, float(RobotStatus.ID))
         (status,) = self.tick(self.codec.encode(question))[-1:]
         return status.good - self.asked
 

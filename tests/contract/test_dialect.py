@@ -125,7 +125,7 @@ def test_mavgen_makes_c_of_it(tmp_path: Path) -> None:
     mavgen("C", tmp_path)
     assert "MAVLINK_MSG_ID_JUNIOR_MANEUVER_CRC 142" in (tmp_path / "junior/mavlink_msg_junior_maneuver.h").read_text()
     constants = (tmp_path / "junior/junior.h").read_text()
-    for name in ("JUNIOR_ACTION_LFRB=16", "JUNIOR_REASON_BUSY=5", "MAV_CMD_REQUEST_MESSAGE=512", "JUNIOR_STATE_STOPPED=6"):
+    for name in ("JUNIOR_ACTION_LFRB=16", "ROBOT_REASON_BUSY=5", "MAV_CMD_REQUEST_MESSAGE=512", "ROBOT_STATE_STOPPED=6"):
         assert name in constants
 
 

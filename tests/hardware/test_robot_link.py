@@ -11,7 +11,7 @@ import pytest
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import open_link
-from firmware_protocol.messages import JuniorSensors, JuniorStatus
+from firmware_protocol.messages import JuniorSensors, RobotStatus
 from firmware_protocol.parameters import PARAMETERS
 from hil.bridge import Bridge
 from hil.clock import MonotonicClock
@@ -75,6 +75,6 @@ def test_it_answers_quickly_and_its_clock_runs(bridge: Bridge, peer: Peer) -> No
 
 
 def test_it_is_disarmed_and_has_our_session(bridge: Bridge, peer: Peer) -> None:
-    status = ask(bridge, peer.request(JuniorStatus))
+    status = ask(bridge, peer.request(RobotStatus))
     assert status.session == peer.session
     assert not peer.armed

@@ -19,13 +19,13 @@ from firmware_protocol.messages import (
     CommandResult,
     ContestCommand,
     Heartbeat,
-    JuniorAck,
     JuniorMemoryEntry,
     JuniorSensors,
-    JuniorStatus,
     ParamSet,
     ParamValue,
     Reason,
+    RobotAck,
+    RobotStatus,
     SensorFlag,
     State,
     SysStatus,
@@ -63,7 +63,7 @@ def test_it_boots_and_its_periods_are_those_of_the_world(bench: AvrBench) -> Non
     times = [sensors.time for sensors in bench.got(JuniorSensors)]
     assert times == [pytest.approx(0.02 * i, abs=1e-9) for i in range(50)]
     assert len(bench.got(Heartbeat)) == 1
-    assert bench.got(JuniorStatus)[0].boot_count == 1
+    assert bench.got(RobotStatus)[0].boot_count == 1
     assert bench.command(Command.REQUEST_MESSAGE, float(SysStatus.ID)) is CommandResult.ACCEPTED
     assert 20 < bench.latest(SysStatus).load < 500, "permille of a control period"
 
@@ -121,7 +121,7 @@ def test_the_start_module_starts_and_stops_a_contest(bench: AvrBench) -> None:
     bench.open()
     bench.tick(bench.write_message((Action.R,), current=0))
     bench.run(200)
-    assert bench.latest(JuniorAck).reason == Reason.NONE
+    assert bench.latest(RobotAck).reason == Reason.NONE
     bench.board.start = True
     bench.run(4980)
     assert bench.wheels == (0, 0), "the countdown"
@@ -144,10 +144,10 @@ def test_power_off_keeps_the_eeprom_and_nothing_else(armed: AvrBench) -> None:
     armed.tick(ParamSet(1, 1, "SPD_FAST", 0.75))
     armed.tick(armed.write_message((Action.FF, Action.SB), current=3, previous=1))
     armed.run(400)
-    assert armed.latest(JuniorAck).reason == Reason.NONE
+    assert armed.latest(RobotAck).reason == Reason.NONE
     armed.power_on()
     armed.run(1000)
-    assert armed.got(JuniorStatus)[0].boot_count == 2
+    assert armed.got(RobotStatus)[0].boot_count == 2
     assert armed.latest(Heartbeat).custom_mode == State.DISARMED
     armed.open()
     armed.answers(armed.read_message(0))
@@ -157,7 +157,7 @@ def test_power_off_keeps_the_eeprom_and_nothing_else(armed: AvrBench) -> None:
     assert armed.latest(ParamValue).param_value == 0.75
     other = AvrBench(armed.nvm)
     other.run(100)
-    assert other.got(JuniorStatus)[0].boot_count == 3
+    assert other.got(RobotStatus)[0].boot_count == 3
 
 
 def test_an_eeprom_of_another_size_is_refused() -> None:
@@ -178,8 +178,8 @@ def test_a_reboot_is_a_reset_by_the_watchdog(armed: AvrBench) -> None:
     armed.raw = b""
     armed.streamed.clear()
     armed.run(1000)
-    assert armed.got(JuniorStatus)[0].boot_count == 2
-    assert armed.got(JuniorStatus)[0].time == 0.0
+    assert armed.got(RobotStatus)[0].boot_count == 2
+    assert armed.got(RobotStatus)[0].time == 0.0
     assert armed.latest(Heartbeat).custom_mode == State.DISARMED
 
 
@@ -194,7 +194,7 @@ def test_a_processor_that_hangs_is_reset_and_its_wheels_float(armed: AvrBench) -
     assert armed.wheels == (0, 0)
     armed.board.restart()
     armed.run(100)
-    assert armed.got(JuniorStatus)[-1].boot_count == 2
+    assert armed.got(RobotStatus)[-1].boot_count == 2
 
 
 def test_stack_and_variables_stay_within_their_bounds(armed: AvrBench) -> None:

@@ -19,15 +19,15 @@ from firmware_protocol.messages import (
     CommandLong,
     ContestCommand,
     Heartbeat,
-    JuniorResultAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     ManualControl,
     ParamRequestList,
     ParamRequestRead,
     ParamSet,
     Ping,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
     SysStatus,
     Timesync,
 )
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 pytestmark = needs_avr
 PACE = 6
 """Control periods between two things that the host says: what both say then fits the line."""
-STREAMS = (Heartbeat, SysStatus, JuniorSensors, JuniorStatus)
+STREAMS = (Heartbeat, SysStatus, JuniorSensors, RobotStatus)
 KEPT = ("SYS_ID", "MEM_SLOTS")
 
 
@@ -65,10 +65,10 @@ class Life:
         self.make = Hostly()
         self.said: list[bytes] = []
 
-    def open(self) -> JuniorSession:
+    def open(self) -> RobotSession:
         self.make.session += 1
         self.make.sequence = 0
-        return JuniorSession(self.make.session, 0, 1, 1, 1, 0)
+        return RobotSession(self.make.session, 0, 7, 1, 1, 2, 0)
 
     def command(self, command: Command, param1: float, param2: float = 0.0) -> CommandLong:
         return CommandLong(1, 1, command, param1=param1, param2=param2)
@@ -124,7 +124,7 @@ class Life:
                 interval = choose.choice((10_000.0, 20_000.0, 50_000.0, 0.0, -1.0))
                 return self.command(Command.SET_MESSAGE_INTERVAL, float(choose.choice(STREAMS).ID), interval)
             case _:
-                return JuniorResultAck(self.make.session, self.make.sequence, 1, 1)
+                return RobotResultAck(self.make.session, self.make.sequence, 1, 1)
 
     def damage(self) -> bytes:
         """A frame of before, late and perhaps damaged; or noise."""

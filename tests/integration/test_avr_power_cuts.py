@@ -20,10 +20,10 @@ from firmware_protocol.messages import (
     JuniorMemoryEntry,
     JuniorMemoryRead,
     JuniorMemoryWrite,
-    JuniorStatus,
     ParamSet,
     ParamValue,
     Reason,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, FINE_ACTIONS, Action, Maneuver
@@ -75,7 +75,7 @@ class Victim(AvrBench):
         self.board.tick(
             0, b"", cast("Readings", self.inputs), cast("Motors", self.inputs), 0.0
         )  # of a frame that was cut short
-        status = self.requested(JuniorStatus)
+        status = self.requested(RobotStatus)
         assert self.boots < status.boot_count <= self.boots + 1 + interrupted, "the host is told"
         assert status.maneuvers == 0
         assert status.session == 0
@@ -89,7 +89,7 @@ class Victim(AvrBench):
         self.now += TICK
         self.board.tick(0, b"", cast("Readings", self.inputs), cast("Motors", self.inputs), 0.0)
 
-    def requested(self, kind: type[JuniorStatus]) -> JuniorStatus:
+    def requested(self, kind: type[RobotStatus]) -> RobotStatus:
         """A message that has been asked for."""
         self.streamed.clear()
         self.command(Command.REQUEST_MESSAGE, float(kind.ID))
@@ -225,7 +225,7 @@ def test_a_new_robot_s_first_boot_may_be_cut_too() -> None:
         victim.board.cut()
         victim.board.run(int(victim.rng.integers(1, BOOT)))
         victim.recover(int(victim.rng.integers(256)))
-        assert 1 < victim.requested(JuniorStatus).boot_count <= 3
+        assert 1 < victim.requested(RobotStatus).boot_count <= 3
 
 
 @pytest.mark.parametrize("torn", [0, 255])
@@ -236,4 +236,4 @@ def test_however_often_booting_is_cut_the_count_of_boots_goes_on(torn: int) -> N
         victim.board.cut(torn)
         victim.board.run(cycles)
     victim.recover(torn)
-    assert 2 <= victim.requested(JuniorStatus).boot_count <= 2 + BOOT // 20_000
+    assert 2 <= victim.requested(RobotStatus).boot_count <= 2 + BOOT // 20_000

@@ -16,11 +16,11 @@ from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     JuniorManeuverResult,
     JuniorSensors,
-    JuniorStatus,
     JuniorWheels,
     Phase,
     Reason,
     RefereeState,
+    RobotStatus,
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
@@ -81,7 +81,7 @@ def test_the_handshake_takes_three_control_periods() -> None:
     assert ring.world.now() == pytest.approx(0.015)
     assert ring.peer.version is not None
     assert ring.peer.version.uid != 0
-    assert ring.ask(ring.peer.request(JuniorStatus)).session == 400
+    assert ring.ask(ring.peer.request(RobotStatus)).session == 400
 
 
 def test_every_parameter_is_there_and_can_be_set() -> None:
@@ -146,7 +146,7 @@ def test_a_bad_line_performs_every_maneuver_exactly_once() -> None:
         if number % 10 == 0:
             ring.ask(ring.peer.reset_bout(number))
         assert ring.ask(ring.peer.perform(SPIN)).done == 2
-    status = ring.ask(ring.peer.request(JuniorStatus))
+    status = ring.ask(ring.peer.request(RobotStatus))
     assert status.maneuvers == 200
     results = [e for e in ring.events if isinstance(e, Received) and isinstance(e.message, JuniorManeuverResult)]
     assert len(results) == 200
@@ -193,7 +193,7 @@ def test_the_emergency_stop_acts_within_one_control_period() -> None:
     assert ring.world.device.wheels == (0.0, 0.0)
     ring.ask(stop)
     assert ring.ask(ticket).outcome == Outcome.STOPPED
-    assert ring.ask(ring.peer.request(JuniorStatus)).state == State.STOPPED
+    assert ring.ask(ring.peer.request(RobotStatus)).state == State.STOPPED
 
 
 def test_no_damaged_command_moves_a_wheel() -> None:

@@ -196,7 +196,7 @@ def test_over_a_bad_line_every_maneuver_is_performed_once(capsys: pytest.Capture
     assert document["maneuvers"] == 80
     asked: set[int] = set()
     performed = 0
-    for entry in LogReader(Path("bad.mcap")).entries({"/junior/maneuver", "/junior/status"}):
+    for entry in LogReader(Path("bad.mcap")).entries({"/junior/maneuver", "/robot/status"}):
         if entry.topic == "/junior/maneuver":
             asked.add(entry.value.sequence)
         else:

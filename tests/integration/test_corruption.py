@@ -19,10 +19,10 @@ from firmware_protocol.messages import (
     JuniorContest,
     JuniorManeuver,
     JuniorManeuverResult,
-    JuniorStatus,
     JuniorWheels,
     ManualControl,
     Reason,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import Action
@@ -87,7 +87,7 @@ def test_no_damaged_command_moves_an_armed_robot(name: str) -> None:
     assert bench.state() is before is State.READY
     assert not bench.got(JuniorManeuverResult)
     bench.run(1200)
-    status = bench.latest(JuniorStatus)
+    status = bench.latest(RobotStatus)
     assert status.bad_checksum >= FRAMES
     assert status.maneuvers == 0
     # It is the damage that kept it from moving.
@@ -125,7 +125,7 @@ def test_damaged_commands_among_good_ones_drive_no_longer_than_the_good_ones_say
 def test_the_host_takes_none_for_good_either() -> None:
     codec, sender = MavlinkCodec(system=255, component=190), MavlinkCodec(system=1, component=1)
     rng = random.Random(4)
-    frame = sender.encode(JuniorStatus(12.0, 3, 4, 5, 6, 7, 8, SESSION, 9, 1))
+    frame = sender.encode(RobotStatus(12.0, 3, 4, 5, 6, 7, 8, SESSION, 9, 1))
     rejected = 0
     for _ in range(FRAMES):
         for event in codec.receive(flipped(frame, rng), 0.0):

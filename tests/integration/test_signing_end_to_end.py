@@ -19,7 +19,7 @@ import hil
 from firmware_protocol.errors import AddressError, NoRobotError
 from firmware_protocol.link import open_link
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.messages import JuniorStatus, OpponentCode, SetupSigning
+from firmware_protocol.messages import OpponentCode, RobotStatus, SetupSigning
 from firmware_protocol.signing import Signing, SigningKey, setup_signing, virtual_time
 from hil.cli.app import run
 from hil.clock import MonotonicClock
@@ -274,7 +274,7 @@ def test_a_host_that_waits_by_udp_must_say_where() -> None:
 
 def test_counters_of_a_lock_step_robot() -> None:
     with connect(URL, signing_key=KEY) as junior:
-        status: JuniorStatus = junior.status()
+        status: RobotStatus = junior.status()
     assert (status.not_signed, status.bad_signature, status.replayed) == (0, 0, 0)
 
 

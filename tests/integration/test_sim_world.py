@@ -20,10 +20,7 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     OpponentCode,
     ParamSet,
@@ -31,6 +28,9 @@ from firmware_protocol.messages import (
     Reason,
     RefereeReset,
     RefereeState,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
     SensorFlag,
 )
 from firmware_protocol.wire import Message
@@ -67,8 +67,8 @@ class Host:
         return heard
 
     def arm(self) -> None:
-        self.run(0.02, JuniorSession(SESSION, 0, 1, 1, 1, 0))
-        self.run(0.02, CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
+        self.run(0.02, RobotSession(SESSION, 0, 7, 1, 1, 2, 0))
+        self.run(0.02, CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0))
 
     def wheels(self, left: float, right: float, duration: float) -> JuniorWheels:
         self.sequence += 1
@@ -144,18 +144,18 @@ def test_the_referee_resets_once_for_each_number() -> None:
     host = Host(junior_world())
     request = host.reset(42, OpponentCode.POINT_LIGHT)
     heard = host.run(0.1, request)
-    assert only(JuniorAck, heard) == [JuniorAck(RefereeReset.ID, SESSION, 1, AckResult.ACCEPTED, Reason.NONE)]
+    assert only(RobotAck, heard) == [RobotAck(RefereeReset.ID, SESSION, 1, 255, 190, AckResult.ACCEPTED, Reason.NONE)]
     state = only(RefereeState, heard)[-1]
     assert (state.bout, state.phase, state.opponent_code) == (1, Phase.RUNNING, OpponentCode.POINT_LIGHT)
     heard = host.run(0.1, request)
-    assert only(JuniorAck, heard) == [JuniorAck(RefereeReset.ID, SESSION, 1, AckResult.ACCEPTED, Reason.NONE)]
+    assert only(RobotAck, heard) == [RobotAck(RefereeReset.ID, SESSION, 1, 255, 190, AckResult.ACCEPTED, Reason.NONE)]
     assert only(RefereeState, heard)[-1].bout == 1
     assert only(RefereeState, host.run(0.1, host.reset(43)))[-1].bout == 2
     heard = host.run(0.1, request)
-    assert only(JuniorAck, heard) == [JuniorAck(RefereeReset.ID, SESSION, 1, AckResult.REFUSED, Reason.OLD_SEQUENCE)]
+    assert only(RobotAck, heard) == [RobotAck(RefereeReset.ID, SESSION, 1, 255, 190, AckResult.REFUSED, Reason.OLD_SEQUENCE)]
     # A restarted host counts anew in another session.
     restarted = RefereeReset(42, SESSION + 1, 1, 1, 25, 0)
-    assert only(JuniorAck, host.run(0.1, restarted))[0].result == AckResult.ACCEPTED
+    assert only(RobotAck, host.run(0.1, restarted))[0].result == AckResult.ACCEPTED
     assert only(RefereeState, host.run(0.1))[-1].opponent == pytest.approx(state.opponent, abs=2e-4)
 
 
@@ -234,7 +234,7 @@ def test_the_referee_follows_the_robots_system_id() -> None:
     host.run(0.1, CommandLong(1, 1, Command.PREFLIGHT_REBOOT, param1=1.0))
     heard = host.run(1.0)
     assert {(event.system, event.component) for event in heard[-20:]} == {(5, 1), (5, 25)}
-    assert only(JuniorAck, host.run(0.1, RefereeReset(1, 1, 1, 5, 25, 0)))[0].result == AckResult.ACCEPTED
+    assert only(RobotAck, host.run(0.1, RefereeReset(1, 1, 1, 5, 25, 0)))[0].result == AckResult.ACCEPTED
 
 
 def test_a_reboot_keeps_the_eeprom_and_restarts_the_clock() -> None:
@@ -248,11 +248,11 @@ def test_a_reboot_keeps_the_eeprom_and_restarts_the_clock() -> None:
     host.run(0.1)
     assert world.device.uptime < 0.2
     assert world.device.wheels == (0.0, 0.0)
-    status = only(JuniorStatus, host.run(1.2))[-1]
+    status = only(RobotStatus, host.run(1.2))[-1]
     assert status.boot_count == 2
     # The image of the EEPROM makes the same robot in another run.
     again = junior_world(nvm=world.device.nvm)
-    assert only(JuniorStatus, Host(again).run(1.2))[-1].boot_count == 3
+    assert only(RobotStatus, Host(again).run(1.2))[-1].boot_count == 3
     with pytest.raises(ValueError, match="1024"):
         junior_world(nvm=b"short")
 
@@ -319,7 +319,7 @@ def test_foreign_bytes_do_no_harm() -> None:
         world.step(chunk)
     assert world.device.wheels == (0.0, 0.0)
     host.run(0.5)
-    assert only(JuniorAck, host.run(0.1, host.reset(1)))
+    assert only(RobotAck, host.run(0.1, host.reset(1)))
 
 
 def test_the_profile_is_plain_data() -> None:

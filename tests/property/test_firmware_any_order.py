@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_bench import HOST, TICK, FirmwareBench
+from firmware_bench import HOST, HOST_NUMBER, TICK, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,11 +12,11 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     ContestCommand,
-    JuniorAck,
     JuniorManeuver,
     JuniorManeuverResult,
-    JuniorSession,
-    JuniorStatus,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import Action, Outcome
@@ -48,16 +48,16 @@ class Story:
         self.tell(self.opening())
         self.tell(self.bench.write_message((Action.FF,), current=0))
 
-    def opening(self) -> JuniorSession:
+    def opening(self) -> RobotSession:
         self.bench.session += 1
         self.bench.sequence = 0
-        return JuniorSession(self.bench.session, 0, target_system=1, target_component=1, major=1, minor=0)
+        return RobotSession(self.bench.session, 0, HOST_NUMBER, target_system=1, target_component=1, major=2, minor=0)
 
     def tell(self, *messages: Message) -> None:
         before = self.bench.state()
         self.silent = 0 if messages else self.silent + TICK
         for answer in self.bench.tick(*messages):
-            if isinstance(answer, JuniorAck) and answer.message == JuniorManeuver.ID and not answer.reason:
+            if isinstance(answer, RobotAck) and answer.message == JuniorManeuver.ID and not answer.reason:
                 self.accepted.add((answer.session, answer.sequence))
         after = self.bench.state()
         if after not in MOVING:
@@ -104,8 +104,8 @@ def test_nothing_twice_and_nothing_unasked(operations: list[tuple[str, int]]) ->
         story.do(operation, choice)
         contests |= story.bench.state() in {State.COUNTDOWN, State.CONTEST}
     story.tell(standard(Command.ARM_DISARM, 0.0))
-    story.tell(standard(Command.REQUEST_MESSAGE, JuniorStatus.ID))
-    begun = story.bench.latest(JuniorStatus).maneuvers
+    story.tell(standard(Command.REQUEST_MESSAGE, RobotStatus.ID))
+    begun = story.bench.latest(RobotStatus).maneuvers
     if not contests:
         assert begun == len(story.accepted)
     results = {(r.session, r.sequence): Outcome(r.outcome) for r in story.bench.got(JuniorManeuverResult)}

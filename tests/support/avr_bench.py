@@ -10,7 +10,7 @@ from firmware_bench import HOST, SESSION, TICK, FirmwareBench
 
 from firmware_protocol.events import Received
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import CommandAck, CommandLong, CommandResult, JuniorAck, Reason
+from firmware_protocol.messages import Reason, RobotAck
 from simdevice.avr_board import AvrBoard
 from simdevice.avr_build import missing
 
@@ -105,17 +105,11 @@ class AvrBench(FirmwareBench):
         self.sent += answers
         return answers
 
-    def answers(self, message: Message) -> list[Message]:
+    def answers_to(self, message: Message) -> list[Message]:
         """What comes while a message goes there and an answer back."""
         return self.tick(message) + [answer for _ in range(ROUND_TRIP) for answer in self.tick(HOST)]
 
-    def command(self, command: int, param1: float = 0.0, param2: float = 0.0, *, system: int = 1) -> CommandResult | None:
-        """Send a standard command; returns the answer, None where there is none."""
-        message = CommandLong(target_system=system, target_component=1, command=command, param1=param1, param2=param2)
-        acks = [answer for answer in self.answers(message) if isinstance(answer, CommandAck)]
-        return CommandResult(acks[0].result) if acks else None
-
     def ask(self, message: Message) -> Reason | None:
         """Send a numbered message; returns the reason in the answer (NONE: accepted), None where there is no answer."""
-        acks = [answer for answer in self.answers(message) if isinstance(answer, JuniorAck)]
+        acks = [answer for answer in self.answers_to(message) if isinstance(answer, RobotAck)]
         return Reason(acks[0].reason) if acks else None

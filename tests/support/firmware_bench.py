@@ -19,16 +19,17 @@ from firmware_protocol.messages import (
     CommandResult,
     ContestCommand,
     Heartbeat,
-    JuniorAck,
     JuniorContest,
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryRead,
     JuniorMemoryWrite,
-    JuniorSession,
     JuniorWheels,
     ManeuverOption,
     Reason,
+    RobotAck,
+    RobotAlive,
+    RobotSession,
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
@@ -43,7 +44,10 @@ M = TypeVar("M", bound="Message")
 
 TICK = 5
 """Control period in ms."""
-HOST = Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
+HOST_NUMBER = 1234
+HOST = RobotAlive(HOST_NUMBER)
+"""What keeps a robot moving that the bench has armed."""
+HEARTBEAT = Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 BLANK = b"\xff" * 1024
 SESSION = 4711
 
@@ -83,7 +87,7 @@ class FirmwareBench:
         streamed: Its streams: heartbeats, sensors, status.
     """
 
-    STREAMS = ("Heartbeat", "SysStatus", "JuniorSensors", "JuniorStatus")
+    STREAMS = ("Heartbeat", "SysStatus", "JuniorSensors", "RobotStatus")
 
     def __init__(self, nvm: bytes = BLANK, *, ground: bool = True, encoders: bool = True, start: bool = False) -> None:
         robot: Any = ffi.new("host_robot *")
@@ -104,6 +108,7 @@ class FirmwareBench:
         self.now = 0
         self.sequence = 0
         self.session = SESSION
+        self.opened = False
         self.sent: list[Message] = []
         self.streamed: list[Message] = []
         self._codec = MavlinkCodec(system=255, component=190)
@@ -162,18 +167,26 @@ class FirmwareBench:
         """The last one of a kind."""
         return self.got(kind)[-1]
 
+    def answers_to(self, message: Message) -> list[Message]:
+        """What comes back when a message is sent."""
+        return self.tick(message)
+
     # --- what a host says -------------------------------------------------------------------------------------------
 
-    def command(self, command: int, param1: float = 0.0, param2: float = 0.0, *, system: int = 1) -> CommandResult | None:
+    def command(
+        self, command: int, param1: float = 0.0, param2: float = 0.0, param3: float = 0.0, *, system: int = 1
+    ) -> CommandResult | None:
         """Send a standard command; returns the answer, None where there is none."""
-        message = CommandLong(target_system=system, target_component=1, command=command, param1=param1, param2=param2)
-        acks = [answer for answer in self.tick(message) if isinstance(answer, CommandAck)]
+        message = CommandLong(
+            target_system=system, target_component=1, command=command, param1=param1, param2=param2, param3=param3
+        )
+        acks = [answer for answer in self.answers_to(message) if isinstance(answer, CommandAck)]
         assert all(ack.command == command for ack in acks)
         return CommandResult(acks[0].result) if acks else None
 
     def arm(self) -> None:
-        """Arm."""
-        assert self.command(Command.ARM_DISARM, 1.0) is CommandResult.ACCEPTED
+        """Arm, as the host whose session is open, where one is."""
+        assert self.command(Command.ARM_DISARM, 1.0, param3=HOST_NUMBER if self.opened else 0) is CommandResult.ACCEPTED
 
     def disarm(self) -> None:
         """Disarm."""
@@ -185,12 +198,15 @@ class FirmwareBench:
 
     def open(self, session: int = SESSION) -> None:
         """Open a session."""
-        message = JuniorSession(session=session, sequence=0, target_system=1, target_component=1, major=1, minor=0)
+        message = RobotSession(
+            session=session, sequence=0, host=HOST_NUMBER, target_system=1, target_component=1, major=2, minor=0
+        )
         assert self.ask(message) is Reason.NONE
+        self.opened = True
 
     def ask(self, message: Message) -> Reason | None:
         """Send a numbered message; returns the reason in the answer (NONE: accepted), None where there is no answer."""
-        acks = [answer for answer in self.tick(message) if isinstance(answer, JuniorAck)]
+        acks = [answer for answer in self.tick(message) if isinstance(answer, RobotAck)]
         if not acks:
             return None
         (ack,) = acks

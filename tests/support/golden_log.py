@@ -57,6 +57,8 @@ def write_small_log(path: Path) -> None:
             travel=(0.005, None, *((0.0,) * 6)),
             edges_left=nothing,
             edges_right=nothing,
+            target_system=255,
+            target_component=190,
             outcome=2,
             reason=0,
             done=1,

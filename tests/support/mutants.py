@@ -308,8 +308,8 @@ MUTANTS: Final = (
         "wheels-stand-when-stopped",
         "stays in motion when it says that it is stopped",
         "states.c",
-        "    if (cell != JUNIOR_STATE_DRIVING && cell != JUNIOR_STATE_PERFORMING && cell != JUNIOR_STATE_CONTEST) {",
-        "    if (cell == JUNIOR_STATE_DISARMED || cell == JUNIOR_STATE_READY) {",
+        "    if (cell != ROBOT_STATE_DRIVING && cell != ROBOT_STATE_PERFORMING && cell != ROBOT_STATE_CONTEST) {",
+        "    if (cell == ROBOT_STATE_DISARMED || cell == ROBOT_STATE_READY) {",
     ),
     Mutant(
         "actions-turn-wheels",

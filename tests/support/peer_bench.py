@@ -13,9 +13,9 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     Heartbeat,
-    JuniorAck,
-    JuniorSession,
-    JuniorStatus,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
 )
 from firmware_protocol.peer import Peer
 
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
 
 M = TypeVar("M", bound="Message")
+
+HOST_NUMBER = 4321
+"""Number of the host that the peer belongs to."""
 
 
 class Bench:
@@ -41,7 +44,7 @@ class Bench:
     def __init__(self, *, open_session: bool = True) -> None:
         self.clock = ManualClock(10.0)
         sessions = count(701)
-        self.peer = Peer(1, session=lambda: next(sessions), now=10.0, open_session=open_session)
+        self.peer = Peer(1, host=HOST_NUMBER, session=lambda: next(sessions), now=10.0, open_session=open_session)
         self.sent: list[Message] = []
         self.events: list[Event] = []
         self.shown: list[Message] = []
@@ -90,17 +93,17 @@ class Bench:
     def heartbeat(self, *, armed: bool = False) -> None:
         self.heard(Heartbeat(10, 0, 128 * armed, 1, 3))
 
-    def version(self, major: int = 1, minor: int = 0, uid: int = 0) -> None:
+    def version(self, major: int = 2, minor: int = 0, uid: int = 0) -> None:
         self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16, uid=uid))
 
-    def answer_to(self, message: type[Message], sequence: int, result: int = 0, reason: int = 0) -> JuniorAck:
-        session = self.last(JuniorSession).session if message is JuniorSession else self.peer.session
+    def answer_to(self, message: type[Message], sequence: int, result: int = 0, reason: int = 0) -> RobotAck:
+        session = self.last(RobotSession).session if message is RobotSession else self.peer.session
         assert session is not None
-        return JuniorAck(message.ID, session, sequence, result, reason)
+        return RobotAck(message.ID, session, sequence, 255, 190, result, reason)
 
     def ack(
         self,
-        message: type[Message] = JuniorSession,
+        message: type[Message] = RobotSession,
         sequence: int = 0,
         result: int = 0,
         reason: int = 0,
@@ -111,7 +114,7 @@ class Bench:
     def status(self, *, boots: int = 1, time: float | None = None, state: int = 1, sequence: int = 0) -> None:
         own = self.clock.now() if time is None else time
         self._session = self.peer.session or self._session
-        self.heard(JuniorStatus(own, 0, 0, 0, 0, 0, boots, self._session, sequence, state))
+        self.heard(RobotStatus(own, 0, 0, 0, 0, 0, boots, self._session, sequence, state))
 
     def command_ack(self, command: int, result: int = 0, component: int = 1) -> None:
         self.heard(CommandAck(command, result), component)

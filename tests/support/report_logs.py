@@ -13,7 +13,6 @@ from firmware_protocol.maneuver_fields import ManeuverReport
 from firmware_protocol.messages import (
     AckResult,
     BoutOutcome,
-    JuniorAck,
     JuniorManeuver,
     JuniorSensors,
     JuniorWheels,
@@ -22,6 +21,7 @@ from firmware_protocol.messages import (
     Phase,
     Reason,
     RefereeState,
+    RobotAck,
     SensorFlag,
 )
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
@@ -71,7 +71,7 @@ class Wire:
         self.sequence = self.sequence + 1 & 0xFFFF
         self.down(JuniorManeuver(7, self.sequence, 0.2, 5, 1, 1, 4, (1, 1, 3, 4, 0, 0, 0, 0)))
         self.now += round_trip
-        self.up(JuniorAck(message_id(JuniorManeuver), 7, self.sequence, AckResult.ACCEPTED, Reason.NONE))
+        self.up(RobotAck(message_id(JuniorManeuver), 7, self.sequence, 255, 190, AckResult.ACCEPTED, Reason.NONE))
 
 
 def message_id(kind: type[Message]) -> int:
@@ -221,7 +221,7 @@ def driving_log(path: Path, seconds: float = 20.0) -> None:
                     wire.now += 0.06
                     wire.down(wheels)
                 wire.now += 0.004 + 0.002 * rng.random()
-                wire.up(JuniorAck(JuniorWheels.ID, 7, wire.sequence, AckResult.ACCEPTED, Reason.NONE))
+                wire.up(RobotAck(JuniorWheels.ID, 7, wire.sequence, 255, 190, AckResult.ACCEPTED, Reason.NONE))
 
 
 class FullDisk:

@@ -15,15 +15,11 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorAck,
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryEntry,
     JuniorMemoryRead,
-    JuniorResultAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     ParamRequestList,
     ParamRequestRead,
     ParamSet,
@@ -32,6 +28,10 @@ from firmware_protocol.messages import (
     Reason,
     RefereeReset,
     RefereeState,
+    RobotAck,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
     State,
     Timesync,
 )
@@ -58,6 +58,8 @@ def result(session: int, sequence: int) -> JuniorManeuverResult:
         travel=(None,) * 8,
         edges_left=none,
         edges_right=none,
+        target_system=255,
+        target_component=190,
         outcome=0,
         reason=0,
         done=1,
@@ -89,7 +91,7 @@ class ScriptedRobot:
     """
 
     system: int = 1
-    version: tuple[int, int] = (1, 0)
+    version: tuple[int, int] = (2, 0)
     boots: int = 1
     uid: int = 0
     silent: bool = False
@@ -145,13 +147,13 @@ class ScriptedRobot:
         out, self._out = b"".join(self._out), []
         return out
 
-    def status(self) -> JuniorStatus:
+    def status(self) -> RobotStatus:
         """Its counters."""
         busy = self._time < self._busy_until
         sequence = self._recent[-1][2] if self._recent else 0
         state = State.PERFORMING if busy else State.READY if self.armed else State.DISARMED
         time = self._time - self._booted
-        return JuniorStatus(time, len(self.performed), 0, 0, 0, 0, self.boots, self._session or 0, sequence, int(state))
+        return RobotStatus(time, len(self.performed), 0, 0, 0, 0, self.boots, self._session or 0, sequence, int(state))
 
     def _say(self, message: Message, component: int = 1) -> None:
         if not self.silent and not self.mute(message):
@@ -178,11 +180,11 @@ class ScriptedRobot:
                     self.parameters[message.param_id] = message.param_value
                 names = list(self.parameters)
                 self._parameter(names.index(message.param_id) if message.param_id in names else -1, message.param_id)
-            case JuniorResultAck():
+            case RobotResultAck():
                 if self._result is not None and message.sequence == self._result.sequence:
                     self._result = None
             case RefereeReset():
-                self._say(JuniorAck(message.ID, message.session, message.sequence, AckResult.ACCEPTED, 0), 25)
+                self._say(RobotAck(message.ID, message.session, message.sequence, 255, 190, AckResult.ACCEPTED, 0), 25)
             case _ if message.NUMBERED:
                 self._numbered(message)
             case _:
@@ -198,7 +200,7 @@ class ScriptedRobot:
                     case AutopilotVersion.ID:
                         major, minor = self.version
                         reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid)
-                    case JuniorStatus.ID:
+                    case RobotStatus.ID:
                         reply = self.status()
                     case JuniorSensors.ID:
                         reply = sensors(self._time - self._booted)
@@ -228,7 +230,7 @@ class ScriptedRobot:
         number = (message.ID, message.session, message.sequence)  # type: ignore[attr-defined]
         _, session, sequence = number
         reason = self.refuse.get(type(message), Reason.NONE)
-        if isinstance(message, JuniorSession) and not reason:
+        if isinstance(message, RobotSession) and not reason:
             if self._session != session:
                 self._session, self.armed, self._result = session, False, None
                 self._recent.clear()
@@ -242,10 +244,10 @@ class ScriptedRobot:
         if not reason and number not in self._recent:
             self._recent = [*self._recent[-3:], number]
         if isinstance(message, JuniorMemoryRead) and not reason:
-            self._say(JuniorMemoryEntry(session, sequence, 0, 0.25, 1, 1, 0, 255, 0, 1, (1,) + (0,) * 7))
+            self._say(JuniorMemoryEntry(session, sequence, 0, 0.25, 1, 255, 190, 1, 0, 255, 0, 1, (1,) + (0,) * 7))
             return
         verdict = AckResult.REFUSED if reason else AckResult.ACCEPTED
-        self._say(JuniorAck(message.ID, session, sequence, int(verdict), int(reason)))
+        self._say(RobotAck(message.ID, session, sequence, 255, 190, int(verdict), int(reason)))
 
     def _perform(self, message: JuniorManeuver) -> None:
         self.performed.append((message.session, message.sequence))

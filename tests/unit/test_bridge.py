@@ -22,19 +22,19 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     Heartbeat,
-    JuniorAck,
     JuniorManeuver,
     JuniorManeuverResult,
-    JuniorResultAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     ParamRequestList,
     ParamValue,
     Ping,
     RefereeReset,
     RefereeState,
+    RobotAck,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
 )
 from firmware_protocol.peer import KEEP_ALIVE
 from firmware_protocol.vocabulary import Action, Maneuver
@@ -163,9 +163,9 @@ def test_nothing_is_sent_but_a_heartbeat_a_second_while_nobody_answers() -> None
     "kind",
     [
         CommandLong,
-        JuniorSession,
+        RobotSession,
         JuniorManeuver,
-        JuniorResultAck,
+        RobotResultAck,
         ParamRequestList,
         RefereeReset,
         JuniorWheels,
@@ -179,7 +179,7 @@ def test_any_message_down_may_be_lost_once(kind: type[Message]) -> None:
 
 @pytest.mark.parametrize(
     "kind",
-    [CommandAck, JuniorAck, JuniorManeuverResult, ParamValue, JuniorStatus, Heartbeat, JuniorSensors, RefereeState, Ping],
+    [CommandAck, RobotAck, JuniorManeuverResult, ParamValue, RobotStatus, Heartbeat, JuniorSensors, RefereeState, Ping],
 )
 def test_any_message_up_may_be_lost_once(kind: type[Message]) -> None:
     _everything_works(ScriptedRobot(mute=once(kind)))
@@ -318,7 +318,7 @@ def test_watching_stops_nobody() -> None:
     rig.robot.armed = True
     rig.connect().run(1.0)
     assert rig.robot.armed
-    assert JuniorSession not in {type(message) for message in rig.log.said}
+    assert RobotSession not in {type(message) for message in rig.log.said}
 
 
 class Pair:

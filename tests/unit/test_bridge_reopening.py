@@ -11,7 +11,7 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.messages import Heartbeat, JuniorSession, Ping
+from firmware_protocol.messages import Heartbeat, Ping, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge import Bridge
 
@@ -258,7 +258,7 @@ def test_another_robot_is_left_alone_and_the_right_one_waited_for() -> None:
     rig.cable.swap(wrong)
     rig.run(3.0)
     assert wrong.armed
-    assert not any(isinstance(message, JuniorSession) for message in wrong.heard)
+    assert not any(isinstance(message, RobotSession) for message in wrong.heard)
     assert any(isinstance(message, Heartbeat) for message in wrong.heard)
     assert len(rig.cable.links) > 3
     assert all(link.closed for link in rig.cable.links[:-1])

@@ -13,7 +13,7 @@ from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import Heartbeat, JuniorSession, Ping
+from firmware_protocol.messages import Heartbeat, Ping, RobotSession
 from firmware_protocol.peer import KEEP_ALIVE
 from hil.bridge import Bridge
 from hil.junior import Junior
@@ -24,7 +24,7 @@ ALL = range(1, 6)
 def sessions(crowd: ScriptedCrowd) -> set[int]:
     """Who was asked to open a session."""
     return {
-        system for system, robot in crowd.robots.items() if any(isinstance(message, JuniorSession) for message in robot.heard)
+        system for system, robot in crowd.robots.items() if any(isinstance(message, RobotSession) for message in robot.heard)
     }
 
 

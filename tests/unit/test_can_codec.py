@@ -15,13 +15,13 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     Heartbeat,
-    JuniorAck,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     RefereeReset,
     RefereeState,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
     Statustext,
 )
 from firmware_protocol.wire import Message
@@ -29,7 +29,7 @@ from firmware_protocol.wire import Message
 BEAT = Heartbeat(type=10, autopilot=0, base_mode=0, custom_mode=2, system_status=3)
 SENSORS = JuniorSensors(time=12.345, travel=(0.5, -0.25), eye=(1, 2), floor=(3, 4), battery=7.4, flags=771)
 TEXT = Statustext(severity=4, text="all fine")
-STATUS = JuniorStatus(0.0, 0, 0, 0, 0, 0, 1, 0, 0, 0)
+STATUS = RobotStatus(0.0, 0, 0, 0, 0, 0, 1, 0, 0, 0)
 
 
 def robot(node: int = 5) -> CanCodec:
@@ -51,7 +51,7 @@ def reasons(events: list[Received | Rejected]) -> list[RejectReason]:
 def test_wheels_are_one_frame_and_get_the_session_that_is_open() -> None:
     sender, receiver = host(), robot()
     wheels = JuniorWheels(4711, 12, (0.5, -0.35), 0.25, 5, 1)
-    session = JuniorSession(4711, 0, 5, 1, 1, 0)
+    session = RobotSession(4711, 0, 7, 5, 1, 2, 0)
     (frame,) = sender.encode_frames(wheels)
     assert str(frame) == "105#0C00F401A2FEFA00"
     (received,) = messages(receiver.receive_frames([frame], 0.0))
@@ -99,7 +99,7 @@ def test_a_robots_time_goes_on_beyond_the_32_bits_of_its_digest() -> None:
         assert isinstance(message, JuniorSensors)
         times.append(message.time)
     assert times == pytest.approx([turn - 0.005, turn, turn + 3.0])
-    late = host()  # it came later: only JUNIOR_STATUS tells
+    late = host()  # it came later: only ROBOT_STATUS tells
     for when, shown in ((turn + 1, 1.0), (turn + 2, turn + 2)):
         sender_time = replace(SENSORS, time=when)
         (message,) = messages(late.receive_frames(sender.encode_frames(sender_time), 0.0))
@@ -174,7 +174,7 @@ def test_lost_transfers_show_in_the_sequence_of_the_messages() -> None:
     sender, codec = robot(), host()
     seen = []
     for number in range(40):
-        frames = sender.encode_frames(SENSORS if number % 2 else JuniorAck(47101, 1, number, 0, 0))
+        frames = sender.encode_frames(SENSORS if number % 2 else RobotAck(47101, 1, number, 255, 190, 0, 0))
         if number % 10 not in {4, 6}:  # two transfers of every five
             seen += [event.sequence for event in codec.receive_frames(frames, 0.0) if isinstance(event, Received)]
     assert seen[-1] == 39

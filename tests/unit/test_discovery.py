@@ -25,9 +25,9 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     Heartbeat,
-    JuniorSession,
     JuniorWheels,
     Ping,
+    RobotSession,
     State,
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
@@ -188,7 +188,7 @@ def driver(stop: float = 1e9) -> Callable[[float], Sequence[Message]]:
         tick = round(now / 0.005)
         match tick:
             case 2:
-                return [JuniorSession(77, 0, 1, ROBOT_COMPONENT, major=1, minor=0)]
+                return [RobotSession(77, 0, 7, 1, ROBOT_COMPONENT, major=2, minor=0)]
             case 4:
                 return [CommandLong(1, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0)]
             case _ if now < stop and tick > 4 and tick % 8 == 0:
@@ -242,7 +242,7 @@ def test_a_session_survives_a_look() -> None:
     answer = driven.world.step(
         MavlinkCodec(system=255, component=190).encode(CommandLong(1, 1, Command.REQUEST_MESSAGE, param1=47109))
     )
-    status = [message for _, message in messages(answer) if type(message).__name__ == "JuniorStatus"]
+    status = [message for _, message in messages(answer) if type(message).__name__ == "RobotStatus"]
     assert status
     assert status[-1].session == 77  # type: ignore[attr-defined]
 

@@ -13,7 +13,6 @@ from firmware_protocol.messages import (
     CommandResult,
     Heartbeat,
     JuniorSensors,
-    JuniorStatus,
     MissionCount,
     MissionRequestList,
     ParamRequestList,
@@ -21,6 +20,7 @@ from firmware_protocol.messages import (
     ParamSet,
     ParamValue,
     Ping,
+    RobotStatus,
     SensorFlag,
     State,
     Statustext,
@@ -41,8 +41,8 @@ def ask_value(bench: FirmwareBench, name: str) -> ParamValue:
 def test_streams_come_at_their_rates() -> None:
     bench = FirmwareBench()
     bench.run(10000)
-    counts = {kind: len(bench.got(kind)) for kind in (Heartbeat, SysStatus, JuniorStatus, JuniorSensors)}
-    assert counts == {Heartbeat: 11, SysStatus: 11, JuniorStatus: 11, JuniorSensors: 501}, "the first ones in the first tick"
+    counts = {kind: len(bench.got(kind)) for kind in (Heartbeat, SysStatus, RobotStatus, JuniorSensors)}
+    assert counts == {Heartbeat: 11, SysStatus: 11, RobotStatus: 11, JuniorSensors: 501}, "the first ones in the first tick"
 
 
 def test_a_heartbeat_says_what_the_robot_is_and_does() -> None:
@@ -100,8 +100,8 @@ def test_without_encoders_travel_is_integrated_from_commands() -> None:
     assert not sensors.flags & SensorFlag.TRAVEL_FROM_ENCODERS
 
 
-@pytest.mark.parametrize("kind", [Heartbeat, SysStatus, JuniorStatus, JuniorSensors, AutopilotVersion])
-def test_a_message_on_request(kind: type[Heartbeat | SysStatus | JuniorStatus | JuniorSensors | AutopilotVersion]) -> None:
+@pytest.mark.parametrize("kind", [Heartbeat, SysStatus, RobotStatus, JuniorSensors, AutopilotVersion])
+def test_a_message_on_request(kind: type[Heartbeat | SysStatus | RobotStatus | JuniorSensors | AutopilotVersion]) -> None:
     bench = FirmwareBench()
     bench.run(10)
     bench.clear()
@@ -175,7 +175,7 @@ def test_reboot_is_answered_before_it_happens() -> None:
     bench.tick()
     assert bench.state() is State.DISARMED
     assert not bench.io.reboot
-    assert bench.latest(JuniorStatus).boot_count == 2
+    assert bench.latest(RobotStatus).boot_count == 2
 
 
 def test_ping_and_time() -> None:

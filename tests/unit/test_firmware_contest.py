@@ -9,10 +9,10 @@ from firmware_protocol.messages import (
     Command,
     ContestCommand,
     JuniorManeuverResult,
-    JuniorStatus,
     ManeuverOption,
     ParamSet,
     Reason,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Stimulus
@@ -243,5 +243,5 @@ def test_maneuvers_of_a_contest_are_counted() -> None:
     bench = taught((ANY_STIMULUS, 0, Action.S))
     start(bench)
     bench.run(995, alive=False)
-    bench.command(Command.REQUEST_MESSAGE, JuniorStatus.ID)
-    assert bench.latest(JuniorStatus).maneuvers == 10
+    bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
+    assert bench.latest(RobotStatus).maneuvers == 10

@@ -14,10 +14,10 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     JuniorSensors,
-    JuniorStatus,
     ParamRequestRead,
     ParamValue,
     Ping,
+    RobotStatus,
 )
 from firmware_protocol.wire import Direction
 
@@ -39,9 +39,9 @@ def answered(bench: FirmwareBench) -> list[int]:
 
 def counters(bench: FirmwareBench) -> tuple[int, int, int, int]:
     """Good, bad checksum, unknown, lost; before the request that asks for them, which is a frame of another system."""
-    request = CommandLong(target_system=1, target_component=1, command=int(Command.REQUEST_MESSAGE), param1=JuniorStatus.ID)
+    request = CommandLong(target_system=1, target_component=1, command=int(Command.REQUEST_MESSAGE), param1=RobotStatus.ID)
     bench.tick(raw=MavlinkCodec(system=77, component=1).encode(request))
-    status = bench.latest(JuniorStatus)
+    status = bench.latest(RobotStatus)
     return status.good - 1, status.bad_checksum, status.unknown, status.lost
 
 

@@ -7,11 +7,11 @@ from firmware_bench import HOST, SESSION, TICK, FirmwareBench, forge
 
 from firmware_protocol.messages import (
     JuniorManeuverResult,
-    JuniorResultAck,
-    JuniorStatus,
     ManeuverOption,
     ParamSet,
     Reason,
+    RobotResultAck,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Speed, Stimulus
@@ -133,10 +133,10 @@ def test_a_result_is_repeated_every_100_ms_until_it_is_acknowledged() -> None:
     assert len(bench.got(JuniorManeuverResult)) == 1
     bench.run(300)
     assert len(bench.got(JuniorManeuverResult)) == 4
-    bench.tick(JuniorResultAck(SESSION, bench.sequence + 1, 1, 1))
+    bench.tick(RobotResultAck(SESSION, bench.sequence + 1, 1, 1))
     bench.run(100)
     assert len(bench.got(JuniorManeuverResult)) == 5, "that was for another one"
-    bench.tick(JuniorResultAck(SESSION, bench.sequence, 1, 1))
+    bench.tick(RobotResultAck(SESSION, bench.sequence, 1, 1))
     bench.run(500)
     assert len(bench.got(JuniorManeuverResult)) == 5
 
@@ -263,7 +263,7 @@ def test_what_cannot_be_performed_is_refused_and_does_not_move(changes: dict[str
     assert bench.wheels == (0, 0)
     assert bench.state() is State.READY
     bench.run(1000)
-    assert bench.latest(JuniorStatus).maneuvers == 0
+    assert bench.latest(RobotStatus).maneuvers == 0
 
 
 def holding(options: int = 0, **parameters: float) -> FirmwareBench:
@@ -370,4 +370,4 @@ def test_maneuvers_are_counted() -> None:
     for _ in range(3):
         bench.perform((Action.S,), 0.05)
         bench.run(1000)
-    assert bench.latest(JuniorStatus).maneuvers == 3
+    assert bench.latest(RobotStatus).maneuvers == 3

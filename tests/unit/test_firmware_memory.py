@@ -13,14 +13,14 @@ from firmware_protocol.firmware._host import lib
 from firmware_protocol.messages import (
     Command,
     ContestCommand,
-    JuniorAck,
     JuniorMemoryEntry,
-    JuniorStatus,
     ManeuverOption,
     ParamRequestRead,
     ParamSet,
     ParamValue,
     Reason,
+    RobotAck,
+    RobotStatus,
     Statustext,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
@@ -123,7 +123,7 @@ def test_entries_come_sorted_and_the_checksum_depends_on_what_is_stored_alone() 
 def test_what_cannot_be_performed_is_not_stored(changes: dict[str, object]) -> None:
     bench = connected()
     bench.tick(raw=forge(bench.write_message(ONE, 1), **changes))
-    assert bench.latest(JuniorAck).reason == Reason.BAD_VALUE
+    assert bench.latest(RobotAck).reason == Reason.BAD_VALUE
     assert contents(bench) == {}
 
 
@@ -282,8 +282,8 @@ def test_an_eeprom_of_anything_is_survived() -> None:
 
 
 def boots(bench: FirmwareBench) -> int:
-    bench.command(Command.REQUEST_MESSAGE, JuniorStatus.ID)
-    return bench.latest(JuniorStatus).boot_count
+    bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
+    return bench.latest(RobotStatus).boot_count
 
 
 def test_boots_are_counted_and_a_power_cut_does_not_lose_the_count() -> None:

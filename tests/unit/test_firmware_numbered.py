@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from firmware_bench import HOST, SESSION, FirmwareBench, forge
+from firmware_bench import HOST, HOST_NUMBER, SESSION, FirmwareBench, forge
 
 from firmware_protocol.messages import (
     Command,
     ContestCommand,
-    JuniorAck,
     JuniorManeuverResult,
     JuniorMemoryEntry,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     ManeuverOption,
     Reason,
+    RobotAck,
+    RobotSession,
+    RobotStatus,
     State,
 )
 from firmware_protocol.vocabulary import Action, Outcome
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
 
 
-def session_message(session: int, major: int = 1, minor: int = 0) -> JuniorSession:
-    return JuniorSession(session, 0, target_system=1, target_component=1, major=major, minor=minor)
+def session_message(session: int, major: int = 2, minor: int = 0) -> RobotSession:
+    return RobotSession(session, 0, HOST_NUMBER, target_system=1, target_component=1, major=major, minor=minor)
 
 
 def maneuvers(bench: FirmwareBench) -> int:
-    bench.command(Command.REQUEST_MESSAGE, JuniorStatus.ID)
-    return bench.latest(JuniorStatus).maneuvers
+    bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
+    return bench.latest(RobotStatus).maneuvers
 
 
 def test_without_a_session_nothing_numbered_is_taken() -> None:
@@ -53,7 +53,7 @@ def test_a_new_session_stops_and_disarms_the_same_one_does_nothing() -> None:
     assert bench.wheels == (0, 0)
     bench.run(1000)
     assert not bench.got(JuniorManeuverResult), "the new host knows nothing of it"
-    assert bench.latest(JuniorStatus).session == 99
+    assert bench.latest(RobotStatus).session == 99
     bench.arm()
     assert bench.ask(bench.maneuver_message((Action.FF,))) is Reason.WRONG_SESSION
     assert bench.state() is State.READY
@@ -114,7 +114,7 @@ def test_versions(major: int, minor: int, reason: Reason) -> None:
     bench = FirmwareBench()
     assert bench.ask(session_message(5, major, minor)) is reason
     bench.run(1000)
-    assert bench.latest(JuniorStatus).session == (5 if reason is Reason.NONE else 0)
+    assert bench.latest(RobotStatus).session == (5 if reason is Reason.NONE else 0)
 
 
 def test_a_repeated_maneuver_is_answered_and_not_performed() -> None:
@@ -200,7 +200,7 @@ def test_the_same_number_in_a_new_session_is_new() -> None:
 def test_wheels_out_of_range_are_refused(changes: dict[str, object]) -> None:
     bench = FirmwareBench().armed()
     bench.tick(raw=forge(bench.wheels_message(0.1, 0.1, 1.0), **changes))
-    assert bench.latest(JuniorAck).reason == Reason.BAD_VALUE
+    assert bench.latest(RobotAck).reason == Reason.BAD_VALUE
     assert bench.wheels == (0, 0)
 
 
@@ -209,7 +209,7 @@ def test_contests_that_cannot_be_are_refused(changes: dict[str, object]) -> None
     bench = FirmwareBench().armed()
     bench.ask(bench.write_message((Action.FF,), 0))
     bench.tick(raw=forge(bench.contest_message(ContestCommand.START), **changes))
-    assert bench.latest(JuniorAck).reason == Reason.BAD_VALUE
+    assert bench.latest(RobotAck).reason == Reason.BAD_VALUE
     assert bench.state() is State.READY
 
 
@@ -262,4 +262,4 @@ def test_status_tells_the_last_number() -> None:
     bench = FirmwareBench().armed()
     bench.ask(JuniorWheels(SESSION, 700, speed=(0.0, 0.0), duration=0.0, target_system=1, target_component=1))
     bench.run(1000)
-    assert (bench.latest(JuniorStatus).session, bench.latest(JuniorStatus).sequence) == (SESSION, 700)
+    assert (bench.latest(RobotStatus).session, bench.latest(RobotStatus).sequence) == (SESSION, 700)

@@ -13,8 +13,8 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     Heartbeat,
-    JuniorStatus,
     Ping,
+    RobotStatus,
     State,
 )
 from firmware_protocol.signing import OLDEST, SigningKey, setup_signing
@@ -40,7 +40,7 @@ class SignedBench(FirmwareBench):
     def refused(self) -> tuple[int, int, int]:
         """Not signed, wrongly signed, replayed; as the robot says by itself once a second."""
         self.run(1100, alive=False)
-        status = self.latest(JuniorStatus)
+        status = self.latest(RobotStatus)
         return status.not_signed, status.bad_signature, status.replayed
 
     def answers(self, raw: bytes) -> list[int]:
@@ -132,7 +132,7 @@ def test_refused_frames_change_no_count_of_lost_ones() -> None:
         bench.tick(Ping(1, number))
         bench.tick(raw=codec.encode(Ping(1, 0)) + codec.encode(Ping(1, 0)) + codec.encode(Ping(1, 0)))
     bench.refused()
-    assert bench.latest(JuniorStatus).lost == 0
+    assert bench.latest(RobotStatus).lost == 0
 
 
 @pytest.mark.parametrize("codec", ["unsigned", "other key", "replayed"])

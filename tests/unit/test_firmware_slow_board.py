@@ -13,7 +13,6 @@ from firmware_protocol.messages import (
     Command,
     CommandResult,
     Heartbeat,
-    JuniorAck,
     JuniorManeuverResult,
     JuniorMemoryEntry,
     JuniorSensors,
@@ -22,6 +21,7 @@ from firmware_protocol.messages import (
     ParamValue,
     Ping,
     Reason,
+    RobotAck,
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import Action
@@ -64,12 +64,12 @@ def test_a_maneuver_is_stored_byte_by_byte_while_the_robot_goes_on(bench: Firmwa
     message = bench.write_message((Action.FF, Action.SB), current=1)
     assert bench.ask(message) is None, "not yet"
     ticks = 1
-    while bench.latest(JuniorAck).sequence != message.sequence:
+    while bench.latest(RobotAck).sequence != message.sequence:
         assert bench.tick(*([message] if ticks % 5 == 0 else [HOST])) is not None
         assert bench.wheels == (1000, 1000)
         ticks += 1
     assert 10 <= ticks <= 20
-    assert [ack.reason for ack in bench.got(JuniorAck) if ack.sequence == message.sequence] == [Reason.NONE]
+    assert [ack.reason for ack in bench.got(RobotAck) if ack.sequence == message.sequence] == [Reason.NONE]
     bench.tick(bench.read_message(0))
     assert bench.latest(JuniorMemoryEntry).actions[:2] == (Action.FF, Action.SB)
 
@@ -81,7 +81,7 @@ def test_a_write_that_finds_the_memory_busy_is_done_when_it_is_repeated(bench: F
     for _ in range(4):
         bench.tick(message)
         bench.run(60)
-    assert {ack.reason for ack in bench.got(JuniorAck) if ack.sequence == message.sequence} == {Reason.NONE}
+    assert {ack.reason for ack in bench.got(RobotAck) if ack.sequence == message.sequence} == {Reason.NONE}
     bench.power_on()
     bench.open()
     bench.tick(bench.read_message(0))
@@ -100,10 +100,10 @@ def test_what_was_being_stored_for_one_host_is_not_answered_to_the_next(bench: F
     other = replace(bench.write_message((Action.SF,), current=2), sequence=taken.sequence)
     assert bench.ask(other) is None, "the memory is busy"
     bench.run(300)
-    assert not bench.got(JuniorAck), "what the new host asked for has not been stored"
+    assert not bench.got(RobotAck), "what the new host asked for has not been stored"
     bench.tick(other)
     bench.run(300)
-    assert bench.latest(JuniorAck).reason == Reason.NONE
+    assert bench.latest(RobotAck).reason == Reason.NONE
     bench.tick(bench.read_message(255, current=2))
     assert bench.latest(JuniorMemoryEntry).actions[0] == Action.SF
 

@@ -26,6 +26,8 @@ def result(*samples: int) -> JuniorManeuverResult:
         travel=(0.01, None, *(0.0,) * 6),
         edges_left=(0, 1, *NOTHING[2:]),
         edges_right=NOTHING,
+        target_system=255,
+        target_component=190,
         outcome=0,
         reason=0,
         done=1,

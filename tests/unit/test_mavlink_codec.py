@@ -153,7 +153,23 @@ def test_numpy_numbers_are_numbers() -> None:
 
 def test_not_available_is_none() -> None:
     result = JuniorManeuverResult(
-        1, 2, (50,) * 8, (0,) * 8, (0,) * 8, (0.0,) * 8, (0.0,) * 8, (None, 0.012) * 4, (0,) * 8, (0,) * 8, 0, 0, 8, 0, 0
+        1,
+        2,
+        (50,) * 8,
+        (0,) * 8,
+        (0,) * 8,
+        (0.0,) * 8,
+        (0.0,) * 8,
+        (None, 0.012) * 4,
+        (0,) * 8,
+        (0,) * 8,
+        255,
+        190,
+        0,
+        0,
+        8,
+        0,
+        0,
     )
     assert messages_of(codec().receive(frame_of(result), 0.0)) == [result]
 
@@ -252,7 +268,7 @@ def test_a_foreign_frame_with_good_framing_is_one_unknown_message_even_in_single
 def test_a_longer_length_swallows_nothing() -> None:
     """The length claims the frames behind as well: they are found when the claim has proved false."""
     damaged = bytearray(
-        frame_of(JuniorManeuverResult(*(1, 2), *((1,) * 8,) * 3, *((0.1,) * 8,) * 3, *((1,) * 8,) * 2, 0, 0, 8, 3, 3))
+        frame_of(JuniorManeuverResult(*(1, 2), *((1,) * 8,) * 3, *((0.1,) * 8,) * 3, *((1,) * 8,) * 2, 255, 190, 0, 0, 8, 3, 3))
     )
     damaged = damaged[:40]
     frames = [frame_of(SENSORS), frame_of(WHEELS), frame_of(MANEUVER), frame_of(SENSORS), frame_of(WHEELS)]

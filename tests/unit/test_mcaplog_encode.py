@@ -11,7 +11,7 @@ from google.protobuf import descriptor_pb2
 from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
-from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, JuniorStatus
+from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, RobotStatus
 from firmware_protocol.wire import Message, Wire, wire_fields
 from hil.mcaplog.encode import (
     compile_encoder,
@@ -78,13 +78,13 @@ def test_what_is_not_available_is_nan_in_the_log_and_none_in_python() -> None:
 
 
 def test_enumerations_have_their_names_in_the_log() -> None:
-    schema = message_schema(JuniorStatus)
-    parsed = parse(schema, compile_encoder(schema)(sample(JuniorStatus, 1)))
+    schema = message_schema(RobotStatus)
+    parsed = parse(schema, compile_encoder(schema)(sample(RobotStatus, 1)))
     assert parsed.DESCRIPTOR.fields_by_name["state"].enum_type.values_by_number[parsed.state].name == "STOPPED"
 
 
 def test_units_are_in_the_descriptor() -> None:
-    files = descriptor_pb2.FileDescriptorSet.FromString(message_schema(JuniorStatus).data)
+    files = descriptor_pb2.FileDescriptorSet.FromString(message_schema(RobotStatus).data)
     comments = [location.leading_comments.strip() for location in files.file[0].source_code_info.location]
     assert "s; Time since boot" in comments
 

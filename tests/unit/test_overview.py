@@ -10,7 +10,7 @@ from scripted_crowd import ScriptedCrowd
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.messages import JuniorSession, Reason
+from firmware_protocol.messages import Reason, RobotSession
 from hil.bridge import Bridge
 from hil.cli.overview import Overview
 from hil.networks import Networks
@@ -46,7 +46,7 @@ def overview(crowd: ScriptedCrowd) -> Overview:
 
 
 def taken(crowd: ScriptedCrowd) -> set[int]:
-    return {system for system, robot in crowd.robots.items() if any(isinstance(m, JuniorSession) for m in robot.heard)}
+    return {system for system, robot in crowd.robots.items() if any(isinstance(m, RobotSession) for m in robot.heard)}
 
 
 def test_every_robot_has_a_line(overview: Overview, crowd: ScriptedCrowd) -> None:
@@ -75,7 +75,7 @@ def test_keys_act_on_the_chosen_one_and_the_first_that_moves_it_takes_it(overvie
 
 
 def test_what_is_refused_is_shown(overview: Overview, crowd: ScriptedCrowd) -> None:
-    crowd.robots[1].refuse[JuniorSession] = Reason.BAD_VALUE
+    crowd.robots[1].refuse[RobotSession] = Reason.BAD_VALUE
     overview.press("a")
     assert "refused" in overview.refusal
     console = Console(width=160)

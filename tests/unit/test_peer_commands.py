@@ -21,9 +21,7 @@ from firmware_protocol.messages import (
     JuniorMemoryEntry,
     JuniorMemoryRead,
     JuniorMemoryWrite,
-    JuniorResultAck,
     JuniorSensors,
-    JuniorStatus,
     JuniorWheels,
     OpponentCode,
     ParamRequestList,
@@ -33,6 +31,8 @@ from firmware_protocol.messages import (
     Ping,
     Reason,
     RefereeReset,
+    RobotResultAck,
+    RobotStatus,
     State,
 )
 from firmware_protocol.quality import ClockComparison, Counters
@@ -214,7 +214,7 @@ def test_a_refusal_is_told_in_words(bench: Bench, reason: int) -> None:
     bench.ack(JuniorWheels, 1, 1, reason)
     if reason == Reason.WRONG_SESSION:  # it may have restarted: that is looked at first
         assert not ticket.done
-        assert bench.requests() == [JuniorStatus.ID]
+        assert bench.requests() == [RobotStatus.ID]
         bench.status()
         bench.command_ack(Command.REQUEST_MESSAGE)
         bench.wait(0.1)
@@ -252,7 +252,7 @@ def test_the_memory_is_read_by_an_entry_or_a_refusal(bench: Bench) -> None:
     bench.wait(0.005)
     bench.ack(JuniorMemoryRead, 1)
     assert not read.done
-    entry = JuniorMemoryEntry(701, 1, 0xBEEF, 0.25, 5, 1, 0, 255, 0, 1, (1,) + (0,) * 7)
+    entry = JuniorMemoryEntry(701, 1, 0xBEEF, 0.25, 5, 255, 190, 1, 0, 255, 0, 1, (1,) + (0,) * 7)
     bench.heard(entry)
     assert read.value() == entry
     missing = bench.peer.read_memory(previous=1, current=2)
@@ -294,7 +294,7 @@ def test_a_maneuver_is_over_when_its_result_comes(bench: Bench) -> None:
     bench.wait(0.2)
     bench.heard(result(701, 1))
     assert ticket.value().done == 1
-    assert bench.take(JuniorResultAck) == [JuniorResultAck(701, 1, 1, 1)]
+    assert bench.take(RobotResultAck) == [RobotResultAck(701, 1, 1, 1)]
 
 
 def test_a_result_counts_as_acknowledgement(bench: Bench) -> None:
@@ -313,13 +313,13 @@ def test_a_result_is_delivered_once_and_acknowledged_every_time(bench: Bench) ->
     for _ in range(3):
         bench.heard(result(701, 1))
         bench.wait(0.1)
-    assert len(bench.take(JuniorResultAck)) == 3
+    assert len(bench.take(RobotResultAck)) == 3
     assert [type(message) for message in bench.shown].count(JuniorManeuverResult) == 1
 
 
 def test_the_result_of_an_earlier_host_is_acknowledged_and_not_shown(bench: Bench) -> None:
     bench.heard(result(333, 9))
-    assert bench.take(JuniorResultAck) == [JuniorResultAck(333, 9, 1, 1)]
+    assert bench.take(RobotResultAck) == [RobotResultAck(333, 9, 1, 1)]
     assert not [m for m in bench.shown if isinstance(m, JuniorManeuverResult)]
 
 

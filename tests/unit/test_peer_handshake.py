@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
-from peer_bench import Bench, failed
+from peer_bench import HOST_NUMBER, Bench, failed
 
 from firmware_protocol.commands import HOLD
 from firmware_protocol.connection import TRANSITIONS, Input, PeerState
@@ -18,11 +18,11 @@ from firmware_protocol.messages import (
     CommandResult,
     Heartbeat,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     Ping,
     Reason,
     RefereeState,
+    RobotSession,
+    RobotStatus,
     Timesync,
 )
 from firmware_protocol.peer import KEEP_ALIVE, SILENCE
@@ -58,9 +58,9 @@ def test_heartbeat_version_session_ready(bench: Bench) -> None:
     assert bench.requests() == [AutopilotVersion.ID]
     bench.version()
     assert bench.state() is PeerState.OPENING
-    assert bench.take(JuniorSession) == [JuniorSession(701, 0, 1, 1, major=1, minor=0)]
+    assert bench.take(RobotSession) == [RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0)]
     bench.peer.due(bench.clock.now())
-    bench.sent.append(JuniorSession(701, 0, 1, 1, major=1, minor=0))
+    bench.sent.append(RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0))
     bench.ack()
     assert bench.peer.ready
     assert bench.peer.session == 701
@@ -71,7 +71,7 @@ def test_the_count_of_starts_is_asked_for_at_once(bench: Bench) -> None:
     bench.heartbeat()
     bench.version()
     bench.ack()
-    assert JuniorStatus.ID in bench.requests()
+    assert RobotStatus.ID in bench.requests()
 
 
 def test_a_newer_minor_version_works(bench: Bench) -> None:
@@ -89,7 +89,7 @@ def test_another_version_is_refused_with_a_clear_message(bench: Bench, major: in
     assert bench.state() is PeerState.REFUSED
     assert isinstance(bench.peer.failure, VersionError)
     assert said in str(bench.peer.failure)
-    assert bench.take(JuniorSession) == []
+    assert bench.take(RobotSession) == []
     bench.heartbeat()
     assert bench.state() is PeerState.REFUSED
     assert said in failed(bench.peer.drive(0, 0, 0.1))
@@ -163,7 +163,7 @@ def test_watching_opens_no_session() -> None:
     bench.version()
     assert bench.peer.ready
     assert bench.events == [PeerFound(1, 10.0)]
-    assert bench.take(JuniorSession) == []
+    assert bench.take(RobotSession) == []
     assert "only being watched" in failed(bench.peer.perform(Maneuver((Action.F,))))
     assert not bench.peer.read_parameter("SPD_FAST").done
 
@@ -185,7 +185,7 @@ def test_a_robot_is_back_if_it_has_not_restarted(ready: Bench) -> None:
     ready.sent.clear()
     ready.heartbeat()
     assert ready.state() is PeerState.CHECKING
-    assert ready.requests() == [JuniorStatus.ID]
+    assert ready.requests() == [RobotStatus.ID]
     ready.status()
     assert ready.peer.ready
     assert ready.peer.session == 701

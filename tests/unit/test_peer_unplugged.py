@@ -14,11 +14,11 @@ from firmware_protocol.messages import (
     AutopilotVersion,
     CommandLong,
     Heartbeat,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     Ping,
     Reason,
+    RobotSession,
+    RobotStatus,
 )
 from firmware_protocol.peer import SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
@@ -87,10 +87,10 @@ def test_the_robot_is_recognised_compared_and_gets_a_new_session(ready: Bench) -
     assert ready.requests() == [AutopilotVersion.ID]
     ready.version(uid=UID)
     assert ready.state() is PeerState.COMPARING
-    assert ready.requests() == [JuniorStatus.ID]
+    assert ready.requests() == [RobotStatus.ID]
     ready.status()
     assert ready.state() is PeerState.OPENING
-    assert ready.last(JuniorSession).session != before
+    assert ready.last(RobotSession).session != before
     ready.ack()
     assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=False)]
     assert ready.peer.ready
@@ -119,7 +119,7 @@ def test_another_robot_is_refused_without_a_session(ready: Bench) -> None:
     assert isinstance(ready.peer.failure, WrongRobotError)
     assert f"{UID:016x}" in str(ready.peer.failure)
     assert f"{UID + 1:016x}" in str(ready.peer.failure)
-    assert ready.take(JuniorSession) == []
+    assert ready.take(RobotSession) == []
     assert isinstance(ready.peer.drive(0, 0, 0.1).error, WrongRobotError)
     unplug(ready)
     plug_in(ready)
@@ -187,7 +187,7 @@ def test_watching_opens_no_session_afterwards_either() -> None:
     bench.version(uid=UID)
     bench.status()
     assert bench.peer.ready
-    assert bench.take(JuniorSession) == []
+    assert bench.take(RobotSession) == []
 
 
 def test_the_end_of_patience_fails_what_is_asked_with_the_links_error(ready: Bench) -> None:
@@ -212,5 +212,5 @@ def test_a_robot_heard_again_that_has_no_session_has_restarted(ready: Bench) -> 
     ready.wait(SILENCE + 0.1)
     ready.heartbeat()
     assert ready.state() is PeerState.CHECKING
-    ready.heard(JuniorStatus(ready.clock.now(), 0, 0, 0, 0, 0, 1, 0, 0, 1))
+    ready.heard(RobotStatus(ready.clock.now(), 0, 0, 0, 0, 0, 1, 0, 0, 1))
     assert ready.state() is PeerState.IDENTIFYING

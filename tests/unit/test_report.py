@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from report_logs import Wire, bout_log, coaching_log, driving_log, open_recorder
 
-from firmware_protocol.messages import BoutOutcome, JuniorStatus, OpponentCode, Timesync
+from firmware_protocol.messages import BoutOutcome, OpponentCode, RobotStatus, Timesync
 from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.mcaplog import LogError, LogReader
 from hil.report import ReportFiles, write_report
@@ -196,7 +196,7 @@ def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
             wire.now += 0.03
             wire.up(Timesync(5, round((wire.now - 0.03) * 1e9)))
         status = {"good": 123, "bad_checksum": 4, "unknown": 5, "lost": 6, "boot_count": 7}
-        wire.up(JuniorStatus(**dict.fromkeys(JuniorStatus.__dataclass_fields__, 0) | status))
+        wire.up(RobotStatus(**dict.fromkeys(RobotStatus.__dataclass_fields__, 0) | status))
     data = gather(tmp_path / "log.mcap")
     assert sorted(data.link.round_trips) == pytest.approx([0.02] * 10 + [0.03] * 10)
     rows = {row[0]: row[1] for row in link_table(data).rows}

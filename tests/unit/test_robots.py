@@ -13,7 +13,7 @@ import hil
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, NoRobotError, PeerError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, JuniorSession, Reason
+from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, Reason, RobotSession
 from hil.bridge import Bridge
 from hil.networks import Networks, RobotAddress
 from hil.robots import Robots
@@ -110,7 +110,7 @@ def test_only_those_asked_for_get_a_session() -> None:
     with group(crowd, only={2, 4}) as robots:
         robots.find(expect=[2, 4])
         robots.wait(2.0)
-    asked = {system for system, robot in crowd.robots.items() if any(isinstance(m, JuniorSession) for m in robot.heard)}
+    asked = {system for system, robot in crowd.robots.items() if any(isinstance(m, RobotSession) for m in robot.heard)}
     assert asked == {2, 4}
 
 
@@ -295,7 +295,7 @@ def test_watching_neither_stops_nor_disarms_until_one_is_taken() -> None:
         robots[1].drive(0.1, 0.1)
     assert not crowd.robots[1].armed
     assert crowd.robots[2].armed
-    crowd.robots[2].refuse[JuniorSession] = Reason.BAD_VALUE
+    crowd.robots[2].refuse[RobotSession] = Reason.BAD_VALUE
     with group(crowd, watch=True) as robots:
         robots.find(expect=2)
         with pytest.raises(RefusedError):

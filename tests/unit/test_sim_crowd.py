@@ -14,10 +14,10 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     Heartbeat,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
     RefereeState,
+    RobotSession,
+    RobotStatus,
 )
 from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.crowd import Crowd
@@ -50,8 +50,8 @@ class Line:
 
     def drive(self, *systems: int) -> None:
         for system in systems:
-            self.run(0.02, JuniorSession(50 + system, 0, system, 1, 1, 0))
-            self.run(0.02, CommandLong(system, 1, Command.ARM_DISARM, param1=1.0))
+            self.run(0.02, RobotSession(50 + system, 0, 7, system, 1, 2, 0))
+            self.run(0.02, CommandLong(system, 1, Command.ARM_DISARM, param1=1.0, param3=7.0))
             self.run(0.02, JuniorWheels(50 + system, 1, (0.2, 0.2), 5.0, system, 1))
 
     def driving(self) -> set[int]:
@@ -68,7 +68,7 @@ def place(crowd: Crowd, system: int) -> tuple[float, float]:
 
 
 def boots(heard: list[Received], system: int) -> list[int]:
-    return [event.message.boot_count for event in heard if isinstance(event.message, JuniorStatus) and event.system == system]
+    return [event.message.boot_count for event in heard if isinstance(event.message, RobotStatus) and event.system == system]
 
 
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
@@ -122,7 +122,7 @@ def test_an_unplugged_robot_lives_on_unheard_and_stops_by_its_watchdog() -> None
     line.crowd.plug(2)
     heard = line.run(1.2)
     assert systems(heard) == {1, 2, 3}
-    assert [event.message.boot_count for event in heard if isinstance(event.message, JuniorStatus) and event.system == 2][
+    assert [event.message.boot_count for event in heard if isinstance(event.message, RobotStatus) and event.system == 2][
         -1
     ] == 2
 
@@ -141,7 +141,7 @@ def test_a_robot_without_power_stops_at_once_says_nothing_and_boots_again() -> N
     line.crowd.switch_on(2)
     line.crowd.switch_on(2)  # it is on already: no second start
     heard = line.run(1.2)
-    assert [event.message.boot_count for event in heard if isinstance(event.message, JuniorStatus) and event.system == 2] == [
+    assert [event.message.boot_count for event in heard if isinstance(event.message, RobotStatus) and event.system == 2] == [
         3,
         3,
     ]

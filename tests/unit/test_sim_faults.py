@@ -14,9 +14,9 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     JuniorSensors,
-    JuniorSession,
-    JuniorStatus,
     JuniorWheels,
+    RobotSession,
+    RobotStatus,
     SensorFlag,
 )
 from simdevice.junior import JuniorProfile
@@ -52,8 +52,8 @@ class Bench:
 
     def drive(self, left: float, right: float, duration: float = 5.0) -> None:
         """Arm, and set the wheels."""
-        self.run(0.01, self.codec.encode(JuniorSession(77, 0, 1, 1, 1, 0)))
-        self.run(0.01, self.codec.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0)))
+        self.run(0.01, self.codec.encode(RobotSession(77, 0, 7, 1, 1, 2, 0)))
+        self.run(0.01, self.codec.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0)))
         self.run(0.01, self.codec.encode(JuniorWheels(77, 1, (left, right), duration, 1, 1)))
 
 
@@ -144,7 +144,7 @@ def test_a_brown_out_is_dark_silent_and_ends_in_a_boot() -> None:
     gap = [(a, b) for a, b in pairwise(times) if b - a > 0.2]
     assert len(gap) == 1
     assert gap[0] == pytest.approx((1.0, 1.5), abs=0.03)
-    boots = [message.boot_count for _, message in bench.came if isinstance(message, JuniorStatus)]
+    boots = [message.boot_count for _, message in bench.came if isinstance(message, RobotStatus)]
     assert sorted(set(boots)) == [1, 2]
     assert bench.world.device.uptime == pytest.approx(1.7, abs=0.02)
 
@@ -164,9 +164,9 @@ def test_a_brown_out_takes_the_wheels_from_a_robot_that_drives() -> None:
 def test_bytes_for_a_robot_without_power_are_lost() -> None:
     bench = Bench("brownout:0.5+0.5")
     bench.run(0.6)
-    bench.run(0.1, bench.codec.encode(JuniorSession(77, 0, 1, 1, 1, 0)) * 3)
+    bench.run(0.1, bench.codec.encode(RobotSession(77, 0, 7, 1, 1, 2, 0)) * 3)
     bench.run(2.0)
-    statuses = [message for _, message in bench.came if isinstance(message, JuniorStatus)]
+    statuses = [message for _, message in bench.came if isinstance(message, RobotStatus)]
     assert (statuses[-1].boot_count, statuses[-1].session, statuses[-1].good) == (2, 0, 0)
 
 

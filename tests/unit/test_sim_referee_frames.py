@@ -11,17 +11,17 @@ from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     Heartbeat,
-    JuniorAck,
-    JuniorResultAck,
     OpponentCode,
     RefereeReset,
+    RobotAck,
+    RobotResultAck,
 )
 from simdevice.referee import Referee
 from simdevice.sumo import Table
 
 OTHERS = (
     Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4),
-    JuniorResultAck(session=3, sequence=4, target_system=1, target_component=1),
+    RobotResultAck(session=3, sequence=4, target_system=1, target_component=1),
 )
 
 
@@ -34,7 +34,7 @@ def answered(referee: Referee, pieces: list[bytes]) -> list[int]:
     codec = MavlinkCodec(system=255, component=190)
     answers = b"".join(referee.receive(piece, 0.005 * number) for number, piece in enumerate(pieces))
     events = codec.receive(answers, 0.0)
-    return [event.message.sequence for event in events if isinstance(event, Received) and isinstance(event.message, JuniorAck)]
+    return [event.message.sequence for event in events if isinstance(event, Received) and isinstance(event.message, RobotAck)]
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,8 @@
 /* CAN: frames to messages and back, in place of the bytes of frame.c and send.c. Compiled where JUNIOR_CAN is 1.
  *
- * An identifier is function << 7 | node; the node is the robot's system id, and 0 for all. E-stop and JUNIOR_WHEELS come
- * as single frames, JUNIOR_SENSORS leaves as three. All else is a transfer: byte 0 is its number (3 bits) and the part
- * (5 bits); behind that, over all parts, come message number, length, the payload without its target fields, and a
+ * An identifier is function << 7 | node; the node is the robot's system id, and 0 for all. E-stop, JUNIOR_WHEELS and
+ * ROBOT_ALIVE come as single frames, JUNIOR_SENSORS leaves as three. All else is a transfer: byte 0 is its number (3 bits) and the
+ * part (5 bits); behind that, over all parts, come message number, length, the payload without its target fields, and a
  * checksum. A missing part discards the whole. There is one host on a bus.
  */
 #include "core.h"
@@ -288,6 +288,21 @@ static bool take_wheels(struct junior *robot, const struct hal_frame *frame, uin
     return true;
 }
 
+static bool take_alive(struct junior *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
+{
+    mavlink_robot_alive_t *alive = &message->payload.alive;
+
+    if (frame->length != sizeof alive->host) {
+        robot->counters.unknown++;
+        return false;
+    }
+    message->id = MAVLINK_MSG_ID_ROBOT_ALIVE;
+    memcpy(&alive->host, frame->data, sizeof alive->host);
+    alive->target_system = node;
+    alive->target_component = WIRE_OWN_COMPONENT;
+    return true;
+}
+
 bool can_take(struct junior *robot, const struct hal_frame *frame, struct can_message *message)
 {
     uint8_t node = (uint8_t)(frame->identifier & NODE_MASK);
@@ -302,6 +317,8 @@ bool can_take(struct junior *robot, const struct hal_frame *frame, struct can_me
         return take_stop(robot, frame, node, message);
     case CAN_FUNCTION_WHEELS:
         return take_wheels(robot, frame, node, message);
+    case CAN_FUNCTION_ALIVE:
+        return take_alive(robot, frame, node, message);
     case CAN_FUNCTION_TRANSFER_DOWN:
         return take_part(robot, frame, node, message);
     default: /* other people's */
@@ -322,9 +339,7 @@ void can_receive(struct junior *robot)
             continue;
         }
         robot->counters.good++;
-        if (from.system == robot->armed_by && !failure_deaf(robot)) {
-            robot->host_heard = robot->time.now;
-        }
+        keeper_frame(robot, from);
         protocol_handle(robot, from, message.direct, message.id, &message.payload);
     }
 }

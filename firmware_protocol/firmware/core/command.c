@@ -8,20 +8,22 @@ static bool is(float value, float wanted)
     return value >= wanted && value <= wanted;
 }
 
-static uint8_t arm(struct junior *robot, struct sender from, float param)
+/* A host names, as `param3`, the number of its session; a ground station leaves that empty, 0 or NaN. */
+static uint8_t arm(struct junior *robot, struct sender from, float param, float number)
 {
+    uint16_t host = number > 0.0f ? protocol_number(number) : 0;
+
     if (is(param, 0.0f)) {
-        states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
+        states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
         return MAV_RESULT_ACCEPTED;
     }
-    if (!is(param, 1.0f)) {
+    if (!is(param, 1.0f) || (host != 0 && (!robot->session.open || host != robot->session.host))) {
         return MAV_RESULT_DENIED;
     }
-    if (states_fire(robot, EVENT_ARM, JUNIOR_REASON_NONE) != JUNIOR_REASON_NONE) {
+    if (states_fire(robot, EVENT_ARM, ROBOT_REASON_NONE) != ROBOT_REASON_NONE) {
         return MAV_RESULT_TEMPORARILY_REJECTED;
     }
-    robot->armed_by = from.system;
-    robot->host_heard = robot->time.now;
+    keeper_set(robot, host != 0 ? KEEPER_SESSION : KEEPER_SENDER, from);
     return MAV_RESULT_ACCEPTED;
 }
 
@@ -30,8 +32,8 @@ static uint8_t stop(struct junior *robot, float param)
     if (!is(param, 1.0f)) {
         return MAV_RESULT_DENIED; /* it is ended by disarming */
     }
-    if (robot->state != JUNIOR_STATE_STOPPED) {
-        states_fire(robot, EVENT_ESTOP, JUNIOR_REASON_EMERGENCY_STOP);
+    if (robot->state != ROBOT_STATE_STOPPED) {
+        states_fire(robot, EVENT_ESTOP, ROBOT_REASON_EMERGENCY_STOP);
         notice_raise(robot, NOTICE_ESTOP);
     }
     return MAV_RESULT_ACCEPTED;
@@ -42,7 +44,7 @@ static uint8_t reboot(struct junior *robot, float param)
     if (!is(param, 1.0f)) {
         return MAV_RESULT_DENIED;
     }
-    states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
+    states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
     robot->reboot = true;
     robot->reboot_at = robot->time.now + REBOOT_DELAY_MS;
     return MAV_RESULT_ACCEPTED;
@@ -78,7 +80,7 @@ void command_handle(struct junior *robot, struct sender from, bool direct, const
     }
     switch (command->command) {
     case MAV_CMD_COMPONENT_ARM_DISARM:
-        result = arm(robot, from, command->param1);
+        result = arm(robot, from, command->param1, command->param3);
         break;
     case MAV_CMD_DO_FLIGHTTERMINATION:
         result = stop(robot, command->param1);

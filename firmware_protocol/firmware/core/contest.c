@@ -13,10 +13,10 @@ uint8_t contest_begin(struct junior *robot, uint16_t countdown)
     uint8_t reason;
 
     if (robot->memory.used == 0) {
-        return JUNIOR_REASON_NOT_FOUND;
+        return ROBOT_REASON_NOT_FOUND;
     }
-    reason = states_fire(robot, EVENT_CONTEST, JUNIOR_REASON_BY_COMMAND);
-    if (reason == JUNIOR_REASON_NONE) {
+    reason = states_fire(robot, EVENT_CONTEST, ROBOT_REASON_BY_COMMAND);
+    if (reason == ROBOT_REASON_NONE) {
         robot->contest.begins = robot->time.now + countdown;
     }
     return reason;
@@ -61,15 +61,15 @@ void contest_step(struct junior *robot)
 {
     struct maneuver_plan plan;
 
-    if (robot->state == JUNIOR_STATE_COUNTDOWN && time_due(robot, robot->contest.begins)) {
-        states_fire(robot, EVENT_GO, JUNIOR_REASON_NONE);
+    if (robot->state == ROBOT_STATE_COUNTDOWN && time_due(robot, robot->contest.begins)) {
+        states_fire(robot, EVENT_GO, ROBOT_REASON_NONE);
         robot->contest.previous = 0;
     }
-    if (robot->state != JUNIOR_STATE_CONTEST) {
+    if (robot->state != ROBOT_STATE_CONTEST) {
         return;
     }
     if (time_over(robot)) {
-        states_fire(robot, EVENT_CONTEST_STOP, JUNIOR_REASON_NONE);
+        states_fire(robot, EVENT_CONTEST_STOP, ROBOT_REASON_NONE);
     } else if (robot->maneuver.phase == PHASE_IDLE) {
         choose(robot, &plan);
         maneuver_begin(robot, &plan, false, 0);
@@ -86,10 +86,10 @@ void contest_input(struct junior *robot)
     }
     robot->contest.start_input = input;
     if (input != 0) {
-        if (robot->memory.used > 0 && states_fire(robot, EVENT_ARM, JUNIOR_REASON_NONE) == JUNIOR_REASON_NONE) {
+        if (robot->memory.used > 0 && states_fire(robot, EVENT_ARM, ROBOT_REASON_NONE) == ROBOT_REASON_NONE) {
             contest_begin(robot, SUMO_COUNTDOWN);
         }
     } else if (states_armed(robot)) {
-        states_fire(robot, EVENT_DISARM, JUNIOR_REASON_DISARMED);
+        states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
     }
 }

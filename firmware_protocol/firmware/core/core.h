@@ -36,8 +36,9 @@ bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *
 void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message);
 uint16_t protocol_number(float param); /* what a command names, or 65535, which names nothing */
 void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command);
-void numbered_handle(struct junior *robot, uint16_t id, const union inbound *message);
+void numbered_handle(struct junior *robot, struct sender from, uint16_t id, const union inbound *message);
 void numbered_finish(struct junior *robot, uint16_t id, uint16_t sequence, uint8_t reason);
+void numbered_close(struct junior *robot); /* the session: somebody has armed who does not hold it */
 enum { ANSWER_PENDING = 0xFF };
 
 /* states.c: one table of states x events. */
@@ -53,12 +54,19 @@ enum event {
     EVENT_CONTEST,      /* the countdown begins */
     EVENT_GO,           /* the countdown is over */
     EVENT_CONTEST_STOP, /* by command, or by CONTEST_MAX */
-    EVENT_SILENCE,      /* the watchdog */
+    EVENT_RELEASE,      /* the keeper is silent, or is another now */
     EVENTS
 };
 uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason); /* Reason: NONE when it was done */
 bool states_armed(const struct junior *robot);
 void states_watch(struct junior *robot);
+
+/* keeper.c */
+void keeper_set(struct junior *robot, uint8_t by, struct sender from);
+bool keeper_is(const struct junior *robot, struct sender from);
+void keeper_frame(struct junior *robot, struct sender from); /* a believed frame of this sender */
+void keeper_numbered(struct junior *robot);                  /* a numbered message of the open session */
+void keeper_alive(struct junior *robot, uint16_t host);      /* ROBOT_ALIVE */
 
 /* wheels.c */
 void wheels_set(struct junior *robot, int16_t left, int16_t right);

@@ -19,8 +19,8 @@ uint8_t failure_inject(struct junior *robot, struct sender from, const mavlink_c
     if (!allowed(robot)) {
         return MAV_RESULT_DENIED;
     }
-    if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST
-        || (robot->armed_by != 0 && robot->armed_by != from.system)) {
+    if (robot->state == ROBOT_STATE_COUNTDOWN || robot->state == ROBOT_STATE_CONTEST
+        || (robot->keeper.by != KEEPER_NONE && !keeper_is(robot, from))) {
         return MAV_RESULT_TEMPORARILY_REJECTED;
     }
     switch (protocol_number(command->param1)) {

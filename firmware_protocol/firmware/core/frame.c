@@ -146,8 +146,8 @@ static void deliver(struct junior *robot, const struct inbound_row *row, bool be
     if (from.system == robot->system && from.component == WIRE_OWN_COMPONENT) {
         return; /* an echo of our own */
     }
-    if (believed && from.system == robot->armed_by && !failure_deaf(robot)) {
-        robot->host_heard = robot->time.now;
+    if (believed) {
+        keeper_frame(robot, from);
     }
     memset(&message, 0, sizeof message);
     memcpy(message.bytes, bytes + HEADER, bytes[AT_LENGTH]);

@@ -221,6 +221,16 @@ struct contest {
     uint8_t start_input; /* last reading of the start module */
 };
 
+/* --- keeper.c ---------------------------------------------------------------------------------------------------- */
+
+enum keeper_by { KEEPER_NONE, KEEPER_SESSION, KEEPER_SENDER };
+
+struct keeper {
+    uint8_t by;           /* keeper_by: what is heard of it */
+    struct sender sender; /* who armed */
+    uint32_t heard;       /* ms */
+};
+
 /* --- numbered.c, protocol.c, stream.c ---------------------------------------------------------------------------- */
 
 struct answer {
@@ -231,6 +241,8 @@ struct answer {
 
 struct session {
     uint16_t id;
+    uint16_t host;       /* number of the program that opened it; never 0 */
+    struct sender owner; /* who spoke in it last: answers go there */
     uint16_t last; /* highest sequence taken */
     bool open;
     uint8_t answers_used, answers_next;
@@ -270,10 +282,8 @@ struct junior {
     void *board;
     uint8_t system;   /* id on the network */
     uint8_t state;    /* State */
-    uint8_t armed_by; /* system; 0 by the start module */
     bool reboot; /* asked for: nothing arms any more */
     uint32_t reboot_at;
-    uint32_t host_heard; /* ms: last valid frame of the system that armed */
     struct time time;
     struct frame frame;
 #if JUNIOR_CAN
@@ -290,6 +300,7 @@ struct junior {
     struct nvm nvm;
     struct memory memory;
     struct contest contest;
+    struct keeper keeper;
     struct session session;
     struct streams streams;
     struct notices notices;

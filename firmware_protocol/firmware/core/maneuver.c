@@ -81,6 +81,8 @@ void maneuver_begin(struct junior *robot, const struct maneuver_plan *plan, bool
 
     memset(&maneuver->result, 0, sizeof maneuver->result);
     maneuver->result.session = robot->session.id;
+    maneuver->result.target_system = robot->session.owner.system;
+    maneuver->result.target_component = robot->session.owner.component;
     maneuver->result.sequence = sequence;
     maneuver->result.stimulus_before = sensing_stimulus(robot);
     if (!(robot->sensing.flags & JUNIOR_SENSOR_FLAG_GROUND_ODOMETER)) {
@@ -224,9 +226,9 @@ void maneuver_conclude(struct junior *robot, uint8_t outcome)
     uint8_t options = robot->maneuver.plan.options;
     bool holds = options & JUNIOR_MANEUVER_OPTION_HOLD && outcome != JUNIOR_OUTCOME_FLOOR_REFLEX;
 
-    maneuver_end(robot, outcome, JUNIOR_REASON_NONE);
+    maneuver_end(robot, outcome, ROBOT_REASON_NONE);
     /* A contest is not left for either: there the next maneuver begins in this very tick. */
-    states_fire(robot, holds ? EVENT_DRIVE : EVENT_DONE, JUNIOR_REASON_NONE);
+    states_fire(robot, holds ? EVENT_DRIVE : EVENT_DONE, ROBOT_REASON_NONE);
     wheels_run(robot, (uint16_t)params_get(robot, PARAM_MAN_HOLD), options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);
 }
 

@@ -231,8 +231,8 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
     struct maneuver_plan plan;
     uint8_t old, turn;
 
-    if (robot->state == JUNIOR_STATE_COUNTDOWN || robot->state == JUNIOR_STATE_CONTEST) {
-        return JUNIOR_REASON_BUSY;
+    if (robot->state == ROBOT_STATE_COUNTDOWN || robot->state == ROBOT_STATE_CONTEST) {
+        return ROBOT_REASON_BUSY;
     }
     memory->sequence = request->sequence;
     memory->asked = true;
@@ -241,7 +241,7 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
         return ANSWER_PENDING;
     }
     if (!stimulus_ok(request->previous, request->current)) {
-        return JUNIOR_REASON_BAD_VALUE;
+        return ROBOT_REASON_BAD_VALUE;
     }
     old = memory_find(robot, request->previous, request->current);
     if (request->count == 0) {
@@ -253,10 +253,10 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
         return ANSWER_PENDING;
     }
     if (!maneuver_read(&plan, request->period, request->options, request->count, request->actions)) {
-        return JUNIOR_REASON_BAD_VALUE;
+        return ROBOT_REASON_BAD_VALUE;
     }
     if (old == MEMORY_NONE && memory->used >= MEMORY_SLOTS) {
-        return JUNIOR_REASON_MEMORY_FULL;
+        return ROBOT_REASON_MEMORY_FULL;
     }
     memory->old = old;
     memory->slot = free_slot(robot);
@@ -283,7 +283,7 @@ void memory_step(struct junior *robot)
         switch (memory->job) {
         case JOB_WRITE:
             if (!intact(robot, memory->slot)) { /* worn out */
-                answer(robot, JUNIOR_REASON_STORAGE_FAILED);
+                answer(robot, ROBOT_REASON_STORAGE_FAILED);
                 break;
             }
             include(robot, memory->slot);
@@ -293,11 +293,11 @@ void memory_step(struct junior *robot)
             memory->job = JOB_ERASE_OLD;
             break;
         case JOB_ERASE_OLD:
-            answer(robot, JUNIOR_REASON_NONE);
+            answer(robot, ROBOT_REASON_NONE);
             break;
         default: /* JOB_ERASE_ALL */
             if (memory->used == 0) {
-                answer(robot, JUNIOR_REASON_NONE);
+                answer(robot, ROBOT_REASON_NONE);
             } else {
                 erase(robot, memory->order[memory->used - 1]);
             }
@@ -320,7 +320,7 @@ uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_rea
         }
     }
     if (index >= robot->memory.used || !memory_plan(robot, robot->memory.order[index], &plan)) {
-        return JUNIOR_REASON_NOT_FOUND;
+        return ROBOT_REASON_NOT_FOUND;
     }
     slot = robot->memory.order[index];
     memset(&entry, 0, sizeof entry);
@@ -332,9 +332,11 @@ uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_rea
     entry.used = robot->memory.used;
     entry.index = index;
     entry.previous = read(robot, slot, AT_PREVIOUS);
+    entry.target_system = robot->session.owner.system;
+    entry.target_component = robot->session.owner.component;
     entry.current = read(robot, slot, AT_CURRENT);
     entry.count = plan.count;
     memcpy(entry.actions, plan.actions, MAX_ACTIONS);
     SEND(robot, JUNIOR_MEMORY_ENTRY, &entry);
-    return JUNIOR_REASON_NONE;
+    return ROBOT_REASON_NONE;
 }

@@ -6,16 +6,19 @@
  */
 #include "core.h"
 
-static void acknowledge(struct junior *robot, uint16_t id, uint16_t session, uint16_t sequence, uint8_t reason)
+static void acknowledge(struct junior *robot, struct sender to, uint16_t id, uint16_t session, uint16_t sequence,
+                        uint8_t reason)
 {
-    mavlink_junior_ack_t ack;
+    mavlink_robot_ack_t ack;
 
     ack.message = id;
     ack.session = session;
     ack.sequence = sequence;
-    ack.result = reason == JUNIOR_REASON_NONE ? JUNIOR_ACK_RESULT_ACCEPTED : JUNIOR_ACK_RESULT_REFUSED;
+    ack.target_system = to.system;
+    ack.target_component = to.component;
+    ack.result = reason == ROBOT_REASON_NONE ? ROBOT_ACK_RESULT_ACCEPTED : ROBOT_ACK_RESULT_REFUSED;
     ack.reason = reason;
-    SEND(robot, JUNIOR_ACK, &ack);
+    SEND(robot, ROBOT_ACK, &ack);
 }
 
 static struct answer *find(struct session *session, uint16_t sequence)
@@ -67,22 +70,37 @@ static void change_session(struct session *session, uint16_t id, uint16_t last)
     session->answers_next = 0;
 }
 
-static void open_session(struct junior *robot, const mavlink_junior_session_t *request)
+/* Nobody waits for an answer any more. */
+static void forget_questions(struct junior *robot)
+{
+    robot->maneuver.result_pending = false;
+    robot->maneuver.reported = false;
+    robot->memory.asked = false;
+}
+
+void numbered_close(struct junior *robot)
+{
+    robot->session.open = false;
+    forget_questions(robot);
+}
+
+static void open_session(struct junior *robot, struct sender from, const mavlink_robot_session_t *request)
 {
     struct session *session = &robot->session;
 
-    if (request->major != PROTOCOL_MAJOR) {
-        acknowledge(robot, MAVLINK_MSG_ID_JUNIOR_SESSION, request->session, request->sequence, JUNIOR_REASON_BAD_VALUE);
+    if (request->major != PROTOCOL_MAJOR || request->host == 0) {
+        acknowledge(robot, from, MAVLINK_MSG_ID_ROBOT_SESSION, request->session, request->sequence, ROBOT_REASON_BAD_VALUE);
         return;
     }
     if (!session->open || session->id != request->session) {
-        states_fire(robot, EVENT_SESSION, JUNIOR_REASON_BY_COMMAND);
-        robot->maneuver.result_pending = false; /* the new host has asked for nothing yet */
-        robot->maneuver.reported = false;
-        robot->memory.asked = false;
+        states_fire(robot, EVENT_SESSION, ROBOT_REASON_BY_COMMAND);
+        robot->keeper.by = KEEPER_NONE; /* in a contest, too: it is not the new host that armed */
+        forget_questions(robot);
         change_session(session, request->session, request->sequence);
+        session->host = request->host;
+        session->owner = from;
     }
-    acknowledge(robot, MAVLINK_MSG_ID_JUNIOR_SESSION, request->session, request->sequence, JUNIOR_REASON_NONE);
+    acknowledge(robot, from, MAVLINK_MSG_ID_ROBOT_SESSION, request->session, request->sequence, ROBOT_REASON_NONE);
 }
 
 static uint8_t perform(struct junior *robot, const mavlink_junior_maneuver_t *request)
@@ -91,10 +109,10 @@ static uint8_t perform(struct junior *robot, const mavlink_junior_maneuver_t *re
     uint8_t reason;
 
     if (!maneuver_read(&plan, request->period, request->options, request->count, request->actions)) {
-        return JUNIOR_REASON_BAD_VALUE;
+        return ROBOT_REASON_BAD_VALUE;
     }
-    reason = states_fire(robot, EVENT_PERFORM, JUNIOR_REASON_BY_COMMAND);
-    if (reason == JUNIOR_REASON_NONE) {
+    reason = states_fire(robot, EVENT_PERFORM, ROBOT_REASON_BY_COMMAND);
+    if (reason == ROBOT_REASON_NONE) {
         maneuver_begin(robot, &plan, true, request->sequence);
     }
     return reason;
@@ -106,10 +124,10 @@ static uint8_t drive(struct junior *robot, const mavlink_junior_wheels_t *reques
 
     if (request->speed[LEFT] < -1000 || request->speed[LEFT] > 1000 || request->speed[RIGHT] < -1000
         || request->speed[RIGHT] > 1000 || request->duration > 5000) {
-        return JUNIOR_REASON_BAD_VALUE;
+        return ROBOT_REASON_BAD_VALUE;
     }
-    reason = states_fire(robot, EVENT_DRIVE, JUNIOR_REASON_BY_COMMAND);
-    if (reason == JUNIOR_REASON_NONE) {
+    reason = states_fire(robot, EVENT_DRIVE, ROBOT_REASON_BY_COMMAND);
+    if (reason == ROBOT_REASON_NONE) {
         wheels_drive(robot, request->speed[LEFT], request->speed[RIGHT], request->duration);
     }
     return reason;
@@ -118,10 +136,10 @@ static uint8_t drive(struct junior *robot, const mavlink_junior_wheels_t *reques
 static uint8_t contest(struct junior *robot, const mavlink_junior_contest_t *request)
 {
     if (request->command == JUNIOR_CONTEST_COMMAND_STOP) {
-        return states_fire(robot, EVENT_CONTEST_STOP, JUNIOR_REASON_BY_COMMAND);
+        return states_fire(robot, EVENT_CONTEST_STOP, ROBOT_REASON_BY_COMMAND);
     }
     if (request->command != JUNIOR_CONTEST_COMMAND_START || request->countdown > 60000U) {
-        return JUNIOR_REASON_BAD_VALUE;
+        return ROBOT_REASON_BAD_VALUE;
     }
     return contest_begin(robot, request->countdown);
 }
@@ -175,11 +193,11 @@ static void repeat(struct junior *robot, uint16_t id, const union inbound *messa
     uint16_t sequence = answer->sequence;
 
     if (answer->message != (uint8_t)id) {
-        acknowledge(robot, id, robot->session.id, sequence, JUNIOR_REASON_OLD_SEQUENCE);
-    } else if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_READ && answer->reason == JUNIOR_REASON_NONE) {
+        acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, ROBOT_REASON_OLD_SEQUENCE);
+    } else if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_READ && answer->reason == ROBOT_REASON_NONE) {
         numbered_finish(robot, id, sequence, memory_handle_read(robot, &message->memory_read));
     } else if (answer->reason != ANSWER_PENDING) {
-        acknowledge(robot, id, robot->session.id, sequence, answer->reason);
+        acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, answer->reason);
         if (id == MAVLINK_MSG_ID_JUNIOR_MANEUVER && robot->maneuver.result.sequence == sequence
             && robot->maneuver.reported && robot->maneuver.phase == PHASE_IDLE) {
             robot->maneuver.result_pending = true;
@@ -188,29 +206,31 @@ static void repeat(struct junior *robot, uint16_t id, const union inbound *messa
     }
 }
 
-void numbered_handle(struct junior *robot, uint16_t id, const union inbound *message)
+void numbered_handle(struct junior *robot, struct sender from, uint16_t id, const union inbound *message)
 {
     struct session *session = &robot->session;
     struct answer *answer;
     uint16_t session_id, sequence;
     uint8_t reason;
 
-    if (id == MAVLINK_MSG_ID_JUNIOR_SESSION) {
-        open_session(robot, &message->session);
+    if (id == MAVLINK_MSG_ID_ROBOT_SESSION) {
+        open_session(robot, from, &message->session);
         return;
     }
     numbers_of(id, message, &session_id, &sequence);
     if (!session->open || session_id != session->id) {
-        acknowledge(robot, id, session_id, sequence, JUNIOR_REASON_WRONG_SESSION);
+        acknowledge(robot, from, id, session_id, sequence, ROBOT_REASON_WRONG_SESSION);
         return;
     }
+    session->owner = from;
+    keeper_numbered(robot);
     answer = find(session, sequence);
     if (answer != NULL) {
         repeat(robot, id, message, answer);
         return;
     }
     if ((int16_t)(uint16_t)(sequence - session->last) <= 0) {
-        acknowledge(robot, id, session_id, sequence, JUNIOR_REASON_OLD_SEQUENCE);
+        acknowledge(robot, from, id, session_id, sequence, ROBOT_REASON_OLD_SEQUENCE);
         return;
     }
     if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE && !memory_ready(robot)) {
@@ -233,7 +253,7 @@ void numbered_finish(struct junior *robot, uint16_t id, uint16_t sequence, uint8
     if (answer != NULL) {
         answer->reason = reason;
     }
-    if (id != MAVLINK_MSG_ID_JUNIOR_MEMORY_READ || reason != JUNIOR_REASON_NONE) {
-        acknowledge(robot, id, robot->session.id, sequence, reason);
+    if (id != MAVLINK_MSG_ID_JUNIOR_MEMORY_READ || reason != ROBOT_REASON_NONE) {
+        acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, reason);
     }
 }

@@ -55,20 +55,20 @@ static int16_t limited(int16_t value)
     return value < -1000 ? -1000 : value > 1000 ? 1000 : value;
 }
 
-/* Only from the system that armed. */
+/* Only from who armed. */
 static void drive_manually(struct junior *robot, struct sender from, const mavlink_manual_control_t *control)
 {
     int16_t forward = control->x;
     int16_t turn = control->r;
 
-    if (from.system != robot->armed_by || !stick(&forward) || !stick(&turn)
-        || states_fire(robot, EVENT_MANUAL, JUNIOR_REASON_BY_COMMAND) != JUNIOR_REASON_NONE) {
+    if (!keeper_is(robot, from) || !stick(&forward) || !stick(&turn)
+        || states_fire(robot, EVENT_MANUAL, ROBOT_REASON_BY_COMMAND) != ROBOT_REASON_NONE) {
         return;
     }
     wheels_drive(robot, limited((int16_t)(forward + turn)), limited((int16_t)(forward - turn)), MANUAL_MS);
 }
 
-static void take_result_ack(struct junior *robot, const mavlink_junior_result_ack_t *ack)
+static void take_result_ack(struct junior *robot, const mavlink_robot_result_ack_t *ack)
 {
     if (ack->session == robot->maneuver.result.session && ack->sequence == robot->maneuver.result.sequence) {
         robot->maneuver.result_pending = false;
@@ -84,6 +84,7 @@ uint16_t protocol_number(float param)
 static bool for_all(uint16_t id, const union inbound *message)
 {
     return id == MAVLINK_MSG_ID_PING || id == MAVLINK_MSG_ID_TIMESYNC || id == MAVLINK_MSG_ID_COMMAND_LONG
+           || id == MAVLINK_MSG_ID_ROBOT_ALIVE
            || (id == MAVLINK_MSG_ID_JUNIOR_CONTEST && message->contest.command == JUNIOR_CONTEST_COMMAND_STOP);
 }
 
@@ -124,11 +125,14 @@ void protocol_handle(struct junior *robot, struct sender from, bool direct, uint
         signing_setup(robot, &message->setup_signing);
         break;
 #endif
-    case MAVLINK_MSG_ID_JUNIOR_RESULT_ACK:
+    case MAVLINK_MSG_ID_ROBOT_RESULT_ACK:
         take_result_ack(robot, &message->result_ack);
         break;
+    case MAVLINK_MSG_ID_ROBOT_ALIVE:
+        keeper_alive(robot, message->alive.host);
+        break;
     default:
-        numbered_handle(robot, id, message);
+        numbered_handle(robot, from, id, message);
         break;
     }
 }

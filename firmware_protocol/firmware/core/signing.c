@@ -202,7 +202,7 @@ void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup)
     uint32_t parts[2];
     struct stamp initial;
 
-    if (robot->state != JUNIOR_STATE_DISARMED || signing->job != SIGNING_IDLE || !nvm_idle(robot)) {
+    if (robot->state != ROBOT_STATE_DISARMED || signing->job != SIGNING_IDLE || !nvm_idle(robot)) {
         return;
     }
     memcpy(parts, &setup->initial_timestamp, sizeof parts);

@@ -1,23 +1,23 @@
 /* What the robot is doing, and what may change it: every state x every event, in one table. */
 #include "core.h"
 
-#define STATES JUNIOR_STATE_ENUM_END
+#define STATES ROBOT_STATE_ENUM_END
 #define NO 0x80 /* refused; the other bits are the reason */
 
-#define DIS JUNIOR_STATE_DISARMED
-#define RDY JUNIOR_STATE_READY
-#define DRV JUNIOR_STATE_DRIVING
-#define PRF JUNIOR_STATE_PERFORMING
-#define CNT JUNIOR_STATE_COUNTDOWN
-#define CON JUNIOR_STATE_CONTEST
-#define STP JUNIOR_STATE_STOPPED
-#define NO_ARM (NO | JUNIOR_REASON_DISARMED)       /* refused: not armed */
-#define NO_EST (NO | JUNIOR_REASON_EMERGENCY_STOP) /* refused: e-stop is latched */
-#define NO_BSY (NO | JUNIOR_REASON_BUSY)           /* refused: something else goes on */
+#define DIS ROBOT_STATE_DISARMED
+#define RDY ROBOT_STATE_READY
+#define DRV ROBOT_STATE_DRIVING
+#define PRF ROBOT_STATE_PERFORMING
+#define CNT ROBOT_STATE_COUNTDOWN
+#define CON ROBOT_STATE_CONTEST
+#define STP ROBOT_STATE_STOPPED
+#define NO_ARM (NO | ROBOT_REASON_DISARMED)       /* refused: not armed */
+#define NO_EST (NO | ROBOT_REASON_EMERGENCY_STOP) /* refused: e-stop is latched */
+#define NO_BSY (NO | ROBOT_REASON_BUSY)           /* refused: something else goes on */
 
 /* Next state, or refusal. An event that changes nothing names its own state. */
 static const uint8_t table[STATES][EVENTS] HAL_FLASH = {
-    /*          ARM     DISARM ESTOP SESSION DRIVE   MANUAL  PERFORM DONE CONTEST GO   C_STOP SILENCE */
+    /*          ARM     DISARM ESTOP SESSION DRIVE   MANUAL  PERFORM DONE CONTEST GO   C_STOP RELEASE */
     /* DIS */ {RDY,    DIS,   STP,  DIS,    NO_ARM, NO_ARM, NO_ARM, DIS, NO_ARM, DIS, DIS,   DIS},
     /* RDY */ {RDY,    DIS,   STP,  DIS,    DRV,    DRV,    PRF,    RDY, CNT,    RDY, RDY,   RDY},
     /* DRV */ {DRV,    DIS,   STP,  DIS,    DRV,    DRV,    PRF,    RDY, CNT,    DRV, DRV,   RDY},
@@ -36,33 +36,33 @@ uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason)
         return (uint8_t)(cell & ~NO);
     }
     if (event == EVENT_ARM && robot->reboot) {
-        return JUNIOR_REASON_BUSY;
+        return ROBOT_REASON_BUSY;
     }
     if (robot->maneuver.phase != PHASE_IDLE && (cell != before || event == EVENT_PERFORM)) {
         bool replaced = event == EVENT_PERFORM || event == EVENT_DRIVE;
         maneuver_end(robot, replaced ? JUNIOR_OUTCOME_REPLACED : JUNIOR_OUTCOME_STOPPED, reason);
     }
     robot->state = cell;
-    if (cell != JUNIOR_STATE_DRIVING && cell != JUNIOR_STATE_PERFORMING && cell != JUNIOR_STATE_CONTEST) {
+    if (cell != ROBOT_STATE_DRIVING && cell != ROBOT_STATE_PERFORMING && cell != ROBOT_STATE_CONTEST) {
         wheels_stop(robot);
     }
-    if (cell == JUNIOR_STATE_DISARMED) {
-        robot->armed_by = 0;
+    if (cell == ROBOT_STATE_DISARMED) {
+        robot->keeper.by = KEEPER_NONE;
     }
-    return JUNIOR_REASON_NONE;
+    return ROBOT_REASON_NONE;
 }
 
 bool states_armed(const struct junior *robot)
 {
-    return robot->state != JUNIOR_STATE_DISARMED && robot->state != JUNIOR_STATE_STOPPED;
+    return robot->state != ROBOT_STATE_DISARMED && robot->state != ROBOT_STATE_STOPPED;
 }
 
-/* Armed outside a contest, and the system that armed it is silent: stop. */
+/* Moving outside a contest, and its keeper is silent: stop. */
 void states_watch(struct junior *robot)
 {
-    if ((robot->state == JUNIOR_STATE_DRIVING || robot->state == JUNIOR_STATE_PERFORMING)
-        && robot->time.now - robot->host_heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)) {
-        states_fire(robot, EVENT_SILENCE, JUNIOR_REASON_WATCHDOG);
+    if ((robot->state == ROBOT_STATE_DRIVING || robot->state == ROBOT_STATE_PERFORMING)
+        && robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)) {
+        states_fire(robot, EVENT_RELEASE, ROBOT_REASON_WATCHDOG);
         notice_raise(robot, NOTICE_WATCHDOG);
     }
 }

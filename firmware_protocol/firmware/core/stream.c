@@ -3,12 +3,13 @@
 
 #define SHORTEST_MS ((int32_t)TICK_MS)
 #define LONGEST_MS 60000L
+#define LONGEST_HEARTBEAT_MS 5000L
 
 static const uint16_t messages[STREAMS] HAL_FLASH = {
     [STREAM_HEARTBEAT] = MAVLINK_MSG_ID_HEARTBEAT,
     [STREAM_SYS_STATUS] = MAVLINK_MSG_ID_SYS_STATUS,
     [STREAM_SENSORS] = MAVLINK_MSG_ID_JUNIOR_SENSORS,
-    [STREAM_STATUS] = MAVLINK_MSG_ID_JUNIOR_STATUS,
+    [STREAM_STATUS] = MAVLINK_MSG_ID_ROBOT_STATUS,
     [STREAM_VERSION] = MAVLINK_MSG_ID_AUTOPILOT_VERSION,
 };
 
@@ -31,7 +32,7 @@ static bool send_heartbeat(struct junior *robot)
     if (states_armed(robot)) {
         heartbeat.base_mode |= MAV_MODE_FLAG_SAFETY_ARMED;
     }
-    heartbeat.system_status = robot->state == JUNIOR_STATE_STOPPED ? MAV_STATE_EMERGENCY
+    heartbeat.system_status = robot->state == ROBOT_STATE_STOPPED ? MAV_STATE_EMERGENCY
                               : states_armed(robot)                ? MAV_STATE_ACTIVE
                                                                    : MAV_STATE_STANDBY;
     heartbeat.mavlink_version = 3;
@@ -65,7 +66,7 @@ static void tell_sensors(const struct junior *robot, mavlink_sys_status_t *statu
     if (robot->sensing.battery < (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
         status->onboard_control_sensors_health &= ~(uint32_t)MAV_SYS_STATUS_SENSOR_BATTERY;
     }
-    if (robot->state == JUNIOR_STATE_STOPPED) {
+    if (robot->state == ROBOT_STATE_STOPPED) {
         status->onboard_control_sensors_health &= ~(uint32_t)MAV_SYS_STATUS_PREARM_CHECK;
     }
 }
@@ -105,7 +106,7 @@ static bool send_sensors(struct junior *robot)
 
 static bool send_status(struct junior *robot)
 {
-    mavlink_junior_status_t status;
+    mavlink_robot_status_t status;
 
     status.time = robot->time.micros;
     status.maneuvers = robot->counters.maneuvers;
@@ -126,7 +127,7 @@ static bool send_status(struct junior *robot)
     status.bad_signature = 0;
     status.replayed = 0;
 #endif
-    return SEND(robot, JUNIOR_STATUS, &status);
+    return SEND(robot, ROBOT_STATUS, &status);
 }
 
 static bool send_version(struct junior *robot)
@@ -176,7 +177,8 @@ uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t inte
     if (stream == STREAMS) {
         return MAV_RESULT_UNSUPPORTED;
     }
-    if (interval > LONGEST_MS * 1000 || (stream == STREAM_HEARTBEAT && interval < 0)) {
+    if (interval > LONGEST_MS * 1000
+        || (stream == STREAM_HEARTBEAT && (interval < 0 || interval > LONGEST_HEARTBEAT_MS * 1000))) {
         return MAV_RESULT_DENIED; /* a robot without a heartbeat is a lost one */
     }
     if (interval < 0) {

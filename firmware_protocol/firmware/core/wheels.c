@@ -37,9 +37,9 @@ void wheels_run(struct junior *robot, uint16_t duration, bool guarded)
 
 void wheels_step(struct junior *robot)
 {
-    if (robot->state == JUNIOR_STATE_DRIVING
+    if (robot->state == ROBOT_STATE_DRIVING
         && (time_due(robot, robot->wheels.deadline) || (robot->wheels.guarded && sensing_off_ring(robot) != 0))) {
-        states_fire(robot, EVENT_DONE, JUNIOR_REASON_NONE);
+        states_fire(robot, EVENT_DONE, ROBOT_REASON_NONE);
     }
 }
 

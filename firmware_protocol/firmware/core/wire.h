@@ -37,8 +37,9 @@ union inbound {
     mavlink_junior_memory_write_t memory_write;
     mavlink_junior_memory_read_t memory_read;
     mavlink_junior_contest_t contest;
-    mavlink_junior_session_t session;
-    mavlink_junior_result_ack_t result_ack;
+    mavlink_robot_session_t session;
+    mavlink_robot_result_ack_t result_ack;
+    mavlink_robot_alive_t alive;
 #if JUNIOR_SIGNING
     mavlink_setup_signing_t setup_signing;
 #define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_SETUP_SIGNING_LEN

@@ -200,7 +200,7 @@ static void run_disarmed(struct fuzz *fuzz, uint32_t bytes)
 
         tick(fuzz, chunk, used);
         done += used;
-        check(fuzz->host.robot.state == JUNIOR_STATE_DISARMED || fuzz->host.robot.state == JUNIOR_STATE_STOPPED,
+        check(fuzz->host.robot.state == ROBOT_STATE_DISARMED || fuzz->host.robot.state == ROBOT_STATE_STOPPED,
               "armed by damaged bytes");
         check(fuzz->host.io.wheel[0] == 0 && fuzz->host.io.wheel[1] == 0, "wheels turn while disarmed");
         if (++rounds % 50 == 0) {
@@ -214,7 +214,7 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
 {
     uint8_t chunk[CHUNK], payload[LARGEST], frame[LARGEST + 32];
     mavlink_command_long_t arm = {1.0f, 0, 0, 0, 0, 0, 0, MAV_CMD_COMPONENT_ARM_DISARM, 1, 1, 0};
-    mavlink_junior_session_t session = {0x0101, 0, 1, 1, PROTOCOL_MAJOR, PROTOCOL_MINOR};
+    mavlink_robot_session_t session = {0x0101, 0, 1, 1, PROTOCOL_MAJOR, PROTOCOL_MINOR};
     mavlink_junior_maneuver_t maneuver = {0x0101, 0, 20, 15, 1, 1, 8, {5, 6, 7, 8, 9, 10, 11, 12}};
     mavlink_junior_contest_t contest = {0x0101, 0, 10, 1, 1, 1};
     uint32_t done = 0;
@@ -223,11 +223,11 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
     while (done < bytes) {
         uint32_t used;
 
-        if (fuzz->host.robot.state == JUNIOR_STATE_STOPPED || !fuzz->host.robot.session.open
+        if (fuzz->host.robot.state == ROBOT_STATE_STOPPED || !fuzz->host.robot.session.open
             || fuzz->host.robot.session.id != session.session) {
             memset(payload, 0, sizeof payload);
-            memcpy(payload, &session, MAVLINK_MSG_ID_JUNIOR_SESSION_LEN);
-            tick(fuzz, frame, build(fuzz, frame, &rows[ROW_JUNIOR_SESSION], payload));
+            memcpy(payload, &session, MAVLINK_MSG_ID_ROBOT_SESSION_LEN);
+            tick(fuzz, frame, build(fuzz, frame, &rows[ROW_ROBOT_SESSION], payload));
             arm.param1 = 0.0f;
             memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
             tick(fuzz, frame, build(fuzz, frame, &rows[ROW_COMMAND_LONG], payload));

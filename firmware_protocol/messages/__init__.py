@@ -1,0 +1,154 @@
+"""Every message on the wire, once: names, units, ranges and wire types.
+
+Ids below 47100 are standard MAVLink. Above that are the messages of any robot (ROBOT_...) and those of a role, by the
+role's name. They use SI units in Python; `scale` says what one wire unit is. Their fields are declared widest first, so
+that the MAVLink payload and the CAN payload agree.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from firmware_protocol.messages.fields import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    REFEREE_COMPONENT,
+    ROBOT_COMPONENT,
+    Asker,
+    AskerComponent,
+    Sequence,
+    Session,
+    Target,
+    TargetComponent,
+)
+from firmware_protocol.messages.junior import (
+    JUNIOR_MESSAGES,
+    ContestCommand,
+    JuniorContest,
+    JuniorManeuver,
+    JuniorManeuverResult,
+    JuniorMemoryEntry,
+    JuniorMemoryRead,
+    JuniorMemoryWrite,
+    JuniorSensors,
+    JuniorWheels,
+    ManeuverOption,
+    SensorFlag,
+)
+from firmware_protocol.messages.referee import REFEREE_MESSAGES, BoutOutcome, OpponentCode, Phase, RefereeReset, RefereeState
+from firmware_protocol.messages.robot import (
+    ROBOT_MESSAGES,
+    AckResult,
+    Host,
+    Reason,
+    RobotAck,
+    RobotAlive,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
+    State,
+)
+from firmware_protocol.messages.standard import (
+    PARAM_TYPE_REAL32,
+    STANDARD_MESSAGES,
+    AutopilotVersion,
+    Command,
+    CommandAck,
+    CommandLong,
+    CommandResult,
+    Heartbeat,
+    ManualControl,
+    MissionCount,
+    MissionRequestList,
+    Param7,
+    ParamRequestList,
+    ParamRequestRead,
+    ParamSet,
+    ParamValue,
+    Ping,
+    SetupSigning,
+    Statustext,
+    SysStatus,
+    Timesync,
+)
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire import Message
+
+PROTOCOL_MAJOR: Final = 2
+"""A robot or host with another major version can't be spoken to."""
+PROTOCOL_MINOR: Final = 0
+"""A newer minor version only adds."""
+
+MESSAGES: Final[dict[int, type[Message]]] = {
+    message.ID: message for message in (*STANDARD_MESSAGES, *JUNIOR_MESSAGES, *ROBOT_MESSAGES, *REFEREE_MESSAGES)
+}
+"""Every message by id."""
+BYTE_LINKS_ONLY: Final[frozenset[type[Message]]] = frozenset({SetupSigning})
+"""Messages that CAN has no place for: nothing is signed there."""
+
+__all__ = [
+    "BYTE_LINKS_ONLY",
+    "HOST_COMPONENT",
+    "HOST_SYSTEM",
+    "JUNIOR_MESSAGES",
+    "MESSAGES",
+    "PARAM_TYPE_REAL32",
+    "PROTOCOL_MAJOR",
+    "PROTOCOL_MINOR",
+    "REFEREE_COMPONENT",
+    "REFEREE_MESSAGES",
+    "ROBOT_COMPONENT",
+    "ROBOT_MESSAGES",
+    "STANDARD_MESSAGES",
+    "AckResult",
+    "Asker",
+    "AskerComponent",
+    "AutopilotVersion",
+    "BoutOutcome",
+    "Command",
+    "CommandAck",
+    "CommandLong",
+    "CommandResult",
+    "ContestCommand",
+    "Heartbeat",
+    "Host",
+    "JuniorContest",
+    "JuniorManeuver",
+    "JuniorManeuverResult",
+    "JuniorMemoryEntry",
+    "JuniorMemoryRead",
+    "JuniorMemoryWrite",
+    "JuniorSensors",
+    "JuniorWheels",
+    "ManeuverOption",
+    "ManualControl",
+    "MissionCount",
+    "MissionRequestList",
+    "OpponentCode",
+    "Param7",
+    "ParamRequestList",
+    "ParamRequestRead",
+    "ParamSet",
+    "ParamValue",
+    "Phase",
+    "Ping",
+    "Reason",
+    "RefereeReset",
+    "RefereeState",
+    "RobotAck",
+    "RobotAlive",
+    "RobotResultAck",
+    "RobotSession",
+    "RobotStatus",
+    "SensorFlag",
+    "Sequence",
+    "Session",
+    "SetupSigning",
+    "State",
+    "Statustext",
+    "SysStatus",
+    "Target",
+    "TargetComponent",
+    "Timesync",
+]

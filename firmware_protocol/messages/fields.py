@@ -1,0 +1,22 @@
+"""Who is who on the wire, and the fields that many messages have."""
+
+from __future__ import annotations
+
+from typing import Annotated, Final
+
+from firmware_protocol.wire import Wire
+
+ROBOT_COMPONENT: Final = 1
+"""MAV_COMP_ID_AUTOPILOT1: the robot itself."""
+REFEREE_COMPONENT: Final = 25
+"""MAV_COMP_ID_USER1: the emulator's referee."""
+HOST_COMPONENT: Final = 190
+"""MAV_COMP_ID_MISSIONPLANNER: the host."""
+HOST_SYSTEM: Final = 255
+"""System id of the host."""
+Target = Annotated[int, Wire("u8", text="System addressed; 0 is all, honoured only for stop and e-stop")]
+TargetComponent = Annotated[int, Wire("u8", text="Component addressed; 0 is all")]
+Asker = Annotated[int, Wire("u8", text="System that asked; 0: not filled in, which is a fault")]
+AskerComponent = Annotated[int, Wire("u8", text="Component that asked; likewise")]
+Session = Annotated[int, Wire("u16", text="Session of the host, random, opened by ROBOT_SESSION")]
+Sequence = Annotated[int, Wire("u16", text="Number of the command within the session")]
