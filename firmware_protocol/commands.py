@@ -160,12 +160,8 @@ class CommandExchange(Exchange[CommandAck]):
         self.finish(ack)
 
 
-class ArmExchange(CommandExchange):
-    """Arming: disarming makes it pointless."""
-
-
-class StopExchange(CommandExchange):
-    """Disarming, or the emergency stop: answered when the robot has accepted it *and* says that it is in that state.
+class StateExchange(CommandExchange):
+    """Arming, disarming, the emergency stop: answered when the robot has accepted it *and* says that it is in that state.
 
     Its HEARTBEAT is asked for together with the command, so that it takes no longer; what it said before it accepted does
     not count. Both are repeated, and after `STATE_WAIT` it is an error.
@@ -227,6 +223,10 @@ class StopExchange(CommandExchange):
         """The state is still to come."""
         self._ack = ack
         self._accepted_at = min(self._accepted_at, time)
+
+
+class ArmExchange(StateExchange):
+    """Arming: disarming makes it pointless."""
 
 
 def state_in_words(heartbeat: Heartbeat) -> str:

@@ -6,8 +6,9 @@ of a connection is the table in `connection.py`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.answers import for_another
 from firmware_protocol.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
@@ -16,7 +17,6 @@ from firmware_protocol.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
-    MESSAGES,
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
     ROBOT_COMPONENT,
@@ -36,7 +36,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.quality import ClockComparison, Counters, FrameStream
 from firmware_protocol.requests import ARMED_FLAG, Requests
 from firmware_protocol.streams import JUNIOR_STREAMS, MOST_REQUESTS, Streams
-from firmware_protocol.wire import Direction, wire_fields
+from firmware_protocol.versions import other_version
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -57,13 +57,6 @@ _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
-
-_ADDRESSED: Final = frozenset(
-    message
-    for message in MESSAGES.values()
-    if message.DIRECTION is Direction.UP and "target_system" in dict(wire_fields(message))
-)
-"""Answers, which say whom they are for."""
 
 HOST_HEARTBEAT: Final = Heartbeat(type=_GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 
@@ -123,7 +116,7 @@ class Peer(Requests):
         self.components: set[int] = set()
         self.clock = ClockComparison()
         self._label = label
-        self._us = ({0, host_system}, {0, host_component})
+        self._us = (host_system, host_component)
         self._new_session = session
         self._open_session = open_session
         self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
@@ -196,7 +189,7 @@ class Peer(Requests):
                 self._move(Input.HEARD, received.time)
         if not self._count(received):
             return self._take()
-        if type(message) in _ADDRESSED and not self._for_us(message):
+        if for_another(message, *self._us):
             return [received, *self._take()]
         show = True
         if from_robot:
@@ -308,12 +301,6 @@ class Peer(Requests):
         self._timer_due = NOW
 
     # --- Within ------------------------------------------------------------------------------------------------------
-
-    def _for_us(self, message: Message) -> bool:
-        """Whether an answer is ours; one that names nobody is taken, since foreign robots may leave that out."""
-        asker = cast("Any", message)
-        systems, components = self._us
-        return asker.target_system in systems and asker.target_component in components
 
     def _timers(self, now: float) -> list[Message]:
         """Heartbeat, comparison of clocks and a look at the streams, when they are due."""
@@ -500,9 +487,7 @@ class Peer(Requests):
         if major == 0:
             text = f"system {self.system} is a vehicle, but no Junior: it names no version of our protocol"
         else:
-            cure = "update this software" if major > PROTOCOL_MAJOR else "flash it again"
-            ours = f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}"
-            text = f"{self._label} speaks protocol {major}.{minor}, this software {ours}: {cure}"
+            text = f"{self._label} {other_version(f'{major}.{minor}')}"
         self.failure = VersionError(text)
         self._move(Input.VERSION_BAD, now)
 

@@ -14,7 +14,7 @@ from firmware_protocol.commands import (
     Numbering,
     PingExchange,
     RequestExchange,
-    StopExchange,
+    StateExchange,
 )
 from firmware_protocol.errors import HilError, PeerError
 from firmware_protocol.failures import failing_part
@@ -102,10 +102,13 @@ class Requests:
         return self._exchanges.add(CommandExchange(name, CommandLong(self.system, component, command, 0, *parameters)))
 
     def arm(self) -> Ticket[CommandAck]:
-        """Let the wheels turn from now on, and keep it moving as the host whose session is open, where one is."""
+        """Let the wheels turn from now on, and keep it moving as the host whose session is open, where one is.
+
+        Answered when the robot itself says that it is armed.
+        """
         host = self._host if self._numbering.session is not None else 0
         question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(host))
-        ticket = self._exchanges.add(ArmExchange("arming", question))
+        ticket = self._exchanges.add(ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG)))
         self._arming = (ticket, True)
         return ticket
 
@@ -254,7 +257,7 @@ class Requests:
 
     def _stop(self, name: str, reached: Callable[[Heartbeat], bool], command: int, param1: float) -> Ticket[CommandAck]:
         question = CommandLong(self.system, ROBOT_COMPONENT, command, param1=param1)
-        return self._exchanges.add(StopExchange(name, question, reached))
+        return self._exchanges.add(StateExchange(name, question, reached))
 
     def _wish(self, message: type[Message], period: float) -> None:
         """Somebody wants a stream at another rate; for who watches over them."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar, cast
 
 from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
@@ -83,8 +83,8 @@ class Junior:
         self.referee: Referee | None = None
         self.now = now
         self._serve = serve
-        self._sensors: JuniorSensors | None = None
-        self._early: dict[int, JuniorSensors] = {}
+        self._reading: Received | None = None
+        self._early: dict[int, Received] = {}
         self._listeners: list[Callable[[Event], None]] = []
         self._closed = False
         self._emergency = False
@@ -144,7 +144,7 @@ class Junior:
             network: Name of the network that it is on; None is the address of the link.
         """
         self.peer = peer
-        self._sensors = self._early.get(peer.system)
+        self._reading = self._early.get(peer.system)
         self.address = RobotAddress(self.bridge.link.url if network is None else network, peer.system)
 
     def _look_for_referee(self) -> None:
@@ -198,15 +198,24 @@ class Junior:
 
     @property
     def sensors(self) -> JuniorSensors:
-        """The latest reading; waits for the first."""
-        if self._sensors is None:
-            return self.read_sensors()
-        return self._sensors
+        """The latest reading, unless it is stale: then a fresh one is asked for, as the first is; raises as `read_sensors`."""
+        latest = self.latest
+        return self.read_sensors() if latest is None or self.stale else latest
 
     @property
     def latest(self) -> JuniorSensors | None:
-        """The latest reading, without waiting; None before the first."""
-        return self._sensors
+        """The latest reading, without waiting and however old it is (`age`); None before the first."""
+        return None if self._reading is None else cast("JuniorSensors", self._reading.message)
+
+    @property
+    def age(self) -> float:
+        """Time since the latest reading came, in s; infinite before the first."""
+        return float("inf") if self._reading is None else self.now() - self._reading.time
+
+    @property
+    def stale(self) -> bool:
+        """The latest reading is too old to act on: older than three intervals of the stream, or 0.25 s where that is more."""
+        return self.peer.streams.stale(JuniorSensors, self.age)
 
     @property
     def stimulus(self) -> Stimulus:
@@ -467,11 +476,11 @@ class Junior:
         """
         if not hasattr(self, "peer"):
             if isinstance(event, Received) and type(event.message) is JuniorSensors:
-                self._early[event.system] = event.message
+                self._early[event.system] = event
         elif isinstance(event, Received) and event.system == self.peer.system:
             message = event.message
             if type(message) is JuniorSensors:
-                self._sensors = message
+                self._reading = event
             elif type(message) is RefereeState and self.referee is not None:
                 self.referee.heard(message)
         for listener in self._listeners:

@@ -20,7 +20,6 @@ from firmware_protocol.mavlink_layout import FLAG_SIGNED
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Command,
@@ -32,6 +31,7 @@ from firmware_protocol.messages import (
     SysStatus,
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.versions import other_version
 from firmware_protocol.wire import CAN
 
 if TYPE_CHECKING:
@@ -120,10 +120,8 @@ class Robot:
             parts.append("armed: somebody may be driving it")
         if self.signed is not Signed.NOT:
             parts.append(_SIGNS[self.signed])
-        if not self._understood:
-            parts.append(
-                f"speaks protocol {self.protocol}, this software {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}: update the older one"
-            )
+        if self.protocol is not None and not self._understood:
+            parts.append(other_version(self.protocol))
         return ", ".join(parts)
 
 

@@ -6,7 +6,17 @@ import json
 from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
-from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected
+from firmware_protocol.events import (
+    Event,
+    LinkNews,
+    PeerBack,
+    PeerFound,
+    PeerLost,
+    Received,
+    Rejected,
+    StreamBack,
+    StreamStopped,
+)
 from firmware_protocol.failures import FailureType, failure_in_words
 from firmware_protocol.messages import (
     HOST_COMPONENT,
@@ -171,6 +181,8 @@ class Recorder:
             self.note("link", f"robot {event.system} is lost: {event.cause}", system=event.system, cause=event.cause)
         elif isinstance(event, LinkNews):
             self.note("link", event.text)
+        elif isinstance(event, StreamStopped | StreamBack):
+            self.note("link", event.text, system=event.system, stream=event.stream)
         elif isinstance(event, PeerBack):
             words = "is back, restarted" if event.rebooted else "is back"
             self.note("link", f"robot {event.system} {words}", system=event.system, rebooted=event.rebooted)

@@ -15,15 +15,18 @@ from rich.text import Text
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import PeerError, PeerLostError, RefusedError
 from firmware_protocol.messages import SensorFlag, State
+from firmware_protocol.vocabulary import Stimulus
 from hil.cli import common
 from hil.cli.overview import Overview
 from hil.cli.session import Session, open_session, open_watch
 from hil.connecting import asked_for
+from hil.junior import STIMULUS_BITS
 from hil.keys import pressed_keys
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from firmware_protocol.messages import JuniorSensors
     from hil.junior import Junior
     from hil.robots import Robots
 
@@ -192,22 +195,28 @@ def _obey(session: Session, key: str) -> str:
     return ""
 
 
-def _names(junior: Junior) -> str:
-    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in SensorFlag(junior.sensors.flags & 0xFF)) or "nothing"
+def _names(sensors: JuniorSensors) -> str:
+    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in SensorFlag(sensors.flags & 0xFF)) or "nothing"
+
+
+def _shown(junior: Junior) -> JuniorSensors:
+    """The latest reading, however old: `_warning` says so. The first is waited for."""
+    return junior.latest or junior.sensors
 
 
 def _line(junior: Junior) -> str:
-    sensors, counters = junior.sensors, junior.peer.counters
+    sensors, counters = _shown(junior), junior.peer.counters
     state = junior.state.name.lower() if junior.peer.ready else "not heard" if junior.bridge.lost is None else "no link"
     return (
         f"{sensors.time:8.2f} s  {state:10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
-        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(junior)}  "
+        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(sensors)}  "
         f"frames {counters.good}, lost {counters.lost}, rejected {counters.rejected}"
+        f"{'  ' if (warning := _warning(junior)) else ''}{warning}"
     )
 
 
 def _view(junior: Junior, refusal: str) -> Group:
-    sensors, counters = junior.sensors, junior.peer.counters
+    sensors, counters = _shown(junior), junior.peer.counters
     table = Table(title=junior.description, title_justify="left", show_header=True, box=None)
     for head in ("", "left", "right"):
         table.add_column(head, justify="right" if head else "left")
@@ -217,7 +226,7 @@ def _view(junior: Junior, refusal: str) -> Group:
     latency = f"{counters.latency * 1000:.1f} ms" if counters.answers else "-"
     return Group(
         table,
-        f"senses: {_names(junior)}",
+        f"senses: {_names(sensors)}",
         f"state: {junior.state.name.lower()}{' (armed)' if junior.armed else ''}   battery {sensors.battery:.2f} V"
         f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
         f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "
@@ -230,25 +239,30 @@ def _view(junior: Junior, refusal: str) -> Group:
 
 def _warning(junior: Junior) -> str:
     """What makes the readings old; empty when they are not."""
-    if junior.peer.ready:
+    if not junior.stale:
         return ""
+    old = f"these readings are {junior.age:.1f} s old"
+    if junior.peer.ready:
+        return f"NO READINGS COME, stopped by another client: {old}"
     if junior.bridge.lost is not None:
-        return "LINK LOST, trying to open it again: these readings are old"
-    return "NOT HEARD ANY MORE: these readings are old"
+        return f"LINK LOST, trying to open it again: {old}"
+    return f"NOT HEARD ANY MORE: {old}"
 
 
 def _plain(junior: Junior) -> dict[str, object]:
-    sensors, counters = junior.sensors, junior.peer.counters
+    sensors, counters = _shown(junior), junior.peer.counters
     return {
         "system": junior.peer.system,
         "state": junior.state.name.lower(),
         "armed": junior.armed,
         "time": sensors.time,
+        "age_s": junior.age,
+        "stale": junior.stale,
         "eye": list(sensors.eye),
         "floor": list(sensors.floor),
         "travel": list(sensors.travel),
         "battery": sensors.battery,
-        "stimulus": junior.stimulus.label,
+        "stimulus": Stimulus(sensors.flags & STIMULUS_BITS).label,
         "link": {
             "good": counters.good,
             "lost": counters.lost,

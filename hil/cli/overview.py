@@ -94,6 +94,10 @@ class Overview:
         ]
 
 
+def _names(flags: SensorFlag) -> str:
+    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in flags) or "nothing"
+
+
 def _cells(junior: Junior) -> tuple[str, ...]:
     counters, sensors = junior.peer.counters, junior.latest
     state = junior.state.name.lower() if junior.peer.ready else "NOT HEARD"
@@ -104,7 +108,7 @@ def _cells(junior: Junior) -> tuple[str, ...]:
         str(junior.peer.system),
         state,
         "-" if sensors is None else f"{sensors.battery:.2f} V",
-        ", ".join(str(flag.name).lower().replace("_", " ") for flag in flags) or "nothing",
+        f"({junior.age:.1f} s old)" if sensors is not None and junior.stale else _names(flags),
         str(counters.good),
         str(counters.lost),
         str(counters.rejected),

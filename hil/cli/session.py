@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError, PeerLostError
-from firmware_protocol.events import LinkNews, PeerBack, PeerLost
+from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.cli import common
 from hil.connecting import asked_for, connect, fault_option
@@ -153,7 +153,7 @@ def _teller(bridge: Bridge, tell: Callable[[str], None]) -> Callable[[Event], No
     patience = bridge.patience
 
     def listen(event: Event) -> None:
-        if isinstance(event, LinkNews):
+        if isinstance(event, LinkNews | StreamStopped | StreamBack):
             tell(event.text)
         elif isinstance(event, PeerBack):
             tell(f"robot {event.system} is back{', restarted' if event.rebooted else ''}")

@@ -30,6 +30,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.versions import other_version
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire import Message
 from hil.conformance.orders import Orders, named
@@ -104,7 +105,7 @@ class Subject(Orders):
         version = self.requested(AutopilotVersion)
         if version is not None and version.middleware_sw_version >> 24 != PROTOCOL_MAJOR:
             major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
-            raise VersionError(f"the robot speaks version {major}.{minor} of the protocol, we speak {PROTOCOL_MAJOR}")
+            raise VersionError(f"the robot {other_version(f'{major}.{minor}')}")
         try:
             self.fresh()
         except CheckFailedError as failure:

@@ -6,7 +6,7 @@ by one `struct` call with the tags as constants. The tests parse the result with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import cache
 from math import isnan, nan
@@ -221,11 +221,12 @@ def step_encoder() -> Callable[[float, Sequence[tuple[float, bytes]], tuple[str,
     return encode
 
 
-def compile_rebuilder(schema: Schema) -> Callable[[object], Any]:
+def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[[object], Any]:
     """Make the way back: from a parsed protobuf message to the dataclass.
 
     Args:
         schema: The schema of the dataclass as this program knows it.
+        absent: Fields that the log does not have, and that are 0 then.
 
     Returns:
         A function from the protobuf message, as the log's own descriptor has parsed it, to an instance of
@@ -233,7 +234,9 @@ def compile_rebuilder(schema: Schema) -> Callable[[object], Any]:
         messages differ.
     """
     own = [field for field in schema.fields if field.name not in SENDER_FIELDS]
-    get = attrgetter(*(field.name for field in own), own[0].name)  # twice the first, for a tuple even of one
+    zeros = [index for index, field in enumerate(own) if field.name in absent]
+    names = [own[0].name if index in zeros else field.name for index, field in enumerate(own)]
+    get = attrgetter(*names, own[0].name)  # one more, for a tuple even of one
     tuples = [index for index, field in enumerate(own) if field.count]
     nullable = [index for index, field in enumerate(own) if field.nullable]
     make = schema.python
@@ -241,6 +244,8 @@ def compile_rebuilder(schema: Schema) -> Callable[[object], Any]:
     def rebuild(parsed: object) -> Any:  # noqa: ANN401 - whatever the schema says
         values: list[Any] = list(get(parsed))
         values.pop()
+        for index in zeros:
+            values[index] = 0
         for index in tuples:
             values[index] = tuple(values[index])
         for index in nullable:

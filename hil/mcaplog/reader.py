@@ -25,7 +25,7 @@ from firmware_protocol.messages import MESSAGES
 from hil.mcaplog.encode import NO_FRAME, compile_rebuilder, read_sender
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.records import RECORDS
-from hil.mcaplog.schemas import SENDER_FIELDS, Schema, message_schema, record_schema
+from hil.mcaplog.schemas import RENAMED, RENAMED_TOPICS, SENDER_FIELDS, SINCE_2_0, Schema, message_schema, record_schema
 from hil.mcaplog.writer import MAGIC
 
 if TYPE_CHECKING:
@@ -142,10 +142,11 @@ class LogReader:
                     schemas[schema.id] = schema
                 elif record.opcode == Opcode.CHANNEL:
                     found = Channel.read(_stream(record.content))
-                    asked = found.topic not in leave_out and (topics is None or found.topic in topics)
+                    topic = RENAMED_TOPICS.get(found.topic, found.topic)
+                    asked = topic not in leave_out and (topics is None or topic in topics)
                     if asked and found.schema_id in schemas and found.id not in channels:
-                        decoder = _unread if found.topic in unread else _decoder(schemas[found.schema_id])
-                        channels[found.id] = (found.topic, decoder)
+                        decoder = _unread if topic in unread else _decoder(schemas[found.schema_id])
+                        channels[found.id] = (topic, decoder)
             except _DAMAGE as error:
                 self._note(f"a record could not be decoded ({error})")
 
@@ -257,11 +258,12 @@ def _decoder(record: SchemaRecord) -> _Decode:
     parse = DecoderFactory().decoder_for("protobuf", record)
     if parse is None:
         return lambda data: (data,)
-    known = _KNOWN.get(record.name)
+    known = _KNOWN.get(RENAMED.get(record.name, record.name))
     if known is None:
         return lambda data: (parse(data),)
     from_peer = any(field.name in SENDER_FIELDS for field in known.fields)
-    rebuild = compile_rebuilder(known)
+    there = parse(b"").DESCRIPTOR.fields_by_name
+    rebuild = compile_rebuilder(known, [name for name in SINCE_2_0 if name not in there])
 
     def decode(data: bytes) -> tuple[Any, ...]:
         parsed = parse(data)

@@ -98,18 +98,28 @@ class Schema:
         return _describe(self)
 
 
+RENAMED: Final[dict[str, str]] = {
+    f"{PACKAGE}.Junior{name}": f"{PACKAGE}.Robot{name}" for name in ("Ack", "Status", "Session", "ResultAck")
+}
+"""What messages of protocol 1.0 are called since: their schemas, and below their topics."""
+RENAMED_TOPICS: Final[dict[str, str]] = {
+    f"/junior/{name}": f"/robot/{name}" for name in ("ack", "status", "session", "result_ack")
+}
+SINCE_2_0: Final = frozenset({"target_system", "target_component", "host"})
+"""Fields that logs of protocol 1.0 do not have where they are read as those of 2.0: they are 0 then, not filled in."""
+
 _MESSAGE_SCHEMAS: Final[dict[type[Message], Schema]] = {}
 _RECORD_SCHEMAS: Final[dict[type, Schema]] = {}
 
 
 def topic_of(message: type[Message]) -> str:
-    """Topic of a robot message: `/junior/sensors`, `/referee/state`, `/mavlink/heartbeat`.
+    """Topic of a robot message: `/robot/status`, `/junior/sensors`, `/referee/state`, `/mavlink/heartbeat`.
 
     Args:
         message: The message's class.
     """
     name = message.NAME.lower()
-    for room in ("junior", "referee", "swarm"):
+    for room in ("robot", "junior", "referee", "swarm"):
         if name.startswith(room + "_"):
             return f"/{room}/{name[len(room) + 1 :]}"
     return f"/mavlink/{name}"

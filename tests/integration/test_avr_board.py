@@ -150,10 +150,10 @@ def test_power_off_keeps_the_eeprom_and_nothing_else(armed: AvrBench) -> None:
     assert armed.got(RobotStatus)[0].boot_count == 2
     assert armed.latest(Heartbeat).custom_mode == State.DISARMED
     armed.open()
-    armed.answers(armed.read_message(0))
+    armed.answers_to(armed.read_message(0))
     entry = armed.latest(JuniorMemoryEntry)
     assert (entry.previous, entry.current, entry.count, entry.actions[:2]) == (1, 3, 2, (Action.FF, Action.SB))
-    armed.answers(ParamSet(1, 1, "SPD_FAST", -1.0))
+    armed.answers_to(ParamSet(1, 1, "SPD_FAST", -1.0))
     assert armed.latest(ParamValue).param_value == 0.75
     other = AvrBench(armed.nvm)
     other.run(100)
@@ -203,7 +203,7 @@ def test_stack_and_variables_stay_within_their_bounds(armed: AvrBench) -> None:
         armed.run(100)
     armed.tick(ParamSet(1, 1, "SPD_FAST", 0.75))
     for index in (0, 15, 16):
-        armed.answers(armed.read_message(index))
+        armed.answers_to(armed.read_message(index))
     armed.ask(armed.maneuver_message((Action.F,) * 8, 0.05))
     armed.ask(armed.contest_message(ContestCommand.START, 0.05))
     armed.run(500)

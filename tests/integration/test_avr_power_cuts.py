@@ -111,7 +111,7 @@ class Victim(AvrBench):
         entries: list[JuniorMemoryEntry] = []
         while not entries or len(entries) < entries[-1].used:
             self.sequence += 1
-            answers = self.answers(JuniorMemoryRead(self.session, self.sequence, 1, 1, len(entries), ANY_STIMULUS, 0))
+            answers = self.answers_to(JuniorMemoryRead(self.session, self.sequence, 1, 1, len(entries), ANY_STIMULUS, 0))
             found = [answer for answer in answers if isinstance(answer, JuniorMemoryEntry)]
             if not found:
                 break
@@ -123,7 +123,7 @@ class Victim(AvrBench):
 
     def value(self, name: str) -> float:
         """What a parameter is, by what it answers to being set to what can't be."""
-        answers = self.answers(ParamSet(1, 1, name, -1.0))
+        answers = self.answers_to(ParamSet(1, 1, name, -1.0))
         return next(answer.param_value for answer in answers if isinstance(answer, ParamValue))
 
 

@@ -16,6 +16,7 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotSession,
     RobotStatus,
+    State,
 )
 from firmware_protocol.peer import Peer
 
@@ -90,8 +91,8 @@ class Bench:
 
     # --- What a robot says -------------------------------------------------------------------------------------------
 
-    def heartbeat(self, *, armed: bool = False) -> None:
-        self.heard(Heartbeat(10, 0, 128 * armed, 1, 3))
+    def heartbeat(self, *, armed: bool = False, state: State = State.READY) -> None:
+        self.heard(Heartbeat(10, 0, 128 * armed, int(state), 3))
 
     def version(self, major: int = 2, minor: int = 0, uid: int = 0) -> None:
         self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16, uid=uid))
@@ -135,6 +136,8 @@ class Bench:
         self.ack()
         self.status()
         self.command_ack(Command.REQUEST_MESSAGE)
+        for _ in self.peer.streams.intervals:
+            self.command_ack(Command.SET_MESSAGE_INTERVAL)
         assert self.peer.ready
         self.sent.clear()
 

@@ -102,6 +102,7 @@ class ScriptedRobot:
     refuse: dict[type[Message], Reason] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=lambda: {"SPD_FAST": 1.0, "SPD_SLOW": 0.4, "EYE_L_ON": 250.0})
     armed: bool = False
+    stopped: bool = False
     stream: bool = True
 
     def __post_init__(self) -> None:
@@ -125,7 +126,7 @@ class ScriptedRobot:
         """Lose power and get it back."""
         self.boots += 1
         self._booted = self._time
-        self._session, self._result, self.armed = None, None, False
+        self._session, self._result, self.armed, self.stopped = None, None, False, False
         self._recent.clear()
 
     def step(self, inbound: bytes) -> bytes:
@@ -140,20 +141,28 @@ class ScriptedRobot:
             self._say(self._result)
             self._result_due = self._time + 0.1
         if self._ticks % 200 == 1:
-            self._say(Heartbeat(10, 0, 128 * self.armed, int(State.READY), 3))
+            self._say(self.heartbeat())
             self._say(self.status())
         if self.stream and self._ticks % 4 == 0:
             self._say(sensors(self._time - self._booted))
         out, self._out = b"".join(self._out), []
         return out
 
+    def state(self) -> State:
+        """What it is doing."""
+        if self.stopped:
+            return State.STOPPED
+        return State.PERFORMING if self._time < self._busy_until else State.READY if self.armed else State.DISARMED
+
+    def heartbeat(self) -> Heartbeat:
+        """That it is there, and in which state."""
+        return Heartbeat(10, 0, 128 * self.armed, int(self.state()), 3)
+
     def status(self) -> RobotStatus:
         """Its counters."""
-        busy = self._time < self._busy_until
         sequence = self._recent[-1][2] if self._recent else 0
-        state = State.PERFORMING if busy else State.READY if self.armed else State.DISARMED
         time = self._time - self._booted
-        return RobotStatus(time, len(self.performed), 0, 0, 0, 0, self.boots, self._session or 0, sequence, int(state))
+        return RobotStatus(time, len(self.performed), 0, 0, 0, 0, self.boots, self._session or 0, sequence, int(self.state()))
 
     def _say(self, message: Message, component: int = 1) -> None:
         if not self.silent and not self.mute(message):
@@ -202,6 +211,8 @@ class ScriptedRobot:
                         reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid)
                     case RobotStatus.ID:
                         reply = self.status()
+                    case Heartbeat.ID:
+                        reply = self.heartbeat()
                     case JuniorSensors.ID:
                         reply = sensors(self._time - self._booted)
                     case RefereeState.ID:
@@ -211,7 +222,10 @@ class ScriptedRobot:
                         outcome = CommandResult.DENIED
             case Command.ARM_DISARM:
                 self.armed = command.param1 == 1
-            case Command.FLIGHT_TERMINATION | Command.SET_MESSAGE_INTERVAL:
+                self.stopped = False
+            case Command.FLIGHT_TERMINATION:
+                self.armed, self.stopped = False, True
+            case Command.SET_MESSAGE_INTERVAL:
                 pass
             case _:
                 outcome = CommandResult.UNSUPPORTED

@@ -298,7 +298,7 @@ def test_a_robot_that_restarts_gets_a_new_session() -> None:
 
 
 def test_a_robot_of_another_version_is_met_but_not_used() -> None:
-    rig = Rig(ScriptedRobot(version=(2, 0)))
+    rig = Rig(ScriptedRobot(version=(1, 0)))
     rig.run(1.0)
     assert rig.bridge.peers[1].state is PeerState.REFUSED
     assert isinstance(rig.bridge.peers[1].failure, VersionError)

@@ -13,7 +13,7 @@ from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import Heartbeat, Ping, RobotSession
+from firmware_protocol.messages import Heartbeat, Ping, RobotAlive, RobotSession
 from firmware_protocol.peer import KEEP_ALIVE
 from hil.bridge import Bridge
 from hil.junior import Junior
@@ -134,7 +134,7 @@ def test_one_that_falls_silent_while_it_is_being_taken_is_told_lost_once() -> No
     assert [type(event) for event in events] == [PeerLost]
 
 
-def test_ten_armed_robots_hear_us_in_time_by_one_heartbeat_for_all() -> None:
+def test_ten_armed_robots_are_kept_by_one_message_for_all() -> None:
     crowd = ScriptedCrowd.of(range(1, 11))
     bridge = Bridge(MemoryLink(crowd), crowd, session=lambda: 77)
     while len([peer for peer in bridge.peers.values() if peer.ready]) < 10:
@@ -144,23 +144,29 @@ def test_ten_armed_robots_hear_us_in_time_by_one_heartbeat_for_all() -> None:
         bridge.step(0.05)
     heard: list[float] = []
     link, write = bridge.link, bridge.link.write
+    codec = MavlinkCodec(system=1, component=1)
 
     def counting(data: bytes) -> None:
-        heard.append(crowd.now())
+        events = codec.receive(data, crowd.now())
+        heard.extend(e.time for e in events if isinstance(e, Received) and isinstance(e.message, RobotAlive))
         write(data)
 
     link.write = counting  # type: ignore[method-assign]
     before = {system: len(robot.heard) for system, robot in crowd.robots.items()}
+    begin = crowd.now()
     while crowd.now() < 20.0:
         bridge.step(0.05)
-    time = heard[-1] - heard[0]
-    assert max(later - earlier for earlier, later in pairwise(heard)) <= KEEP_ALIVE + 0.005
+    time = crowd.now() - begin
+    gaps = [later - earlier for earlier, later in pairwise(heard)]
+    assert max(gaps) <= KEEP_ALIVE + 0.005
+    assert len(heard) <= time / KEEP_ALIVE + 1
     for system, robot in crowd.robots.items():
         said = robot.heard[before[system] :]
-        beats = sum(isinstance(message, Heartbeat) for message in said)
-        assert beats <= time / KEEP_ALIVE + 1
-        assert len(said) - beats <= 2.2 * time  # the comparison of clocks, each second
-    assert len(heard) <= time / KEEP_ALIVE + 10 * time * 2
+        alive = [message for message in said if isinstance(message, RobotAlive)]
+        assert {message.host for message in alive} == {bridge.host}
+        assert abs(len(alive) - len(heard)) <= 1
+        assert sum(isinstance(message, Heartbeat) for message in said) <= time + 1
+        assert len(said) - len(alive) <= 3.2 * time  # a heartbeat and the comparison of clocks, each second
 
 
 def test_everybody_answers_a_ping_and_only_the_one_that_was_asked_counts() -> None:

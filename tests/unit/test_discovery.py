@@ -81,7 +81,7 @@ def test_a_robot_is_found_and_told(wire: str) -> None:
     assert finding.status is Status.ROBOT
     (robot,) = finding.robots
     assert (robot.system, robot.junior, robot.armed, robot.state) == (1, True, False, State.DISARMED)
-    assert (robot.firmware, robot.protocol) == ("0.1", "1.0")
+    assert (robot.firmware, robot.protocol) == ("0.1", "2.0")
     assert robot.uid == f"{int(robot.uid or '', 16):016x}"
     assert robot.battery == pytest.approx(7.5, abs=0.05)
     assert str(robot) == "Junior, system 1, disarmed, firmware 0.1, battery 7.5 V"
@@ -100,15 +100,15 @@ def test_several_robots_on_a_line_are_told_apart() -> None:
 
 
 def test_a_robot_of_another_protocol_is_told_and_does_not_count() -> None:
-    finding = look(ScriptedRobot(version=(2, 3)))
+    finding = look(ScriptedRobot(version=(3, 3)))
     assert finding.status is Status.VEHICLE
-    assert "speaks protocol 2.3, this software 1.0" in str(finding.robots[0])
+    assert "speaks protocol 3.3, this software 2.0" in str(finding.robots[0])
 
 
 def test_a_robot_that_does_not_say_its_version_is_still_found() -> None:
     finding = look(ScriptedRobot(deaf=lambda message: isinstance(message, CommandLong)))
     assert finding.status is Status.ROBOT
-    assert str(finding.robots[0]) == "Junior, system 1, ready, battery 7.4 V"
+    assert str(finding.robots[0]) == "Junior, system 1, disarmed, battery 7.4 V"
 
 
 # --- Keys ------------------------------------------------------------------------------------------------------------
@@ -190,7 +190,7 @@ def driver(stop: float = 1e9) -> Callable[[float], Sequence[Message]]:
             case 2:
                 return [RobotSession(77, 0, 7, 1, ROBOT_COMPONENT, major=2, minor=0)]
             case 4:
-                return [CommandLong(1, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0)]
+                return [CommandLong(1, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=7.0)]
             case _ if now < stop and tick > 4 and tick % 8 == 0:
                 return [JuniorWheels(77, tick, (0.2, -0.2), 0.5, 1, ROBOT_COMPONENT)]
             case _:

@@ -113,7 +113,7 @@ def test_the_version_says_who_it_is() -> None:
     bench = FirmwareBench()
     bench.command(Command.REQUEST_MESSAGE, AutopilotVersion.ID)
     version = bench.latest(AutopilotVersion)
-    assert version.middleware_sw_version == 1 << 24
+    assert version.middleware_sw_version == 2 << 24
     assert version.uid == 0x1122334455667788
     assert version.capabilities & 8192, "speaks MAVLink 2"
 

@@ -108,7 +108,8 @@ def test_a_reboot_ends_the_session() -> None:
 
 
 @pytest.mark.parametrize(
-    ("major", "minor", "reason"), [(2, 0, Reason.BAD_VALUE), (0, 9, Reason.BAD_VALUE), (1, 200, Reason.NONE)]
+    ("major", "minor", "reason"),
+    [(1, 0, Reason.BAD_VALUE), (3, 0, Reason.BAD_VALUE), (0, 9, Reason.BAD_VALUE), (2, 200, Reason.NONE)],
 )
 def test_versions(major: int, minor: int, reason: Reason) -> None:
     bench = FirmwareBench()

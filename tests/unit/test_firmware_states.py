@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from firmware_bench import HOST, FirmwareBench
+from firmware_bench import HOST, HOST_NUMBER, FirmwareBench
 
 from firmware_protocol.messages import (
     Command,
@@ -50,7 +50,7 @@ def bench_in(state: State) -> FirmwareBench:
 
 
 def arm(bench: FirmwareBench) -> bool:
-    return bench.command(Command.ARM_DISARM, 1.0) is CommandResult.ACCEPTED
+    return bench.command(Command.ARM_DISARM, 1.0, param3=HOST_NUMBER) is CommandResult.ACCEPTED
 
 
 def disarm(bench: FirmwareBench) -> bool:

@@ -51,7 +51,7 @@ def taken(crowd: ScriptedCrowd) -> set[int]:
 
 def test_every_robot_has_a_line(overview: Overview, crowd: ScriptedCrowd) -> None:
     lines = overview.lines()
-    assert [line.split()[:3] for line in lines] == [["robot", system, "ready"] for system in "127"]
+    assert [line.split()[:3] for line in lines] == [["robot", system, "disarmed"] for system in "127"]
     assert all("7.40 V" in line and "lost 0" in line and "answers in" in line for line in lines)
     assert taken(crowd) == set()
 

@@ -25,7 +25,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer import KEEP_ALIVE, SILENCE
+from firmware_protocol.peer import SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
 
 GIVE_UP = 3.4
@@ -76,12 +76,13 @@ def test_the_count_of_starts_is_asked_for_at_once(bench: Bench) -> None:
 
 def test_a_newer_minor_version_works(bench: Bench) -> None:
     bench.heartbeat()
-    bench.version(1, 7)
+    bench.version(2, 7)
     assert bench.state() is PeerState.OPENING
 
 
 @pytest.mark.parametrize(
-    ("major", "said"), [(2, "update this software"), (0, "names no version"), (200, "speaks protocol 200.3")]
+    ("major", "said"),
+    [(3, "update this software"), (1, "flash it again"), (0, "names no version"), (200, "speaks protocol 200.3")],
 )
 def test_another_version_is_refused_with_a_clear_message(bench: Bench, major: int, said: str) -> None:
     bench.heartbeat()
@@ -285,31 +286,48 @@ def test_one_heartbeat_a_second_while_disarmed(ready: Bench) -> None:
     assert 2 <= len(ready.take(Heartbeat)) <= 3
 
 
-def test_an_armed_robot_hears_us_every_40_ms(ready: Bench) -> None:
+def test_a_robot_of_ours_is_kept_from_when_it_says_that_it_is_armed_until_it_says_that_it_is_not(ready: Bench) -> None:
+    assert not bool(ready.peer.kept)
     ticket = ready.peer.arm()
     ready.wait(0.005)
     ready.command_ack(Command.ARM_DISARM)
-    assert ticket.done
-    assert ready.peer.armed
-    quiet, longest = 0.0, 0.0
-    for k in range(400):
-        before = len(ready.sent)
-        ready.wait(0.005)
-        if k % 150 == 0:
-            ready.heartbeat(armed=True)
-        quiet = 0.0 if len(ready.sent) > before else quiet + 0.005
-        longest = max(longest, quiet)
-    assert longest <= KEEP_ALIVE + 0.0051
-    ready.peer.disarm()
+    assert not bool(ticket.done)
+    ready.heartbeat(armed=True)
+    assert bool(ticket.done)
+    assert bool(ready.peer.kept)
+    disarming = ready.peer.disarm()
     ready.wait(0.005)
     ready.command_ack(Command.ARM_DISARM)
-    assert not bool(ready.peer.armed)
+    assert not bool(disarming.done)
+    assert bool(ready.peer.kept)
+    ready.heartbeat(armed=False)
+    assert bool(disarming.done)
+    assert not bool(ready.peer.kept)
+
+
+def test_a_robot_that_is_only_watched_is_not_kept() -> None:
+    watcher = Bench(open_session=False)
+    watcher.heartbeat(armed=True)
+    watcher.version()
+    watcher.heartbeat(armed=True)
+    assert watcher.peer.ready
+    assert watcher.peer.armed
+    assert not bool(watcher.peer.kept)
+
+
+def test_whether_a_lost_robot_is_armed_nobody_knows(ready: Bench) -> None:
+    ready.heartbeat(armed=True)
+    assert bool(ready.peer.armed)
+    ready.wait(3.5)
+    assert ready.peer.armed is None
+    assert not bool(ready.peer.kept)
 
 
 def test_a_heartbeat_that_arming_has_overtaken_does_not_end_the_keep_alive(ready: Bench) -> None:
     ready.peer.arm()
     ready.wait(0.005)
     ready.command_ack(Command.ARM_DISARM)
+    ready.heartbeat(armed=True)
     ready.heartbeat(armed=False)
     assert ready.peer.armed
     ready.wait(HOLD)

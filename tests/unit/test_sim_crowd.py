@@ -16,6 +16,7 @@ from firmware_protocol.messages import (
     Heartbeat,
     JuniorWheels,
     RefereeState,
+    RobotAlive,
     RobotSession,
     RobotStatus,
 )
@@ -26,7 +27,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message
 
-HOST_HEARTBEAT = Heartbeat(6, 8, 0, 0, 4)
+ALIVE = RobotAlive(7)
 
 
 class Line:
@@ -41,7 +42,7 @@ class Line:
         heard = []
         for period in range(round(seconds / 0.005)):
             if alive and period % 8 == 0:
-                data += self._codec.encode(HOST_HEARTBEAT)
+                data += self._codec.encode(ALIVE)
             for event in self._codec.receive(self.crowd.step(data), self.crowd.now()):
                 assert isinstance(event, Received), event
                 heard.append(event)
