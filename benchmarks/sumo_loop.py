@@ -19,9 +19,9 @@ from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandLong,
-    Heartbeat,
     JuniorManeuver,
     RefereeReset,
+    RobotAlive,
     RobotSession,
 )
 from firmware_protocol.vocabulary import Action
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 SESSION = 7
 ALIVE_PERIODS = 8
-"""Control periods between two heartbeats of the host."""
+"""Control periods between two ROBOT_ALIVE of the host."""
 MANEUVER_PERIODS = 200
 BOUT_PERIODS = 800
 ACTIONS = (Action.FF, Action.MF, Action.LFRS, Action.LSRF)
@@ -57,7 +57,7 @@ def host_frames(codec: MavlinkCodec, steps: int, opponent: str) -> list[bytes]:
             sequence += 1
             messages.append(JuniorManeuver(SESSION, sequence, 0.25, 5, 1, 1, len(ACTIONS), actions))
         if step % ALIVE_PERIODS == 0:
-            messages.append(Heartbeat(6, 8, 0, 0, 4))
+            messages.append(RobotAlive(7))
         frames.append(b"".join(map(codec.encode, messages)))
     frames[0] += codec.encode(RobotSession(SESSION, 0, 7, 1, 1, 2, 0))
     frames[1] += codec.encode(CommandLong(1, 1, Command.ARM_DISARM, param1=1.0, param3=7.0))

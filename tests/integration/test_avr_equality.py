@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from avr_bench import needs_avr
 from avr_twins import Twins, comparable
-from firmware_bench import HOST, FirmwareBench, forge
+from firmware_bench import HOST, HOST_NUMBER, FirmwareBench, forge
 
 from firmware_protocol.faults import FaultSpec
 from firmware_protocol.mavlink import MavlinkCodec
@@ -68,10 +68,10 @@ class Life:
     def open(self) -> RobotSession:
         self.make.session += 1
         self.make.sequence = 0
-        return RobotSession(self.make.session, 0, 7, 1, 1, 2, 0)
+        return RobotSession(self.make.session, 0, HOST_NUMBER, 1, 1, 2, 0)
 
-    def command(self, command: Command, param1: float, param2: float = 0.0) -> CommandLong:
-        return CommandLong(1, 1, command, param1=param1, param2=param2)
+    def command(self, command: Command, param1: float, param2: float = 0.0, param3: float = 0.0) -> CommandLong:
+        return CommandLong(1, 1, command, param1=param1, param2=param2, param3=param3)
 
     def actions(self) -> tuple[Action, ...]:
         return tuple(Action(self.random.randrange(17)) for _ in range(self.random.randint(1, 8)))
@@ -145,7 +145,7 @@ class Life:
         """What is said now."""
         choose = self.random
         kinds = ("motion", "memory", "question", "parameter", "damage", "arm", "session", "contest", "stop", "list", "alive")
-        match choose.choices(kinds, (40, 14, 12, 10, 8, 12, 1, 2, 1, 0.5, 10))[0]:
+        match choose.choices(kinds, (40, 14, 12, 10, 8, 12, 4, 2, 1, 0.5, 10))[0]:
             case "parameter":
                 return self.parameter()
             case "damage":
@@ -157,7 +157,8 @@ class Life:
             case "question":
                 message = self.question()
             case "arm":
-                message = self.command(Command.ARM_DISARM, choose.choice((1.0, 1.0, 1.0, 0.0)))
+                number = choose.choice((*(float(HOST_NUMBER),) * 18, 0.0, 8.0))  # now and then as a ground station, or another
+                message = self.command(Command.ARM_DISARM, choose.choice((1.0, 1.0, 1.0, 0.0)), param3=number)
             case "session":
                 message = self.open()
             case "contest":

@@ -81,7 +81,8 @@ def test_the_handshake_takes_three_control_periods() -> None:
     assert ring.world.now() == pytest.approx(0.015)
     assert ring.peer.version is not None
     assert ring.peer.version.uid != 0
-    assert ring.ask(ring.peer.request(RobotStatus)).session == 400
+    assert ring.bridge.host == 400
+    assert ring.ask(ring.peer.request(RobotStatus)).session == ring.peer.session == 401
 
 
 def test_every_parameter_is_there_and_can_be_set() -> None:
@@ -176,7 +177,7 @@ def test_a_restart_in_the_middle_of_a_maneuver_is_told_and_gone_on_from() -> Non
     assert "has restarted" in str(ticket.error)
     ring.until(lambda: ring.notices()[-1] is PeerBack)
     assert ring.world.device.wheels == (0.0, 0.0)
-    assert ring.peer.session == 401
+    assert ring.peer.session == 402
     ring.ask(ring.peer.arm())
     ring.ask(ring.peer.perform(SPIN))
 
@@ -203,11 +204,11 @@ def test_no_damaged_command_moves_a_wheel() -> None:
     spec = FaultSpec(corrupt=1.0)
     damaging = FaultyLink(ring.link, spec, seed=1, clock=ring.world, split=split_frames)
     for sequence in range(1, 3000):
-        damaging.write(codec.encode(JuniorWheels(400, sequence, (0.5, -0.5), 0.1, 1, 1)))
+        damaging.write(codec.encode(JuniorWheels(401, sequence, (0.5, -0.5), 0.1, 1, 1)))
         ring.run(0.005)
         assert ring.world.device.wheels == (0.0, 0.0)
     assert ring.peer.armed
-    ring.bridge.send(JuniorWheels(400, 3000, (0.5, -0.5), 0.1, 1, 1))
+    ring.bridge.send(JuniorWheels(401, 3000, (0.5, -0.5), 0.1, 1, 1))
     ring.run(0.01)
     assert ring.world.device.wheels == (0.5, -0.5)
 

@@ -19,7 +19,6 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     CommandResult,
-    Heartbeat,
     JuniorSensors,
     JuniorWheels,
     OpponentCode,
@@ -29,6 +28,7 @@ from firmware_protocol.messages import (
     RefereeReset,
     RefereeState,
     RobotAck,
+    RobotAlive,
     RobotSession,
     RobotStatus,
     SensorFlag,
@@ -56,7 +56,7 @@ class Host:
         heard: list[Received] = []
         for step in range(round(seconds / 0.005)):
             if alive and step % 8 == 0:
-                data += self.codec.encode(Heartbeat(6, 8, 0, 0, 4))
+                data += self.codec.encode(RobotAlive(7))
             out = self.world.step(data)
             self.sent += out
             data = b""
