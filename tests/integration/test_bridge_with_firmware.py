@@ -7,23 +7,28 @@ from typing import TYPE_CHECKING, TypeVar
 import pytest
 
 from firmware_protocol.errors import RefusedError
-from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received
+from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, StreamBack, StreamStopped
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
     REFEREE_COMPONENT,
+    Command,
+    CommandLong,
     JuniorManeuverResult,
     JuniorSensors,
     JuniorWheels,
+    ManualControl,
     Phase,
     Reason,
     RefereeState,
+    RobotAlive,
     RobotStatus,
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 from hil.bridge import Bridge
 from simdevice.world import World, junior_world
@@ -34,6 +39,7 @@ if TYPE_CHECKING:
     from firmware_protocol.exchange import Ticket
     from firmware_protocol.link import Link
     from firmware_protocol.peer import Peer
+    from firmware_protocol.wire import Message
 
 T = TypeVar("T")
 SPIN = Maneuver((Action.R, Action.L), period=0.05, floor_reflex=False)
@@ -221,3 +227,88 @@ def test_a_second_host_takes_over_and_the_first_is_told() -> None:
     ticket = ring.peer.erase_memory()
     ring.until(lambda: ticket.done)
     assert ticket.reason is Reason.WRONG_SESSION
+
+
+class Other:
+    """Another program on the same network, with the same ids.
+
+    Args:
+        world: The emulated robot.
+    """
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._codec = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
+
+    def live(self, seconds: float, *said: Message) -> list[Message]:
+        """Let time pass while this program says the same every 20 ms; what the robot says meanwhile."""
+        heard: list[Message] = []
+        for period in range(round(seconds / 0.005)):
+            data = b"".join(map(self._codec.encode, said)) if period % 4 == 0 else b""
+            events = self._codec.receive(self._world.step(data), self._world.now())
+            heard += [event.message for event in events if isinstance(event, Received)]
+        return heard
+
+
+@pytest.mark.parametrize(
+    "said", [[HOST_HEARTBEAT], [RobotAlive(9)], [HOST_HEARTBEAT, RobotAlive(401), ManualControl(1, 500)]], ids=str
+)
+def test_another_program_of_the_same_system_id_keeps_no_robot_moving_whose_host_is_gone(said: list[Message]) -> None:
+    ring = Ring()
+    ring.ask(ring.peer.arm())
+    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    ring.run(1.0)
+    assert any(ring.world.device.wheels)
+    other = Other(ring.world)  # our program has been killed: it says nothing any more
+    other.live(0.25 + 0.005, *said)
+    assert ring.world.device.wheels == (0.0, 0.0)
+
+
+def test_a_stop_of_another_program_whose_order_was_heard_does_not_end_ours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Our frame is lost, and the robot accepts what another program asks: the wheels may go on, and we know it."""
+    ring = Ring()
+    ring.ask(ring.peer.arm())
+    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    ring.run(0.2)
+    stop = ring.peer.emergency_stop()
+    monkeypatch.setattr(ring.link, "write", lambda _: None)
+    ring.bridge.step(0)  # the emergency stop is lost
+    monkeypatch.undo()
+    other = MavlinkCodec(system=254, component=1)
+    ring.link.write(other.encode(CommandLong(1, 1, Command.FLIGHT_TERMINATION, param1=0.0)))  # denied
+    ring.bridge.step(0.005)
+    ring.bridge.step(0.005)
+    assert not bool(stop.done)
+    ring.ask(stop)
+    assert ring.world.device.wheels == (0.0, 0.0)
+    assert ring.ask(ring.peer.request(RobotStatus)).state == State.STOPPED
+
+
+def test_a_ground_station_takes_the_robot_and_the_host_is_told() -> None:
+    ring = Ring()
+    ring.ask(ring.peer.arm())
+    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    ring.run(0.2)
+    station = Other(ring.world)
+    station.live(0.02, CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
+    assert ring.world.device.wheels == (0.0, 0.0), "it has not asked for that motion"
+    station.live(1.0, ManualControl(1, 500))
+    assert ring.world.device.wheels == (0.5, 0.5)
+    station.live(0.26)
+    assert ring.world.device.wheels == (0.0, 0.0)
+    with pytest.raises(RefusedError, match="another host has taken it over"):
+        ring.ask(ring.peer.drive(0.1, 0.1, 0.1))
+    with pytest.raises(RefusedError):
+        ring.ask(ring.peer.arm())
+
+
+def test_a_stream_that_another_client_switches_off_is_on_again() -> None:
+    ring = Ring()
+    station = MavlinkCodec(system=254, component=1)
+    ring.link.write(station.encode(CommandLong(1, 1, Command.SET_MESSAGE_INTERVAL, 0, float(JuniorSensors.ID), -1.0)))
+    ring.run(4.0)
+    texts = [event.text for event in ring.events if isinstance(event, StreamStopped | StreamBack)]
+    assert texts == [
+        "robot 1 sends no JUNIOR_SENSORS any more: stopped by another client; asking for it again",
+        "robot 1 sends JUNIOR_SENSORS again",
+    ]
