@@ -8,6 +8,9 @@
 //     node node_mavlink_drive.mjs 127.0.0.1 5760
 //
 // On a serial port take a `SerialPort` (npm install serialport) in place of the socket; all else stays.
+//
+// It opens no session, as a ground station does not: so it arms without a number (`param3` 0), and any frame of its own keeps
+// the robot moving, at least every 250 ms, best every 100 ms.
 
 import { connect } from 'node:net'
 import mavlink from 'node-mavlink'
@@ -17,6 +20,7 @@ const { common, minimal, send } = mavlink
 
 const STATES = ['disarmed', 'ready', 'driving', 'performing', 'countdown', 'contest', 'stopped']
 const ROBOT = 1 // component id of the robot itself
+const US = { system: 255, component: 190 }
 const PATIENCE = 5000 // longest wait for anything, in ms
 
 // One of Junior's own messages; docs/protocol.md has them all, with their seed (CRC_EXTRA).
@@ -40,7 +44,7 @@ const magicNumbers = { ...MSG_ID_MAGIC_NUMBER, [JuniorSensors.MSG_ID]: JuniorSen
 
 const [host, port] = process.argv.slice(2)
 const line = connect({ host, port: Number(port) })
-const protocol = new MavLinkProtocolV2(255, 190)
+const protocol = new MavLinkProtocolV2(US.system, US.component)
 const waiting = new Set()
 let system = 0
 let wheels = [0, 0]
@@ -74,10 +78,13 @@ const state = async (wanted) => {
   await next(minimal.Heartbeat, (heartbeat) => STATES[heartbeat.customMode] === wanted)
 }
 
+// Whether an answer is for us: what a robot has told another says nothing about a command of ours.
+const forUs = (answer) => [0, US.system].includes(answer.targetSystem) && [0, US.component].includes(answer.targetComponent)
+
 async function command(message) {
   message.targetSystem = system
   message.targetComponent = ROBOT
-  const answer = next(common.CommandAck, (ack) => ack.command === message.command)
+  const answer = next(common.CommandAck, (ack) => forUs(ack) && ack.command === message.command)
   await send(line, message, protocol)
   return (await answer).message.result
 }
@@ -107,7 +114,7 @@ async function parameters() {
   return found
 }
 
-// Drive as a joystick does, 20 times a second: the robot stops when it hears nothing for 250 ms.
+// Drive as a joystick does, 20 times a second: the robot stops when it has not heard us, who armed it, for 250 ms.
 async function drive(forward, turn, duration) {
   for (let sent = 0; sent < duration / 50; sent++) {
     const message = new common.ManualControl()

@@ -11,6 +11,9 @@ blocks. The robot may be one of yours, or an emulated one that another shell ser
     python examples/plain_pymavlink.py /dev/pts/3 --baud 115200
 
 All it needs is `pip install pymavlink pyserial`. A serial device or any connection string of pymavlink will do.
+
+It opens no session, as a ground station does not. So it arms without a number (`param3` 0), and any frame of its own keeps the
+robot moving: at least every 250 ms, best every 100 ms. pymavlink_session.py is the other way: a session, and ROBOT_ALIVE.
 """
 
 from __future__ import annotations
@@ -33,6 +36,8 @@ STATES = ("disarmed", "ready", "driving", "performing", "countdown", "contest", 
 """HEARTBEAT.custom_mode of a Junior."""
 ROBOT = 1
 """Component id of the robot itself (an emulated one has a referee beside it, 25)."""
+SYSTEM, COMPONENT = 255, 190
+"""Who we are."""
 RESULTS = {0: "accepted", 1: "temporarily rejected", 2: "denied", 3: "unsupported", 4: "failed"}
 PATIENCE = 5.0
 """Longest wait for anything, in s."""
@@ -40,6 +45,11 @@ PATIENCE = 5.0
 
 class FailedError(Exception):
     """The robot did not do what it should have done."""
+
+
+def for_us(answer: Message) -> bool:
+    """Whether an answer is for us: what a robot has told another says nothing about a command of ours."""
+    return answer.target_system in {0, SYSTEM} and answer.target_component in {0, COMPONENT}
 
 
 class Robot:
@@ -52,7 +62,7 @@ class Robot:
 
     def __init__(self, device: str, baud: int) -> None:
         self.link: Any = mavutil.mavlink_connection(
-            device, baud=baud, source_system=255, source_component=190, dialect="common"
+            device, baud=baud, source_system=SYSTEM, source_component=COMPONENT, dialect="common"
         )
         self.common: Any = mavutil.mavlink
         heartbeat = self.wait("HEARTBEAT", lambda message: bool(message.type == self.common.MAV_TYPE_GROUND_ROVER))
@@ -86,7 +96,7 @@ class Robot:
         for attempt in range(10):
             self.send(command, first, attempt)
             try:
-                answer = self.wait("COMMAND_ACK", lambda message: bool(message.command == command), 0.5)
+                answer = self.wait("COMMAND_ACK", lambda ack: for_us(ack) and bool(ack.command == command), 0.5)
             except FailedError:
                 continue
             return RESULTS[answer.result]
@@ -140,7 +150,7 @@ class Robot:
         raise FailedError(f"no answer to setting {name}")
 
     def drive(self, forward: int, turn: int, duration: float) -> set[str]:
-        """Drive as a joystick does, 20 times a second: the robot stops when it hears nothing for 250 ms.
+        """Drive as a joystick does, 20 times a second: the robot stops when it has not heard us, who armed it, for 250 ms.
 
         Args:
             forward: -1000..1000.

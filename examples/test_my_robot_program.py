@@ -125,7 +125,7 @@ def test_the_wheels_stop_when_the_program_hangs(junior: Junior, junior_world: Wo
     """The robot's own watchdog, which no program can forget."""
     junior.arm()
     junior.drive(0.5, 0.5, duration=0.5)
-    for _ in range(51):  # nobody speaks for 250 ms, a control period is 5 ms
+    for _ in range(51):  # who armed it is silent for 250 ms, a control period is 5 ms
         junior_world.step(b"")
     assert junior_world.device.wheels == (0.0, 0.0)
 

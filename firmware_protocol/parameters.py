@@ -56,7 +56,7 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
     Parameter("REFLEX_BACK", 250, 0, 2000, "ms", "Floor reflex: time backing off", whole=True),
     Parameter("REFLEX_TURN", 350, 0, 2000, "ms", "Floor reflex: time turning away from the border", whole=True),
     Parameter("REFLEX_SPEED", 0.7, 0.0, 1.0, "", "Floor reflex: wheel speed backing off"),
-    Parameter("WATCHDOG", 250, 50, 2000, "ms", "Armed and no host heard for this long: stop", whole=True),
+    Parameter("WATCHDOG", 250, 50, 2000, "ms", "Moving, and its keeper not heard for this long: stop", whole=True),
     Parameter("STIM_ARMS", 0, 0, 1, "", "Contest: 1 counts the arms as part of the stimulus", whole=True),
     Parameter("CONTEST_MAX", 180, 0, 3600, "s", "A contest ends after this time; 0 never", whole=True),
     Parameter("BATT_LOW", 0, 0, 20000, "mV", "Warn below this; 0 never", whole=True),

@@ -14,7 +14,7 @@ HOST_COMPONENT: Final = 190
 """MAV_COMP_ID_MISSIONPLANNER: the host."""
 HOST_SYSTEM: Final = 255
 """System id of the host."""
-Target = Annotated[int, Wire("u8", text="System addressed; 0 is all, honoured only for stop and e-stop")]
+Target = Annotated[int, Wire("u8", text="System addressed; 0 is all, honoured only for stop, e-stop and ROBOT_ALIVE")]
 TargetComponent = Annotated[int, Wire("u8", text="Component addressed; 0 is all")]
 Asker = Annotated[int, Wire("u8", text="System that asked; 0: not filled in, which is a fault")]
 AskerComponent = Annotated[int, Wire("u8", text="Component that asked; likewise")]

@@ -165,7 +165,10 @@ class ManualControl(Message, id=69, direction=Direction.DOWN):
 
 @dataclass(frozen=True)
 class CommandLong(Message, id=76, direction=Direction.DOWN):
-    """A standard command: arm, disarm, e-stop, reboot, request or schedule a message."""
+    """A standard command: arm, disarm, e-stop, reboot, request or schedule a message.
+
+    A host that arms (400) says in `param3` the number that it opened the session with, ROBOT_SESSION.host.
+    """
 
     target_system: Target
     target_component: TargetComponent

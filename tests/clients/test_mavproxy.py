@@ -57,6 +57,11 @@ def test_a_session_over_tcp(clients: Path, tcp: Served, tmp_path: Path) -> None:
         session(program, tcp)
 
 
+def test_a_session_right_after_a_coaching(clients: Path, coached: Served, tmp_path: Path) -> None:
+    with mavproxy(clients, tmp_path, f"--master=tcp:127.0.0.1:{coached.port}") as program:
+        session(program, coached)
+
+
 def test_a_session_over_a_serial_port(clients: Path, pty: Served, tmp_path: Path) -> None:
     with mavproxy(clients, tmp_path, f"--master={pty.device}", "--baudrate=115200") as program:
         session(program, pty)

@@ -67,6 +67,10 @@ def test_the_example_over_tcp(clients: Path, tcp: Served, tmp_path: Path) -> Non
     drive(clients, f"tcpout://127.0.0.1:{tcp.port}", tcp, tmp_path)
 
 
+def test_the_example_right_after_a_coaching(clients: Path, coached: Served, tmp_path: Path) -> None:
+    drive(clients, f"tcpout://127.0.0.1:{coached.port}", coached, tmp_path)
+
+
 def test_the_example_over_a_serial_port(clients: Path, pty: Served, tmp_path: Path) -> None:
     drive(clients, f"serial://{pty.device}:115200", pty, tmp_path)
 

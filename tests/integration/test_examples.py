@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from firmware_protocol.mavlink_layout import crc_extra, payload_length
-from firmware_protocol.messages import JuniorSensors
+from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, JuniorSensors
+from firmware_protocol.vocabulary import Action
 
 if TYPE_CHECKING:
     from hil.pytest_plugin import ServedJunior
@@ -35,8 +36,8 @@ def run(name: str, *arguments: str) -> str:
 
 
 def test_every_example_is_tested() -> None:
-    here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "test_my_robot_program.py", "ci-recipe.yml"}
-    tested = here | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # these by tests/clients
+    here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "pymavlink_session.py", "test_my_robot_program.py"}
+    tested = here | {"ci-recipe.yml"} | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # the last two by tests/clients
     assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
 
 
@@ -67,11 +68,28 @@ def test_plain_pymavlink(junior_pty: ServedJunior) -> None:
     assert text.endswith("disarm: accepted; arm: accepted; disarm: accepted; it is disarmed\n")
 
 
-def test_plain_pymavlink_imports_nothing_of_this_package() -> None:
-    imports = re.findall(
-        r"^\s*(?:from|import) (\w+)", (EXAMPLES / "plain_pymavlink.py").read_text(encoding="utf-8"), re.MULTILINE
-    )
-    assert set(imports) == {"__future__", "argparse", "collections", "os", "pymavlink", "time", "typing"}
+@NEEDS_PTY
+def test_pymavlink_session(junior_pty: ServedJunior) -> None:
+    pytest.importorskip("pymavlink")
+    assert run("pymavlink_session.py", junior_pty.path).splitlines() == [
+        f"found system 1, protocol {PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
+        "kept by ROBOT_ALIVE, it performed 3 actions",
+        "left alone, it stopped by itself",
+        "disarmed: it says so itself",
+    ]
+
+
+@pytest.mark.parametrize("name", ["plain_pymavlink.py", "pymavlink_session.py"])
+def test_plain_clients_import_nothing_of_this_package(name: str) -> None:
+    imports = re.findall(r"^\s*(?:from|import) (\w+)", (EXAMPLES / name).read_text(encoding="utf-8"), re.MULTILINE)
+    assert "pymavlink" in imports
+    assert set(imports) <= {*sys.stdlib_module_names, "pymavlink"}
+
+
+def test_the_session_example_s_action_codes_are_the_protocol_s() -> None:
+    text = (EXAMPLES / "pymavlink_session.py").read_text(encoding="utf-8")
+    assert f"SPIN_LEFT, STAND = {Action.LBRF:d}, {Action.S:d}\n" in text
+    assert f"MAJOR, MINOR = {PROTOCOL_MAJOR}, {PROTOCOL_MINOR}\n" in text
 
 
 @NEEDS_PTY

@@ -6,12 +6,14 @@ These tests are left out of the usual run: `.ci/clients` installs the clients an
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from client_programs import Program
 
 from hil.clock import MonotonicClock
 from simdevice.endpoints import open_endpoint
@@ -63,8 +65,18 @@ class Served:
         return float(((body.x - self.start[0]) ** 2 + (body.y - self.start[1]) ** 2) ** 0.5)
 
     def __post_init__(self) -> None:
+        self.stand()
+
+    def stand(self) -> None:
+        """Count what it travels from where it stands now."""
         body = self.world.table.robot.body
         self.start = (body.x, body.y)
+
+
+def coach(served: Served, folder: Path, *options: str) -> Program:
+    """`hil coach` of a served robot, as a program of its own: a host that opens a session and leaves it open."""
+    start = [sys.executable, "-c", "import hil.cli; hil.cli.main()", "coach", served.url]
+    return Program([*start, "--held-out", "0", "--no-log", "--no-report", *options], folder)
 
 
 def _serve(link: str) -> Iterator[Served]:
@@ -85,6 +97,25 @@ def _serve(link: str) -> Iterator[Served]:
 def tcp() -> Iterator[Served]:
     """A robot on a TCP port."""
     yield from _serve("tcp://127.0.0.1:0")
+
+
+@pytest.fixture
+def coached(tcp: Served, tmp_path: Path) -> Served:
+    """A robot on a TCP port that has just been coached: disarmed, and with the session that `hil coach` opened still open."""
+    with coach(tcp, tmp_path, "--budget", "8") as program:
+        program.until("8/8 maneuvers")
+        assert program.end() == 0
+    tcp.stand()
+    return tcp
+
+
+@pytest.fixture
+def abandoned(tcp: Served, tmp_path: Path) -> Served:
+    """A robot on a TCP port whose `hil coach` was killed: armed, and nobody keeps it."""
+    with coach(tcp, tmp_path, "--budget", "40") as program:
+        program.until("8/40 maneuvers")
+    tcp.stand()
+    return tcp
 
 
 @pytest.fixture
