@@ -10,7 +10,17 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address, parse_address
     from firmware_protocol.clock import Clock, ManualClock
     from firmware_protocol.connection import PeerState
-    from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
+    from firmware_protocol.events import (
+        Event,
+        PeerBack,
+        PeerFound,
+        PeerLost,
+        Received,
+        Rejected,
+        RejectReason,
+        StreamBack,
+        StreamStopped,
+    )
     from firmware_protocol.exchange import Retry, Ticket
     from firmware_protocol.link import Link, open_link
     from firmware_protocol.mavlink import MavlinkCodec
@@ -37,6 +47,8 @@ _HOMES: Final = {
     "Rejected": "events",
     "Retry": "exchange",
     "Stimulus": "vocabulary",
+    "StreamBack": "events",
+    "StreamStopped": "events",
     "Ticket": "exchange",
     "open_link": "link",
     "parse_address": "address",
@@ -62,6 +74,8 @@ __all__ = [
     "Rejected",
     "Retry",
     "Stimulus",
+    "StreamBack",
+    "StreamStopped",
     "Ticket",
     "open_link",
     "parse_address",
