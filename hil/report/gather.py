@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire import Message
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
@@ -94,6 +95,18 @@ class SensorTrack:
     flags: NDArray[np.int64]
     wheel_times: NDArray[np.float64]
     wheels: NDArray[np.float64]
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """When no reading came for so long that the one before was stale, or until the log ends: from, to; in s; shape (k, 2).
+
+        As `firmware_protocol.streams` has it, with the median for the interval.
+        """
+        apart = np.diff(self.times)
+        if not len(apart):
+            return np.empty((0, 2))
+        late = np.flatnonzero(apart > max(STALE_INTERVALS * float(np.median(apart)), STALE_LEAST))
+        return np.stack((self.times[late], self.times[late + 1]), axis=1)
 
 
 @dataclass

@@ -105,10 +105,10 @@ def sensors_over_time(data: RunData) -> Figure | None:
     drawn = figure(9.0, 7.6)
     eyes, floor, wheels, flags, battery = drawn.subplots(5, 1, sharex=True, height_ratios=[2, 2, 2, 1.8, 1.4])
     thin = slice(None, None, max(1, len(track.times) // MOST_POINTS))
-    times = track.times[thin]
+    times, gaps = track.times[thin], track.gaps
     for axes, values, title in ((eyes, track.eye, "Eyes"), (floor, track.floor, "Floor sensors")):
         for side, (name, color, line) in enumerate((("left", BLUE, "-"), ("right", VERMILLION, "--"))):
-            axes.plot(times, values[thin, side], color=color, linestyle=line, linewidth=1.0, label=name)
+            axes.plot(*_broken(times, values[thin, side], gaps), color=color, linestyle=line, linewidth=1.0, label=name)
         axes.set_title(title)
         axes.set_ylabel("ADC counts")
         axes.set_ylim(0, 1023)
@@ -122,7 +122,10 @@ def sensors_over_time(data: RunData) -> Figure | None:
     flags.tick_params(axis="y", length=0)
     flags.grid(visible=False, axis="y")
     flags.set_title("What it makes of them")
-    battery.plot(times, track.battery[thin], color=GREEN, linewidth=1.2)
+    battery.plot(*_broken(times, track.battery[thin], gaps), color=GREEN, linewidth=1.2)
+    for start, end in gaps:
+        for axes in (eyes, floor, flags, battery):
+            axes.axvspan(start, end, color="#EFEFEF", linewidth=0, zorder=0)
     battery.set_title("Battery")
     battery.set_ylabel("V")
     battery.set_xlabel("Log time (s)")
@@ -133,6 +136,14 @@ def sensors_over_time(data: RunData) -> Figure | None:
             for axes in (eyes, floor, wheels, flags, battery):
                 axes.axvline(when, color=AMBER, linewidth=1.0, zorder=0)
     return drawn
+
+
+def _broken(
+    times: NDArray[np.float64], values: NDArray[np.float64], gaps: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A line that is not drawn across the times in which no reading came."""
+    at = np.searchsorted(times, gaps[:, 0], side="right")
+    return np.insert(times, at, gaps[:, 0]), np.insert(values, at, np.nan)
 
 
 def _wheels(axes: Axes, track: SensorTrack) -> None:
@@ -168,12 +179,14 @@ def _held(
 
 
 def _spans(axes: Axes, track: SensorTrack, flag: int, row: int, color: str) -> None:
-    """Bars where a flag is set."""
-    on = (track.flags & flag) != 0
-    steps = np.diff(np.concatenate(([0], on.astype(int), [0])))
-    ends_at = np.append(track.times, track.times[-1])
-    spans = [
-        (float(track.times[a]), float(max(ends_at[b] - track.times[a], 1e-3)))
-        for a, b in zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1), strict=True)
-    ]
+    """Bars where a flag is set, as far as that is known: not across the times in which no reading came."""
+    spans: list[tuple[float, float]] = []
+    cuts = np.searchsorted(track.times, track.gaps[:, 1])
+    for times, flags in zip(np.split(track.times, cuts), np.split(track.flags, cuts), strict=True):
+        steps = np.diff(np.concatenate(([0], (flags & flag != 0).astype(int), [0])))
+        ends_at = np.append(times, times[-1])
+        spans += [
+            (float(times[start]), float(max(ends_at[end] - times[start], 1e-3)))
+            for start, end in zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1), strict=True)
+        ]
     axes.broken_barh(spans, (row - 0.32, 0.64), facecolors=color, linewidth=0)

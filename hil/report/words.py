@@ -132,6 +132,10 @@ def _watched(data: RunData) -> str:
     if data.sensors is not None:
         text += f" Junior sent {len(data.sensors.times):,} readings of its sensors"
         text += f", its battery was at {data.sensors.battery[-1]:.2f} V in the end." if data.sensors.battery[-1] > 0 else "."
+        gaps = data.sensors.gaps
+        if len(gaps):
+            lengths = gaps[:, 1] - gaps[:, 0]
+            text += f" For {_time(float(lengths.sum()))} none came, which is grey in the picture."
     return text
 
 

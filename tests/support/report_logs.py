@@ -196,8 +196,8 @@ def bout_log(path: Path, outcomes: list[tuple[BoutOutcome, float]], opponents: l
                 wire.now += 0.05
 
 
-def driving_log(path: Path, seconds: float = 20.0) -> None:
-    """Driving by hand, with a link that is lost and comes back."""
+def driving_log(path: Path, seconds: float = 20.0, silent: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Driving by hand, with a link that is lost and comes back, and no readings of the sensors between two times."""
     rng = np.random.default_rng(1)
     with open_recorder(path, "serial:///dev/ttyACM0:115200") as recorder:
         wire = Wire(recorder)
@@ -211,7 +211,8 @@ def driving_log(path: Path, seconds: float = 20.0) -> None:
             if index % 50 == 10:
                 wire.frame = wire.frame + 2 & 0xFF
                 recorder.received(Rejected(RejectReason.BAD_CHECKSUM, b"\x01\x02", wire.now))
-            wire.up(_sensors(wire.now, int(wire.now * 2) % 4, rng))
+            if not silent[0] <= wire.now < silent[1]:
+                wire.up(_sensors(wire.now, int(wire.now * 2) % 4, rng))
             if index % 25 == 0:
                 turn = 0.4 * math.sin(wire.now)
                 wire.sequence += 1

@@ -20,6 +20,7 @@ from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import BoutPath, RunData, gather
 from hil.report.learning_figures import category_name, maneuver_strips, sort_key, wins_over_run
 from hil.report.link import LinkWatcher
+from hil.report.link_figures import sensors_over_time
 from hil.report.style import EYE_STYLES, png, styled
 from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
 from pal_advisor.maneuvers import GenerationRecord
@@ -184,6 +185,26 @@ def test_driving_is_shown_as_sensors_and_link(tmp_path: Path) -> None:
     assert "40 (3.70%)" in page.text
     assert "robot 1 is lost: silent for 3 s" in page.text
     assert data.parameters["SPD_FAST"] == 0.9
+
+
+def test_a_time_without_readings_is_shown_as_that(tmp_path: Path) -> None:
+    driving_log(tmp_path / "drive.mcap", silent=(5.0, 8.0))
+    data = gather(tmp_path / "drive.mcap")
+    assert data.sensors is not None
+    ((start, end),) = data.sensors.gaps.tolist()
+    assert (start, end) == pytest.approx((4.98, 8.0), abs=0.07)
+    drawn = sensors_over_time(data)
+    assert drawn is not None
+    eyes, _, _, flags, battery = drawn.axes
+    for line in (*eyes.get_lines()[:2], battery.get_lines()[0]):
+        times, values = line.get_data()
+        assert np.isnan(np.asarray(values)[(np.asarray(times) >= start) & (np.asarray(times) < end)]).any(), (
+            "the line is broken"
+        )
+    bars = [path.get_extents() for bar in flags.collections for path in bar.get_paths()]
+    assert not [bar for bar in bars if bar.x0 < end - 0.01 and bar.x1 > start + 0.05]
+    page = Page(write_report(tmp_path / "drive.mcap", tmp_path).page.read_text("utf-8"))
+    assert "none came, which is grey in the picture" in page.text
 
 
 def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
