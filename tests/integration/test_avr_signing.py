@@ -81,22 +81,23 @@ def boot(bench: AvrBench, cycles: int, *, start: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("at_power_on", "then", "forgets"), [(True, True, True), (True, False, False), (False, True, False), (False, False, False)]
+    ("held", "answered"),
+    [((True, True), [1]), ((True, False), []), ((False, True), []), ((False, False), [])],
+    ids=["held", "on-when-the-power-comes", "on-later", "off"],
 )
 def test_the_start_input_must_be_held_until_the_boot_is_counted(
     firmware: AvrFirmware,
     near_the_end: bytes,
-    at_power_on: bool,
-    then: bool,
-    forgets: bool,  # noqa: FBT001
+    held: tuple[bool, bool],
+    answered: list[int],
 ) -> None:
     bench = AvrBench(near_the_end, firmware)
     bench.board.cut()
-    boot(bench, CYCLES, start=at_power_on)
-    boot(bench, BOOT, start=then)
+    boot(bench, CYCLES, start=held[0])
+    boot(bench, BOOT, start=held[1])
     bench.board.start = False
     bench.power_on()
-    assert answers(bench, signed_codec().encode(Ping(1, 1))) == ([1] if forgets else [])
+    assert answers(bench, signed_codec().encode(Ping(1, 1))) == answered
 
 
 def test_a_cut_while_it_forgets_leaves_the_time_or_none(firmware: AvrFirmware, near_the_end: bytes) -> None:
