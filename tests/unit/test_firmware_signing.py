@@ -434,7 +434,9 @@ def test_a_stored_time_beyond_the_end_stops_there() -> None:
     turn = bench.nvm[at + 6]
     checksum = mcrf4xx(later + bytes([turn])).to_bytes(2, "little")
     bench.power_on(bench.nvm[:at] + later + checksum + bench.nvm[at + 6 :])
-    assert own_time(bench) >> 16 << 16 == TIME_LIMIT
+    for _ in range(2):
+        assert own_time(bench) >> 16 << 16 == TIME_LIMIT
+        bench.power_on()
     switch_on_held(bench)
     assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
 

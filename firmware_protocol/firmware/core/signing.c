@@ -206,7 +206,7 @@ void signing_step(struct junior *robot)
         signing->job = SIGNING_IDLE;
         break;
     default:
-        if (signing->on && signing->now.high + MARGIN >= signing->durable && signing->durable != LIMIT) {
+        if (signing->on && signing->now.high + MARGIN >= signing->durable) {
             store_time(robot, signing->now.high);
         }
         break;
