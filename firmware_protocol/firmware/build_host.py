@@ -36,6 +36,7 @@ typedef struct { host_io io; ...; } host_robot;
 void host_power_on(host_robot *r, uint64_t micros);
 void host_give_key(host_robot *r, const uint8_t *key);
 uint32_t host_tick(host_robot *r, uint64_t micros, const uint8_t *rx, uint32_t rx_len);
+void host_power_on_cut(host_robot *r, uint64_t micros, int32_t writes);
 void host_cut_power(host_robot *r, int32_t writes);
 void host_slow_down(host_robot *r, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
 uint32_t host_can_send(host_robot *r, uint16_t id, const uint8_t *payload, uint8_t length);

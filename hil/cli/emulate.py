@@ -77,6 +77,14 @@ def emulate(
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="The robot comes up with this key, and signs.")
     ] = None,
+    forget_time: Annotated[
+        bool,
+        typer.Option(
+            "--forget-time",
+            help="Switch on the robot of --memory with its start input held: it forgets how far its signatures' time has come, "
+            "and keeps its key.",
+        ),
+    ] = False,
     seed: common.SeedOption = 1,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -97,7 +105,7 @@ def emulate(
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    nvm = _load(memory)
+    nvm = _load(memory, board, forget_time=forget_time)
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
     endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
@@ -117,6 +125,7 @@ def emulate(
             faults=spec,
             board=board_maker(board, wire),
             signing_key=key,
+            start_held=forget_time,
         )
     except LinkOpenError:
         endpoint.close()
@@ -170,7 +179,11 @@ def _read(faults: str) -> FaultSpec:
         raise common.UsageError(f"--faults: {error}") from error
 
 
-def _load(memory: Path | None) -> bytes | None:
+def _load(memory: Path | None, board: BoardName, *, forget_time: bool) -> bytes | None:
+    if forget_time and board is not BoardName.HOST:
+        raise common.UsageError("the firmware of this board is built without signing: leave --forget-time out")
+    if forget_time and memory is None:
+        raise common.UsageError("a new robot has no time to forget: --forget-time is for the one that --memory FILE keeps")
     if memory is None or not memory.exists():
         return None
     try:

@@ -348,7 +348,7 @@ class Probe:
         codec = self._codec
         if not isinstance(codec, MavlinkCodec):
             return
-        if what := trouble(codec.rejected, codec.signed, ours=self.signing is not None):
+        if what := trouble(codec.rejected, codec.signed, self.signing):
             raise NoRobotError(f"{self._link.url}: a robot is there, but does not answer: {what}")
 
     def find(self, timeout: float) -> None:
