@@ -7,7 +7,7 @@ import signal
 from typing import TYPE_CHECKING
 
 import pytest
-from avr_bench import UID, AvrBench, needs_avr
+from avr_bench import UID, AvrBench
 from firmware_bench import BLANK
 from processes import PATIENCE, Hil
 
@@ -39,7 +39,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = needs_avr
+pytestmark = pytest.mark.avr
 RAM_LIMIT = 1600
 RAM_BEGIN = 0x100
 TIMSK0 = 0x6E
