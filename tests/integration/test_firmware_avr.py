@@ -61,6 +61,7 @@ def test_what_cannot_be_bounded_is_an_error(change: tuple[str, str], message: st
         graph.deepest(0x100)
 
 
+@pytest.mark.slow
 @pytest.mark.avr
 def test_it_fits_the_micro_controller(tmp_path: Path) -> None:
     made = subprocess.run(  # noqa: S603
