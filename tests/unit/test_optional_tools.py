@@ -72,15 +72,24 @@ def parts(tree: ast.Module) -> Iterator[tuple[ast.stmt, set[str]]]:
             yield node, markers(tree)
 
 
-def wanted(node: ast.stmt, prose: set[ast.Constant]) -> Iterator[tuple[str, str]]:
-    """What a piece of code asks for: the marker of a tool, and the text or module."""
+def imported(tree: ast.Module) -> dict[str, str]:
+    """Markers by the names that a module has from modules of no use without a tool."""
+    names: dict[str, str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                for marker, modules in MODULES.items():
+                    if modules & {node.module, f"{node.module}.{alias.name}"}:
+                        names[alias.asname or alias.name] = marker
+    return names
+
+
+def wanted(node: ast.stmt, names: dict[str, str], prose: set[ast.Constant]) -> Iterator[tuple[str, str]]:
+    """What a piece of code asks for: the marker of a tool, and the text or name."""
     first = {found.elts[0] for found in ast.walk(node) if isinstance(found, ast.List) and found.elts}
     for found in ast.walk(node):
-        if isinstance(found, ast.ImportFrom | ast.Import):
-            named = {found.module} if isinstance(found, ast.ImportFrom) else set()
-            named |= {f"{prefix}.{alias.name}" for alias in found.names for prefix in named}
-            named |= {alias.name for alias in found.names}
-            yield from ((marker, name) for marker, modules in MODULES.items() for name in modules & named)
+        if isinstance(found, ast.Name) and found.id in names:
+            yield names[found.id], found.id
         elif isinstance(found, ast.Constant) and isinstance(found.value, str) and found not in prose:
             name = Path(found.value).name
             if name not in WORDS or found in first:
@@ -91,11 +100,11 @@ def wanted(node: ast.stmt, prose: set[ast.Constant]) -> Iterator[tuple[str, str]
 def unmarked(source: str) -> list[str]:
     """What a module asks for without the marker."""
     tree = ast.parse(source)
-    prose = docstrings(tree)
+    names, prose = imported(tree), docstrings(tree)
     return [
         f"line {node.lineno}: {text} needs the marker {marker or '(there is none)'}"
         for node, under in parts(tree)
-        for marker, text in wanted(node, prose)
+        for marker, text in wanted(node, names, prose)
         if marker not in under
     ]
 
@@ -152,8 +161,9 @@ def test_one_that_looks_is_found(source: str) -> None:
         ('@pytest.mark.avr\ndef test_x():\n    run(["/usr/bin/node"])', False),
         ('pytestmark = pytest.mark.avr\ndef test_x():\n    run(["make", "-C", "x"])', True),
         ('@pytest.mark.avr\ndef test_x():\n    pass\ndef test_y():\n    connect("sim://junior?board=avr")', False),
-        ("from simdevice.avr_board import AvrBoard\ndef test_x():\n    pass", False),
-        ("from simdevice import avr_build\n@pytest.mark.avr\ndef test_x():\n    pass", True),
+        ("from simdevice.avr_board import AvrBoard\ndef test_x():\n    AvrBoard(uid=1)", False),
+        ("from simdevice import avr_build as it\n@pytest.mark.avr\ndef test_x():\n    it.build()", True),
+        ("from avr_bench import UID\n@pytest.mark.avr\ndef test_x():\n    pass\ndef test_y():\n    return UID", False),
         ('def test_x():\n    """node is a number here."""\n    assert name("node") == "node"', True),
         ('def test_x():\n    run(["git", "init"])', False),
         ('def test_x():\n    """make it so"""', True),
