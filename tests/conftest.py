@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -75,6 +76,12 @@ OPTIONAL: Final[dict[str, Callable[[], str]]] = {
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--require-tools", action="store_true", help="where an optional tool is missing, fail and skip nothing")
+
+
+def pytest_configure() -> None:
+    """Let an interrupt reach the programs that tests start: a shell's job in the background begins with it ignored."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.hookimpl(trylast=True)  # what is left out anyway needs nothing
