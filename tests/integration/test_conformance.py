@@ -85,6 +85,7 @@ def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
     assert [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.PASSED] == [*STILL, LAST.name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
 @pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "point-light")])
 def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str) -> None:
@@ -202,6 +203,7 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[Mutant, Build]:
     return dict(zip(EVERY_MUTANT, made, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutant", EVERY_MUTANT, ids=lambda mutant: f"{mutant.wire}-{mutant.caught_by}")
 def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(
     mutant: Mutant, builds: dict[Mutant, Build]
@@ -259,6 +261,7 @@ def test_a_moving_run_is_logged(capsys: pytest.CaptureFixture[str]) -> None:
     assert list(LogReader(log).entries({"/junior/wheels"}))
 
 
+@pytest.mark.slow
 def test_a_failed_check_is_the_exit_status(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[Mutant, Build]
 ) -> None:
@@ -335,6 +338,7 @@ REAL_TIME: Final = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a pty")
 def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in REAL_TIME for argument in ("--only", name)]
@@ -350,6 +354,7 @@ ON_A_BUS: Final = [check.name for check in CHECKS if check.wire == CAN]
 SOME: Final = ["stop-frame-stops", "transfers-interleaved", "lost-transfers-counted"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("link", "names"), [("can://virtual/checked", SOME), (MULTICAST, ON_A_BUS), ("slcan", ON_A_BUS)])
 def test_it_passes_over_a_bus_in_real_time(link: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in names for argument in ("--only", name)]

@@ -103,6 +103,7 @@ def test_coaching_over_a_signed_link_learns_the_same_and_repeats_itself(folder: 
     assert len(first) > 100
 
 
+@pytest.mark.slow
 def test_the_main_job_over_a_signed_pty(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = key_file(folder)
     with served(key=KEY) as url:
@@ -129,6 +130,7 @@ def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) 
     assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not Outcome.PASSED] == []
 
 
+@pytest.mark.slow
 def test_a_host_without_the_key_is_told_so() -> None:
     with served("tcp://127.0.0.1:0", KEY) as url:
         with pytest.raises(NoRobotError, match=r"it signs what it says.*--signing-key"):
@@ -141,6 +143,7 @@ def test_a_host_without_the_key_is_told_so() -> None:
             assert status.bad_signature > 0
 
 
+@pytest.mark.slow
 def test_a_robot_without_a_key_is_not_believed_by_who_has_one(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with served("tcp://127.0.0.1:0") as url:
         with pytest.raises(NoRobotError, match="it does not sign"):
@@ -150,6 +153,7 @@ def test_a_robot_without_a_key_is_not_believed_by_who_has_one(folder: Path, caps
         assert "it does not sign" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_key_is_given_and_taken_away_on_the_command_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ours = key_file(folder)
     with served("tcp://127.0.0.1:0") as url:
@@ -217,6 +221,7 @@ def test_a_can_bus_has_no_signatures(folder: Path, url: str, capsys: pytest.Capt
     assert "nothing is signed on a CAN bus" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_key_that_passes_is_in_no_log_and_no_text(folder: Path) -> None:
     log = folder / "log.mcap"
     texts: list[str] = []

@@ -338,6 +338,7 @@ def test_a_host_behind_a_rebooted_robot_catches_up_by_hearing_it() -> None:
     assert bench.answers(host.encode(Ping(1, 3))) == [3]
 
 
+@pytest.mark.slow
 def test_storing_its_time_wears_little() -> None:
     bench = SignedBench()
     bench.tick(Ping(1, 1))
