@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from avr_bench import AvrBench, needs_avr
+from avr_bench import AvrBench
 from firmware_bench import FirmwareBench
 from signed_pair import KEY, NOW, signed_at, signed_codec
 
@@ -22,7 +22,7 @@ from simdevice.avr_build import FIRMWARE, build
 if TYPE_CHECKING:
     from simdevice.avr_build import AvrFirmware
 
-pytestmark = [needs_avr, pytest.mark.avr, pytest.mark.slow]
+pytestmark = [pytest.mark.avr, pytest.mark.slow]
 BOOT: Final = 12 * CYCLES
 """Clock cycles that booting takes with something to store, about."""
 HEARING: Final = 60
