@@ -246,17 +246,24 @@ class Peer(Requests):
             due = self._sent + KEEP_ALIVE
         return due
 
-    def due(self, now: float) -> list[Message]:
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up."""
+        return self._exchanges.urgent
+
+    def due(self, now: float, taken_in: float | None = None) -> list[Message]:
         """What must be sent now. What has happened by mere time is told by `events`.
 
         Args:
             now: Time in s.
+            taken_in: What had come by this time has been handled, in s: a robot is silent only if it was by then. None: all.
 
         Returns:
             Messages in order; they count as sent.
         """
-        if now >= self._silence_due:
-            self._watch_silence(now)
+        heard_until = now if taken_in is None else taken_in
+        if heard_until >= self._silence_due:
+            self._watch_silence(heard_until)
         out, self._outbox = self._outbox, []
         if now >= self._exchanges.next_due:
             out += self._exchanges.due(now)

@@ -10,7 +10,7 @@ from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutErro
 from firmware_protocol.events import LinkNews, Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, JuniorSensors, JuniorStatus
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
-from hil.pump import InlinePump, Lost, Pump, ThreadedPump
+from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
+_NEWS_PERIOD: Final = 1.0
+"""Shortest time between two pieces of news of bytes that were dropped, in s."""
 
 
 class Tap(Protocol):
@@ -67,6 +69,10 @@ class Bridge:
     Call `step` again and again; it returns as soon as there is something to see or to do, so waits are loops:
     `while not ticket.done: bridge.step(0.1)`.
 
+    A step takes in `hil.pump.SLICE` bytes at most. If there were as many, more may be waiting: then what is due is sent before
+    any of them is decoded, urgent questions first, and a robot counts as silent only by what had come by the stamps of what
+    was taken in. More than `hil.pump.LIMIT` bytes never wait: the oldest are dropped, counted, and told of by LinkNews.
+
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
 
@@ -95,6 +101,7 @@ class Bridge:
         peers: Robots heard so far that are spoken with, by system id.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
+        overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
     """
@@ -122,6 +129,7 @@ class Bridge:
         self._shunned: set[int] = set()
         self.unclaimed = 0
         self.unsent = 0
+        self.overrun = 0
         self.lost: LinkError | None = None
         self.patience = patience if opener is not None else 0.0
         self._read_clock = clock.now
@@ -134,6 +142,7 @@ class Bridge:
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._hello_due = self.now
         self._ended: LinkError | None = None
+        self._overrun_due = float("-inf")
         self._told = False
         self._closed = False
         self._lost_at = 0.0
@@ -193,6 +202,10 @@ class Bridge:
         events: list[Event] = []
         for tap in self._taps:
             tap.step(now, chunks)
+        behind = sum([len(data) for _, data in chunks]) >= SLICE  # as a log of the chunks tells, too
+        taken_in = chunks[-1][0] if behind else now
+        if behind and now >= self.next_due():
+            self._service(now, taken_in, events)
         if chunks:
             for stamp, data in chunks:
                 for tap in self._taps:
@@ -200,12 +213,11 @@ class Bridge:
                 self._take(self._codec.receive(data, stamp), events)
         elif rest := self._codec.flush(now):
             self._take(rest, events)
-        for text in self.link.news():
-            self._report(text, now, events)
+        self._hear_of_link(now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
-            self._service(now, events)
+            self._service(now, taken_in, events)
         ended = self._ended or self._pump.error
         if ended is not None:
             self._end(ended, now, events)
@@ -248,6 +260,16 @@ class Bridge:
             self._pump.close()
         finally:
             self.link.close()
+
+    @property
+    def pending(self) -> bool:
+        """More has come than the last step took in: the next one need not wait."""
+        return self._pump.pending
+
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
+        return any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
@@ -362,18 +384,32 @@ class Bridge:
         events.append(news)
         self._tell(news)
 
+    def _hear_of_link(self, now: float, events: list[Event]) -> None:
+        """Tell what has happened to the link, and of bytes that were dropped."""
+        for text in self.link.news():
+            self._report(text, now, events)
+        overrun = self._pump.overrun
+        if overrun != self.overrun and now >= self._overrun_due:
+            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
+            self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
+            self.overrun = overrun
+            self._overrun_due = now + _NEWS_PERIOD
+
     def _tell(self, event: Event) -> None:
         for tap in self._taps:
             tap.event(event)
 
-    def _service(self, now: float, events: list[Event]) -> None:
-        """Send what is due."""
+    def _service(self, now: float, taken_in: float, events: list[Event]) -> None:
+        """Send what is due; what came up to `taken_in` has been decoded, or is about to be."""
         if not self.peers:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        for peer in self.peers.values():
-            messages = peer.due(now)
+        peers = list(self.peers.values())
+        if len(peers) > 1 and self.urgent:
+            peers.sort(key=lambda peer: not peer.urgent)
+        for peer in peers:
+            messages = peer.due(now, taken_in)
             if messages:
                 self._write(messages, now)
                 if len(self.peers) > 1 and HOST_HEARTBEAT in messages:
