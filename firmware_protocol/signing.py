@@ -7,6 +7,9 @@ SHA-256 over key, frame, link id and time. A receiver believes a frame only if
 - its time is later than that of the last one believed of the same stream (system, component, link), or
 - it is the first of its stream, and not signed more than a minute before our own time.
 
+Not more than `STREAMS` streams are remembered: the one whose last time is furthest back is forgotten, and from then on no
+stream may begin at or before that time, so that nothing of it can be replayed.
+
 Nothing is believed unsigned. (The guide lets receivers make exceptions, for RADIO_STATUS above all, which telemetry radios
 send unsigned: this project takes no notice of that message, so it needs none.)
 
@@ -39,6 +42,9 @@ OLDEST: Final = 60 * TICKS
 """A first frame of a stream may be signed so long before our own time."""
 LAST_TIME: Final = 2**48 - 1
 """In the year 2104."""
+
+STREAMS: Final = 1024
+"""Streams remembered: four components of every system."""
 
 _TIME_LENGTH: Final = 6
 _HASH_LENGTH: Final = 6
@@ -98,6 +104,7 @@ class Signing:
         self._ahead = 0
         self._last = -1
         self._streams: dict[bytes, int] = {}
+        self._forgotten = -1
 
     def now(self) -> int:
         """Our own time, in 10 us since 2015-01-01 GMT."""
@@ -134,14 +141,21 @@ class Signing:
         now = self.now()
         last = self._streams.get(stream)
         if last is None:
-            if time + OLDEST < now:
+            if time + OLDEST < now or time <= self._forgotten:
                 return RejectReason.TOO_OLD
         elif time <= last:
             return RejectReason.REPLAYED
         self._streams[stream] = time
+        if len(self._streams) > STREAMS:
+            self._forget_one()
         if time > now:
             self._ahead += time - now
         return None
+
+    def _forget_one(self) -> None:
+        """Forget the stream whose last frame was signed longest ago."""
+        oldest = min(self._streams, key=self._streams.__getitem__)
+        self._forgotten = max(self._forgotten, self._streams.pop(oldest))
 
     def _hash(self, data: bytes) -> bytes:
         hashed = self._secret.copy()
