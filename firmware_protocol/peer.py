@@ -188,6 +188,16 @@ class Peer(Requests):
             return (received,) if show else ()
         return [received, *self._take()] if show else self._take()
 
+    def missed(self, duration: float) -> None:
+        """Nobody has listened for a while: that is no silence of the robot's.
+
+        Args:
+            duration: How long, in s.
+        """
+        self._heard += duration
+        self._silence_due += duration
+        self._set_timer()
+
     def reject(self) -> None:
         """Count a piece of wire input that was no good message."""
         self.counters.rejected += 1

@@ -22,12 +22,15 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
+    from hil.pump import Chunk
     from hil.reopening import Opener
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
 _NEWS_PERIOD: Final = 1.0
 """Shortest time between two pieces of news of bytes that were dropped, in s."""
+_GAP: Final = 0.1
+"""A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
 
 
 class Tap(Protocol):
@@ -70,8 +73,8 @@ class Bridge:
     `while not ticket.done: bridge.step(0.1)`.
 
     A step takes in `hil.pump.SLICE` bytes at most. If there were as many, more may be waiting: then what is due is sent before
-    any of them is decoded, urgent questions first, and a robot counts as silent only by what had come by the stamps of what
-    was taken in. More than `hil.pump.LIMIT` bytes never wait: the oldest are dropped, counted, and told of by LinkNews.
+    any of them is decoded, urgent questions first, and how long a robot has been silent goes by the stamps of what was taken
+    in. More than `hil.pump.LIMIT` bytes never wait: the oldest are dropped, counted, and told of by LinkNews.
 
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
@@ -143,6 +146,7 @@ class Bridge:
         self._hello_due = self.now
         self._ended: LinkError | None = None
         self._overrun_due = float("-inf")
+        self._taken_in = self.now
         self._told = False
         self._closed = False
         self._lost_at = 0.0
@@ -202,10 +206,10 @@ class Bridge:
         events: list[Event] = []
         for tap in self._taps:
             tap.step(now, chunks)
-        behind = sum([len(data) for _, data in chunks]) >= SLICE  # as a log of the chunks tells, too
-        taken_in = chunks[-1][0] if behind else now
-        if behind and now >= self.next_due():
-            self._service(now, taken_in, events)
+        if sum([len(data) for _, data in chunks]) >= SLICE:
+            self._fall_behind(chunks, now, events)
+        else:
+            self._taken_in = now
         if chunks:
             for stamp, data in chunks:
                 for tap in self._taps:
@@ -217,7 +221,7 @@ class Bridge:
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
-            self._service(now, taken_in, events)
+            self._service(now, events)
         ended = self._ended or self._pump.error
         if ended is not None:
             self._end(ended, now, events)
@@ -399,8 +403,21 @@ class Bridge:
         for tap in self._taps:
             tap.event(event)
 
-    def _service(self, now: float, taken_in: float, events: list[Event]) -> None:
-        """Send what is due; what came up to `taken_in` has been decoded, or is about to be."""
+    def _fall_behind(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
+        """More may be waiting than these chunks: send what is due before they are decoded.
+
+        All that is decided here follows from the step's clock reading and chunks, which a log has.
+        """
+        gap = chunks[0][0] - self._taken_in
+        if gap > _GAP:
+            for peer in self.peers.values():
+                peer.missed(gap)
+        self._taken_in = chunks[-1][0]
+        if now >= self.next_due():
+            self._service(now, events)
+
+    def _service(self, now: float, events: list[Event]) -> None:
+        """Send what is due."""
         if not self.peers:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
@@ -409,7 +426,7 @@ class Bridge:
         if len(peers) > 1 and self.urgent:
             peers.sort(key=lambda peer: not peer.urgent)
         for peer in peers:
-            messages = peer.due(now, taken_in)
+            messages = peer.due(now, self._taken_in)
             if messages:
                 self._write(messages, now)
                 if len(self.peers) > 1 and HOST_HEARTBEAT in messages:
