@@ -196,7 +196,6 @@ class Peer(Requests):
         """
         self._heard += duration
         self._silence_due += duration
-        self._set_timer()
 
     def reject(self) -> None:
         """Count a piece of wire input that was no good message."""

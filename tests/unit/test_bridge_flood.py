@@ -10,11 +10,14 @@ from scripted_robot import ScriptedRobot
 
 import hil.pump as pump_module
 from firmware_protocol.clock import ManualClock
+from firmware_protocol.commands import CommandExchange, RequestExchange
 from firmware_protocol.events import LinkNews, PeerLost, Received
+from firmware_protocol.exchange import Exchanges, Retry
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorSensors, JuniorStatus
+from firmware_protocol.messages import Command, CommandAck, CommandLong, CommandResult, Heartbeat, JuniorSensors, JuniorStatus
+from firmware_protocol.quality import Counters
 from hil.bridge import Bridge
 from hil.networks import Networks
 from hil.pump import SLICE
@@ -188,16 +191,20 @@ def test_an_urgent_question_that_failed_unsent_is_urgent_no_more() -> None:
     assert not rig.bridge.urgent
 
 
-def test_a_stop_that_had_to_wait_for_its_turn_goes_before_the_rest_of_that_moment() -> None:
-    rig = Flooded()
-    rig.robots[0].mute = lambda _: True
-    rig.peer.drive(0.1, 0.1, 0.1)
-    rig.bridge.step(0.0)
-    rig.peer.drive(0.0, 0.0, 0.0)  # gives up the one before
-    rig.peer.request(JuniorStatus)
-    rig.forget()
-    rig.bridge.step(0.0)
-    assert [type(message).__name__ for message in rig.order.said[:2]] == ["JuniorWheels", "CommandLong"]
+def test_a_disarming_that_had_to_wait_for_its_turn_goes_before_the_rest_of_that_moment() -> None:
+    exchanges = Exchanges("robot 1", Counters(), Retry())
+    arming, disarming = (CommandLong(1, 1, Command.ARM_DISARM, 0, armed) for armed in (1.0, 0.0))
+    ticket = exchanges.add(CommandExchange("arming", arming))
+    exchanges.due(0.0)
+    exchanges.add(CommandExchange("disarming", disarming))
+    exchanges.add(RequestExchange(JuniorStatus, 1, 1))
+    ack = CommandAck(Command.ARM_DISARM, CommandResult.ACCEPTED, target_system=255, target_component=190)
+    exchanges.answer(Received(ack, 1, 1, 0, 0.01, b""))
+    assert ticket.done
+    first, second = exchanges.due(0.01)
+    assert first == disarming
+    assert isinstance(second, CommandLong)
+    assert second.command == Command.REQUEST_MESSAGE
 
 
 def test_a_robot_is_not_lost_by_a_backlog_that_has_waited_for_long() -> None:
