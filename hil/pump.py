@@ -22,10 +22,10 @@ Chunk = tuple[float, bytes]
 """Bytes that arrived together, and when, in s."""
 
 SLICE: Final = 16 * 1024
-"""Most bytes that are taken at once: decoding them keeps no one waiting for more than some 10 ms. Whole CAN records."""
+"""Most bytes that are taken at once: decoding them takes some ms. Whole CAN records."""
 LIMIT: Final = 1024 * 1024
 """Most bytes held for somebody to take: 90 s of a line at 115,200 baud, or two seconds of 250 robots on one link. What comes
-in behind so many is heard when they have been decoded, which takes a second at worst."""
+in behind so many is heard when they have been decoded: 0.06 s for noise, 0.3 s for heartbeats (benchmarks/flood.py)."""
 CHUNKS: Final = 10_000
 """Most chunks held, since each costs memory of its own however few its bytes are."""
 
