@@ -8,6 +8,9 @@ SHA-256 over key, frame, link id and time. A receiver believes a frame only if
 - it is the first of its stream, and not signed more than a minute before our own time;
 - and its time is before 2100.
 
+Not more than `STREAMS` streams are remembered: the one whose last time is furthest back is forgotten, and from then on no
+stream may begin at or before that time, so that nothing of it can be replayed.
+
 Nothing is believed unsigned. (The guide lets receivers make exceptions, for RADIO_STATUS above all, which telemetry radios
 send unsigned: this project takes no notice of that message, so it needs none.)
 
@@ -42,6 +45,9 @@ OLDEST: Final = 60 * TICKS
 """A first frame of a stream may be signed so long before our own time."""
 TIME_LIMIT: Final = (4_102_444_800 - EPOCH) * TICKS >> 16 << 16
 """From here on a time is none: 2100-01-01 GMT, in the units of 0.66 s that robots store their time in."""
+
+STREAMS: Final = 1024
+"""Streams remembered: four components of every system."""
 
 _TIME_LENGTH: Final = 6
 _HASH_LENGTH: Final = 6
@@ -105,6 +111,7 @@ class Signing:
         self._last = -1
         self.refused: int | None = None
         self._streams: dict[bytes, int] = {}
+        self._forgotten = -1
 
     def clock(self) -> int:
         """What our clock says, in 10 us since 2015-01-01 GMT, whatever was heard."""
@@ -144,13 +151,22 @@ class Signing:
         stream = frame[_AT_SYSTEM:_AT_ID] + frame[-SIGNATURE_LENGTH : 1 - SIGNATURE_LENGTH]
         now = self.now()
         reason = _untimely(time, self._streams.get(stream), now)
+        if reason is None and stream not in self._streams and time <= self._forgotten:
+            reason = RejectReason.TOO_OLD
         if reason is not None:
             self.refused = time
             return reason
         self._streams[stream] = time
+        if len(self._streams) > STREAMS:
+            self._forget_one()
         if time > now:
             self._ahead = time - self._time()
         return None
+
+    def _forget_one(self) -> None:
+        """Forget the stream whose last frame was signed longest ago."""
+        oldest = min(self._streams, key=self._streams.__getitem__)
+        self._forgotten = max(self._forgotten, self._streams.pop(oldest))
 
     def _hash(self, data: bytes) -> bytes:
         hashed = self._secret.copy()

@@ -18,7 +18,7 @@ from firmware_protocol.messages import (
     RobotStatus,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
-from hil.pump import InlinePump, Lost, Pump, ThreadedPump
+from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
 
 if TYPE_CHECKING:
@@ -30,10 +30,15 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
+    from hil.pump import Chunk
     from hil.reopening import Opener
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
+_NEWS_PERIOD: Final = 1.0
+"""Shortest time between two pieces of news of bytes that were dropped, in s."""
+_GAP: Final = 0.1
+"""A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
 
 
 class Tap(Protocol):
@@ -75,6 +80,10 @@ class Bridge:
     Call `step` again and again; it returns as soon as there is something to see or to do, so waits are loops:
     `while not ticket.done: bridge.step(0.1)`.
 
+    A step takes in `hil.pump.SLICE` bytes at most. If there were as many, more may be waiting: then what is due is sent before
+    any of them is decoded, urgent questions first, and how long a robot has been silent goes by the stamps of what was taken
+    in. More than `hil.pump.LIMIT` bytes never wait: the oldest are dropped, counted, and told of by LinkNews.
+
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
 
@@ -105,6 +114,7 @@ class Bridge:
         peers: Robots heard so far that are spoken with, by system id.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
+        overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
     """
@@ -132,6 +142,7 @@ class Bridge:
         self._shunned: set[int] = set()
         self.unclaimed = 0
         self.unsent = 0
+        self.overrun = 0
         self.lost: LinkError | None = None
         self.patience = patience if opener is not None else 0.0
         self._read_clock = clock.now
@@ -147,6 +158,8 @@ class Bridge:
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
+        self._overrun_due = float("-inf")
+        self._taken_in = self.now
         self._told = False
         self._closed = False
         self._lost_at = 0.0
@@ -206,6 +219,10 @@ class Bridge:
         events: list[Event] = []
         for tap in self._taps:
             tap.step(now, chunks)
+        if sum([len(data) for _, data in chunks]) >= SLICE:
+            self._fall_behind(chunks, now, events)
+        else:
+            self._taken_in = now
         if chunks:
             for stamp, data in chunks:
                 for tap in self._taps:
@@ -213,8 +230,7 @@ class Bridge:
                 self._take(self._codec.receive(data, stamp), events)
         elif rest := self._codec.flush(now):
             self._take(rest, events)
-        for text in self.link.news():
-            self._report(text, now, events)
+        self._hear_of_link(now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -261,6 +277,16 @@ class Bridge:
             self._pump.close()
         finally:
             self.link.close()
+
+    @property
+    def pending(self) -> bool:
+        """More has come than the last step took in: the next one need not wait."""
+        return self._pump.pending
+
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
+        return any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
@@ -379,9 +405,33 @@ class Bridge:
         events.append(news)
         self._tell(news)
 
+    def _hear_of_link(self, now: float, events: list[Event]) -> None:
+        """Tell what has happened to the link, and of bytes that were dropped."""
+        for text in self.link.news():
+            self._report(text, now, events)
+        overrun = self._pump.overrun
+        if overrun != self.overrun and now >= self._overrun_due:
+            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
+            self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
+            self.overrun = overrun
+            self._overrun_due = now + _NEWS_PERIOD
+
     def _tell(self, event: Event) -> None:
         for tap in self._taps:
             tap.event(event)
+
+    def _fall_behind(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
+        """More may be waiting than these chunks: send what is due before they are decoded.
+
+        All that is decided here follows from the step's clock reading and chunks, which a log has.
+        """
+        gap = chunks[0][0] - self._taken_in
+        if gap > _GAP:
+            for peer in self.peers.values():
+                peer.missed(gap)
+        self._taken_in = chunks[-1][0]
+        if now >= self.next_due():
+            self._service(now, events)
 
     def _service(self, now: float, events: list[Event]) -> None:
         """Send what is due."""
@@ -389,11 +439,14 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
-            self._alive_due = now + KEEP_ALIVE
-            self._write([RobotAlive(self.host)], now)
-        for peer in self.peers.values():
-            messages = peer.due(now)
+        peers = list(self.peers.values())
+        urgent = self.urgent
+        if urgent:
+            peers.sort(key=lambda peer: not peer.urgent)
+        else:
+            self._keep(now)
+        for peer in peers:
+            messages = peer.due(now, self._taken_in)
             if messages:
                 self._write(messages, now)
                 if len(self.peers) > 1 and HOST_HEARTBEAT in messages:
@@ -402,6 +455,14 @@ class Bridge:
             for event in peer.events():
                 events.append(event)
                 self._tell(event)
+        if urgent:
+            self._keep(now)
+
+    def _keep(self, now: float) -> None:
+        """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
+        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+            self._alive_due = now + KEEP_ALIVE
+            self._write([RobotAlive(self.host)], now)
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""

@@ -16,6 +16,7 @@ from firmware_protocol.messages import Heartbeat, Ping, SetupSigning
 from firmware_protocol.signing import (
     EPOCH,
     OLDEST,
+    STREAMS,
     TIME_LIMIT,
     Signing,
     SigningKey,
@@ -284,3 +285,17 @@ def test_a_frame_cut_short_costs_no_other() -> None:
         events += host.receive(good, 0.005)
         events += host.flush(1.0)
         assert [event.raw for event in events if isinstance(event, Received)] == [good], missing
+
+
+def test_so_many_streams_are_remembered_and_what_is_forgotten_cannot_be_replayed() -> None:
+    host = signed_codec()
+    streams = host._signing._streams
+    robot = signed_codec(system=1, component=1)
+    first, other = robot.encode(PING), signed_codec(system=2, component=1, now=NOW - 1).encode(PING)
+    assert reasons(host, first) == [None]
+    later = [signed_codec(system=100 + k // 250, component=k % 250, now=NOW + 1 + k).encode(PING) for k in range(STREAMS)]
+    assert reasons(host, *later) == [None] * STREAMS
+    assert len(streams) == STREAMS
+    assert reasons(host, first, other) == [RejectReason.TOO_OLD] * 2
+    assert reasons(host, signed_codec(system=1, component=1, now=NOW + 5000).encode(PING)) == [None]
+    assert len(streams) == STREAMS
