@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Final, Protocol, Self
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, Received
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, JuniorSensors, JuniorStatus
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    ROBOT_COMPONENT,
+    Heartbeat,
+    JuniorSensors,
+    JuniorStatus,
+    Statustext,
+)
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, Peer
 from hil.pump import InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
@@ -26,6 +34,10 @@ if TYPE_CHECKING:
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
+_ERROR: Final = 3
+"""MAV_SEVERITY_ERROR; what is worse is less."""
+_LAST_WORDS: Final = 1.0
+"""An error that was told so shortly before the end of a link is taken for its reason, in s."""
 
 
 class Tap(Protocol):
@@ -97,6 +109,7 @@ class Bridge:
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
     def __init__(
@@ -141,6 +154,8 @@ class Bridge:
         self._waiting = False
         self._cause: LinkError | None = None
         self._named = ""
+        self.farewell = ""
+        self._complaint: tuple[float, str] | None = None
         self._url = link.url
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
         self._pump: Pump
@@ -271,6 +286,8 @@ class Bridge:
                 events.append(item)
                 self._blame(item)
                 continue
+            if type(item.message) is Statustext and item.message.severity <= _ERROR:
+                self._complaint = (item.time, item.message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -331,6 +348,7 @@ class Bridge:
 
     def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone and will be opened again."""
+        error = self._explained(error, now)
         if not self._waiting:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
@@ -406,9 +424,17 @@ class Bridge:
             for message in messages:
                 tap.sent(now, message)
 
+    def _explained(self, error: LinkError, now: float) -> LinkError:
+        """Why a link has ended, with what was said at its other end just before."""
+        complaint, self._complaint = self._complaint, None
+        if complaint is None or now - complaint[0] > _LAST_WORDS:
+            return error
+        self.farewell = complaint[1]
+        return LinkClosedError(error.url, f"{str(error).removeprefix(f'{error.url}: ')}; it said: {self.farewell}")
+
     def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone: tell everybody, once."""
-        self._ended = error
+        self._ended = error = self._explained(error, now)
         self._told = True
         for peer in self.peers.values():
             for event in peer.closed(error, now):

@@ -178,6 +178,9 @@ class Robots:
         return len(self) >= expect if isinstance(expect, int) else self._expected.issubset(self.addresses)
 
     def _nobody(self, timeout: float) -> str:
+        farewells = [f"{name}: {bridge.farewell}" for name, bridge in self.networks.bridges.items() if bridge.farewell]
+        if farewells:
+            return f"no robot answered within {timeout:g} s. {'. '.join(farewells)}"
         return (
             f"{', '.join(self.networks.bridges)}: no robot answered within {timeout:g} s: are they switched on, is this the "
             "right address?"
