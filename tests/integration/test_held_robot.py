@@ -47,3 +47,8 @@ def test_the_commands_say_so(held: str, capsys: pytest.CaptureFixture[str], verb
     options = [] if verb == ["param"] else ["--reconnect", "0"]
     assert run([verb[0], held, *verb[1:], *options]) == 3
     assert HELD in capsys.readouterr().err
+
+
+def test_the_list_of_ports_says_so(held: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["ports", held]) == 3
+    assert HELD in capsys.readouterr().out
