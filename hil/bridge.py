@@ -156,6 +156,7 @@ class Bridge:
         self._named = ""
         self.farewell = ""
         self._complaint: tuple[float, str] | None = None
+        self._untold: list[Event] = []
         self._url = link.url
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
         self._pump: Pump
@@ -205,7 +206,7 @@ class Bridge:
         until = self.next_due()
         chunks = self._pump.take(wait if until > self.now else 0.0, until)
         now = self.now = self._read_clock()
-        events: list[Event] = []
+        events, self._untold = self._untold, []
         for tap in self._taps:
             tap.step(now, chunks)
         if chunks:
@@ -253,6 +254,24 @@ class Bridge:
         self._robots = robots
         self._shunned |= self._heard - set(robots)
         self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
+
+    def begin_anew(self, cause: str) -> None:
+        """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
+
+        Everything open fails with a PeerLostError, and the handshake is done anew, by which they are stopped and disarmed.
+
+        Args:
+            cause: Why, in words.
+        """
+        if self._failed or self._ended is not None or self._closed:
+            return
+        now = self.now = self._read_clock()
+        error = LinkClosedError(self.link.url, cause)
+        for peer in self.peers.values():
+            if peer.taken:
+                for event in (*peer.unplugged(error, now), *peer.plugged_in(now)):
+                    self._untold.append(event)
+                    self._tell(event)
 
     def close(self) -> None:
         """Stop reading and close the link. Repeating it does nothing."""

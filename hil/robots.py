@@ -63,12 +63,14 @@ class Robots:
         networks: The links.
         limits: Bounds on what is asked of each robot.
         members: Every robot that was ever there.
+        between: Called after every step of the links, when nothing is under way.
     """
 
     def __init__(self, networks: Networks, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
         self.networks = networks
         self.limits = limits
         self.members: dict[RobotAddress, Junior] = {}
+        self.between: Callable[[], None] | None = None
         self.now = networks.now
         self._expected: frozenset[RobotAddress] = frozenset()
         self._listeners: list[Callable[[str, Event], None]] = []
@@ -212,6 +214,8 @@ class Robots:
                 junior.notice(event)
             for listener in self._listeners:
                 listener(network, event)
+        if self.between is not None:
+            self.between()
         return [event for _, event in events]
 
     def _join(self, network: str, system: int) -> None:
