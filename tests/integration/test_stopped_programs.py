@@ -154,14 +154,17 @@ def test_a_program_that_is_stuck_keeps_no_robot_driving(place: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("connection", [ONE, SEVERAL])
-@pytest.mark.parametrize("name", ["SIGSTOP", "SIGTSTP"])
-def test_a_program_that_is_stopped_keeps_no_robot_driving(name: str, connection: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["SIGSTOP", "SIGTSTP", "SIGKILL"])
+def test_a_program_that_is_stopped_or_killed_keeps_no_robot_driving(name: str, connection: str, tmp_path: Path) -> None:
     code = PROGRAM.format(connection=connection, then="print('driving', flush=True); robots.wait(1000)")
     with served() as (robot, url), Program(tmp_path, sys.executable, "-c", code, url, own_group=True) as program:
         program.until("driving")
         assert robot.turning
         program.send(signal.Signals[name])
-        robot.until(lambda: program.is_stopped)
+        if name == "SIGKILL":
+            assert program.end() == -signal.SIGKILL
+        else:
+            robot.until(lambda: program.is_stopped)
         assert_the_watchdog_stopped(robot, robot.now)
 
 
