@@ -104,7 +104,7 @@ def assert_the_watchdog_stopped(robot: Observed, since: float) -> None:
     """Nobody has kept the robot awake since then, and its wheels stood still when its watchdog had run out."""
     robot.until(lambda: robot.now - robot.moved > 2 * WATCHDOG and robot.now - robot.listened > 4 * WATCHDOG)
     assert robot.listened <= since + UNDER_WAY
-    assert WATCHDOG - 2 * PERIOD <= robot.moved - robot.listened <= WATCHDOG + PERIOD + 1e-9
+    assert 0.0 < robot.moved <= robot.listened + WATCHDOG + PERIOD + 1e-9
 
 
 # --- A program of one's own ----------------------------------------------------------------------------------------------
@@ -251,10 +251,9 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
             press(shell, "a", robot, State.READY)
             drive(shell, robot)
             shell.types("\x1a")
-            asked = robot.now
             assert robot.becomes(State.DISARMED, within=SAYS_ITS_STATE)
             shell.until("Stopped", "Suspended")
-            assert robot.moved <= asked + 0.15  # it was told; its watchdog would have let it go on for longer
+            assert robot.moved <= robot.listened  # it was told; by its watchdog it would have stopped later
             shell.types("stty -a\n")
             modes = shell.until("echoke").split()
             assert {"icanon", "echo"} <= {mode.strip(";") for mode in modes}
@@ -286,14 +285,13 @@ def test_coaching_and_bouts_go_on_after_they_were_stopped(verb: list[str], figur
     with served() as (robot, url), Hil(tmp_path, verb[0], url, *options, own_group=True) as program:
         robot.until(lambda: robot.turning)
         program.send(signal.Signals[name])
-        asked = robot.now
         robot.until(lambda: program.is_stopped)
         if name == "SIGSTOP":
             assert_the_watchdog_stopped(robot, robot.now)
         robot.let_pass(SAYS_ITS_STATE)
         assert not robot.turning
         if name == "SIGTSTP":
-            assert robot.moved <= asked + 0.15  # it was told; its watchdog would have let it go on for longer
+            assert robot.moved <= robot.listened  # it was told; by its watchdog it would have stopped later
             assert robot.state is State.DISARMED
         program.send(signal.SIGCONT)
         assert program.end() == 0
