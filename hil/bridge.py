@@ -16,6 +16,7 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotAlive,
     RobotStatus,
+    Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
 from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
@@ -39,6 +40,10 @@ _NEWS_PERIOD: Final = 1.0
 """Shortest time between two pieces of news of bytes that were dropped, in s."""
 _GAP: Final = 0.1
 """A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
+_ERROR: Final = 3
+"""MAV_SEVERITY_ERROR; what is worse is less."""
+_LAST_WORDS: Final = 1.0
+"""An error that was told so shortly before the end of a link is taken for its reason, in s."""
 
 
 class Tap(Protocol):
@@ -117,6 +122,7 @@ class Bridge:
         overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
     def __init__(
@@ -167,6 +173,9 @@ class Bridge:
         self._waiting = False
         self._cause: LinkError | None = None
         self._named = ""
+        self.farewell = ""
+        self._complaint: tuple[float, str] | None = None
+        self._untold: list[Event] = []
         self._url = link.url
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
         self._pump: Pump
@@ -216,7 +225,7 @@ class Bridge:
         until = self.next_due()
         chunks = self._pump.take(wait if until > self.now else 0.0, until)
         now = self.now = self._read_clock()
-        events: list[Event] = []
+        events, self._untold = self._untold, []
         for tap in self._taps:
             tap.step(now, chunks)
         if sum([len(data) for _, data in chunks]) >= SLICE:
@@ -268,6 +277,24 @@ class Bridge:
         self._shunned |= self._heard - set(robots)
         self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
 
+    def begin_anew(self, cause: str) -> None:
+        """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
+
+        Everything open fails with a PeerLostError, and the handshake is done anew, by which they are stopped and disarmed.
+
+        Args:
+            cause: Why, in words.
+        """
+        if self._failed or self._ended is not None or self._closed:
+            return
+        now = self.now = self._read_clock()
+        error = LinkClosedError(self.link.url, cause)
+        for peer in self.peers.values():
+            if peer.taken:
+                for event in (*peer.unplugged(error, now), *peer.plugged_in(now)):
+                    self._untold.append(event)
+                    self._tell(event)
+
     def close(self) -> None:
         """Stop reading and close the link. Repeating it does nothing."""
         if self._closed:
@@ -312,6 +339,8 @@ class Bridge:
                 events.append(item)
                 self._blame(item)
                 continue
+            if type(item.message) is Statustext and item.message.severity <= _ERROR:
+                self._complaint = (item.time, item.message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -374,6 +403,7 @@ class Bridge:
 
     def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone and will be opened again."""
+        error = self._explained(error, now)
         if not self._waiting:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
@@ -487,9 +517,17 @@ class Bridge:
             for message in messages:
                 tap.sent(now, message)
 
+    def _explained(self, error: LinkError, now: float) -> LinkError:
+        """Why a link has ended, with what was said at its other end just before."""
+        complaint, self._complaint = self._complaint, None
+        if complaint is None or now - complaint[0] > _LAST_WORDS:
+            return error
+        self.farewell = complaint[1]
+        return LinkClosedError(error.url, f"{str(error).removeprefix(f'{error.url}: ')}; it said: {self.farewell}")
+
     def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone: tell everybody, once."""
-        self._ended = error
+        self._ended = error = self._explained(error, now)
         self._told = True
         for peer in self.peers.values():
             for event in peer.closed(error, now):

@@ -15,6 +15,7 @@ import typer
 
 from firmware_protocol.errors import FaultSpecError, LinkOpenError
 from firmware_protocol.faults import FaultSpec
+from firmware_protocol.signing import Signing
 from firmware_protocol.wire import MAVLINK
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
@@ -22,10 +23,11 @@ from hil.clock import MonotonicClock
 from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
 from hil.files import replace_file
-from hil.key_file import load_key, no_signatures
+from hil.key_file import calendar, load_key, no_signatures
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import SigningKey
+    from simdevice.endpoints import Endpoint
     from simdevice.world import World
 
 CROWD_BAUD = 921600
@@ -99,7 +101,6 @@ def emulate(
     """
     from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
-    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
     from simdevice.server import Server  # noqa: PLC0415
     from simdevice.world import junior_world  # noqa: PLC0415
 
@@ -108,11 +109,8 @@ def emulate(
     nvm = _load(memory, board, forget_time=forget_time)
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
-    endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
+    endpoint = _open(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, key, public=public)
     wire = endpoint.wire
-    if key is not None and wire != MAVLINK:
-        endpoint.close()
-        raise no_signatures(link)
     world: World | Crowd
     try:
         make = junior_world if count == 1 else partial(Crowd, count)
@@ -155,6 +153,19 @@ def emulate(
                 replace_file(memory, world.nvm)
             if server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
+
+
+def _open(link: str, key: SigningKey | None, *, public: bool) -> Endpoint:
+    """Open where the robot is served, for a robot that has this key."""
+    from simdevice.admission import SERVER_LINK  # noqa: PLC0415
+    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
+
+    signing = Signing(key, calendar, link=SERVER_LINK) if key is not None else None
+    endpoint = open_endpoint(link, public=public, signing=signing)
+    if key is not None and endpoint.wire != MAVLINK:
+        endpoint.close()
+        raise no_signatures(link)
+    return endpoint
 
 
 def _suggestion(url: str, count: int, signing_key: Path | None) -> str:

@@ -270,7 +270,7 @@ def test_what_is_served_is_bound_to_loopback(link: str) -> None:
 @pytest.mark.parametrize("kind", [TcpEndpoint, UdpEndpoint])
 def test_a_server_that_is_told_no_host_is_bound_to_loopback(kind: type[TcpEndpoint | UdpEndpoint]) -> None:
     endpoint = kind(port=0)
-    (file,) = endpoint.files()
+    file = endpoint.files()[0]
     with socket.socket(fileno=os.dup(file)) as bound:
         assert ipaddress.ip_address(bound.getsockname()[0]).is_loopback
     endpoint.close()
