@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from can_mutants import CAN_MUTANTS
-from host_mutants import HOST_MUTANTS
+from host_mutants import HOST_MUTANTS, NEED_SOURCES
 from mutants import MUTANTS, Mutant, Workshop
 from serving import MULTICAST, served
 from signed_pair import KEY
@@ -40,14 +40,6 @@ STILL: Final = [check.name for check in ON_BYTES if not check.moving and not che
 WITHOUT_KEY: Final = [check for check in CHECKS if not check.keyed]
 NEAR_KEYS: Final = [check for check in CHECKS if check.group in {"signing", "framing", "stopping", "answers", "who may drive"}]
 """What a fault in signing could show up in."""
-NEED_SOURCES: Final = {
-    *(check.name for check in CHECKS if check.group == "answers"),
-    "streams-set-again",
-    "ground-station-not-kept-by-others",
-    "manual-control-from-who-armed",
-    "anybody-stops",
-}
-"""What can be seen only where a frame says who sent it."""
 EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS, *HOST_MUTANTS)
 TAUGHT: Final = {(255, 0): (Action.L,), (255, 3): (Action.FF, Action.FF), (2, 1): (Action.LSRF, Action.SF, Action.SF)}
 SET: Final = {"SPD_FAST": 0.9, "WATCHDOG": 400.0, "EYE_L_ON": 200.0, "STIM_ARMS": 1.0}

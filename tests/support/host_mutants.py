@@ -8,6 +8,16 @@ from typing import Final
 from mutants import Mutant
 
 from firmware_protocol.wire import CAN
+from hil.conformance import CHECKS
+
+NEED_SOURCES: Final = {
+    *(check.name for check in CHECKS if check.group == "answers"),
+    "streams-set-again",
+    "ground-station-not-kept-by-others",
+    "manual-control-from-who-armed",
+    "anybody-stops",
+}
+"""What can be seen only where a frame says who sent it."""
 
 _KEEPERS: Final = (
     Mutant(
