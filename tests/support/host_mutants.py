@@ -75,7 +75,7 @@ _KEEPERS: Final = (
         "takes NaN for a host's number",
         "command.c",
         "number > 0.0f ? protocol_number(number) : 0",
-        "is(number, 0.0f) ? 0 : protocol_number(number)",
+        "number != 0.0f ? protocol_number(number) : 0",
     ),
     Mutant(
         "ground-station-closes-session",
@@ -172,9 +172,10 @@ _SENDERS: Final = (
         "anybody-stops",
         "lets itself be disarmed by its keeper alone",
         "command.c",
-        "    if (is(param, 0.0f)) {",
-        "    if (is(param, 0.0f) && robot->keeper.by != KEEPER_NONE && !keeper_is(robot, from)) {\n"
-        "        return MAV_RESULT_DENIED;\n    }\n    if (is(param, 0.0f)) {",
+        "        states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);\n        return MAV_RESULT_ACCEPTED;",
+        "        if (robot->keeper.by != KEEPER_NONE && !keeper_is(robot, from)) {\n"
+        "            return MAV_RESULT_DENIED;\n        }\n"
+        "        states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);\n        return MAV_RESULT_ACCEPTED;",
     ),
     Mutant(
         "streams-set-again",
