@@ -86,7 +86,7 @@ def _askers(robot: Subject) -> tuple[tuple[int, int], ...]:
     return (HOST, *robot.strangers)
 
 
-@GROUP.check("command-ack-addressed", rule="COMMAND_ACK")
+@GROUP.check("command-ack-addressed", rule="Answers")
 def command_ack(robot: Subject) -> str:
     """COMMAND_ACK names who asked, whatever the answer is."""
     for command, param in ((_NO_COMMAND, 0.0), (Command.REQUEST_MESSAGE, Heartbeat.ID)):
@@ -96,7 +96,7 @@ def command_ack(robot: Subject) -> str:
     return "three askers, accepted and refused"
 
 
-@GROUP.check("timesync-addressed", rule="TIMESYNC")
+@GROUP.check("timesync-addressed", rule="Answers")
 def timesync(robot: Subject) -> str:
     """TIMESYNC names who asked."""
     for mark, who in enumerate(_askers(robot), _MARK):
@@ -104,7 +104,7 @@ def timesync(robot: Subject) -> str:
     return "three askers"
 
 
-@GROUP.check("ping-addressed", rule="PING")
+@GROUP.check("ping-addressed", rule="Answers")
 def ping(robot: Subject) -> str:
     """The answer to PING names who asked."""
     for mark, who in enumerate(_askers(robot), _MARK):
@@ -112,7 +112,7 @@ def ping(robot: Subject) -> str:
     return "three askers"
 
 
-@GROUP.check("mission-count-addressed", rule="MISSION_COUNT")
+@GROUP.check("mission-count-addressed", rule="Answers")
 def mission_count(robot: Subject) -> str:
     """MISSION_REQUEST_LIST is answered, and MISSION_COUNT names who asked."""
     for who in _askers(robot):
@@ -122,7 +122,7 @@ def mission_count(robot: Subject) -> str:
     return "three askers, no mission"
 
 
-@GROUP.check("ack-addressed", rule="ROBOT_ACK")
+@GROUP.check("ack-addressed", rule="Answers")
 def ack(robot: Subject) -> str:
     """ROBOT_ACK names who asked: for what is refused, what is repeated, and for a session."""
     read = robot.numbered(JuniorMemoryRead, index=NO_SLOT)
@@ -138,7 +138,7 @@ def ack(robot: Subject) -> str:
     return "a repetition, another session, ROBOT_SESSION"
 
 
-@GROUP.check("result-addressed", rule="JUNIOR_MANEUVER_RESULT", needs=("ack-addressed",))
+@GROUP.check("result-addressed", rule="Answers", needs=("ack-addressed",))
 def result(robot: Subject) -> str:
     """JUNIOR_MANEUVER_RESULT names who asked for the maneuver."""
     robot.need_sources()
@@ -153,7 +153,7 @@ def result(robot: Subject) -> str:
     return "three askers"
 
 
-@GROUP.check("memory-entry-addressed", rule="JUNIOR_MEMORY_ENTRY", needs=("ack-addressed",))
+@GROUP.check("memory-entry-addressed", rule="Answers", needs=("ack-addressed",))
 def memory_entry(robot: Subject) -> str:
     """JUNIOR_MEMORY_ENTRY names who asked."""
     robot.need_sources()

@@ -82,7 +82,7 @@ def _expect_kept(robot: Subject, say: Callable[[], None], what: str) -> None:
         require(result.outcome == Outcome.COMPLETED, f"a maneuver of {2 * _WATCHDOG:g} s, kept by {what}, ended with {found}")
 
 
-@GROUP.check("heartbeats-do-not-keep", rule="ROBOT_ALIVE", needs=("watchdog-stops",))
+@GROUP.check("heartbeats-do-not-keep", rule="The keeper", needs=("watchdog-stops",))
 def heartbeats(robot: Subject) -> str:
     """What names no host does not keep what a host has armed, whoever sends it: HEARTBEAT, TIMESYNC."""
     said = HOST_HEARTBEAT, Timesync(0, 1)
@@ -94,7 +94,7 @@ def heartbeats(robot: Subject) -> str:
     return "from the host's own address, another component, another system"
 
 
-@GROUP.check("alive-keeps", rule="ROBOT_ALIVE")
+@GROUP.check("alive-keeps", rule="The keeper")
 def alive(robot: Subject) -> str:
     """ROBOT_ALIVE of the host whose session is open keeps what it has armed, said to the robot or to all."""
     for system, component in ((robot.system, ROBOT_COMPONENT), (0, 0)):
@@ -103,7 +103,7 @@ def alive(robot: Subject) -> str:
     return "to the robot, to all"
 
 
-@GROUP.check("alive-of-other-host-ignored", rule="ROBOT_ALIVE", needs=("watchdog-stops", "heartbeats-do-not-keep"))
+@GROUP.check("alive-of-other-host-ignored", rule="The keeper", needs=("watchdog-stops", "heartbeats-do-not-keep"))
 def other_alive(robot: Subject) -> str:
     """ROBOT_ALIVE of another host does not keep it."""
     other = robot.host ^ 1 or 2
@@ -112,7 +112,7 @@ def other_alive(robot: Subject) -> str:
     return "to the robot, to all"
 
 
-@GROUP.check("numbered-messages-keep", rule="Numbered messages", needs=("watchdog-stops",))
+@GROUP.check("numbered-messages-keep", rule="The keeper", needs=("watchdog-stops",))
 def numbered(robot: Subject) -> str:
     """Numbered messages of the session keep what its host has armed."""
     _expect_kept(robot, lambda: robot.send(robot.numbered(JuniorMemoryRead, index=NO_SLOT)), "JUNIOR_MEMORY_READ")
@@ -121,7 +121,7 @@ def numbered(robot: Subject) -> str:
 
 @GROUP.check(
     "other-session-does-not-keep",
-    rule="Numbered messages",
+    rule="The keeper",
     needs=("watchdog-stops", "other-session-refused", "heartbeats-do-not-keep"),
 )
 def other_session(robot: Subject) -> str:
@@ -135,7 +135,7 @@ def other_session(robot: Subject) -> str:
     return "JUNIOR_MEMORY_READ"
 
 
-@GROUP.check("other-host-cannot-arm", rule="ROBOT_SESSION")
+@GROUP.check("other-host-cannot-arm", rule="The keeper")
 def other_host(robot: Subject) -> str:
     """Arming with a number that is not that of the session's host is denied."""
     for number in (robot.host ^ 1 or 2, robot.host % 65_535 + 1):
@@ -149,7 +149,7 @@ def _result(result: int | None) -> str:
     return "nothing" if result is None else named(CommandResult, result)
 
 
-@GROUP.check("ground-station-obeyed", rule="In a minute", needs=("stopped-state-said-at-once",))
+@GROUP.check("ground-station-obeyed", rule="The keeper", needs=("stopped-state-said-at-once",))
 def obeyed(robot: Subject) -> str:
     """Who arms without a number, a ground station, is obeyed though a host has opened a session, and has gone."""
     robot.arm()
@@ -166,7 +166,7 @@ def obeyed(robot: Subject) -> str:
     return "param3 0 and NaN: armed, driven, disarmed"
 
 
-@GROUP.check("ground-station-closes-session", rule="Numbered messages", needs=("ground-station-obeyed",))
+@GROUP.check("ground-station-closes-session", rule="The keeper", needs=("ground-station-obeyed",))
 def closes(robot: Subject) -> str:
     """Who arms without a number closes the session, until one is opened: its messages are refused, its host cannot arm."""
     robot.arm()
@@ -185,7 +185,7 @@ def closes(robot: Subject) -> str:
     return "JUNIOR_WHEELS, JUNIOR_MANEUVER, JUNIOR_MEMORY_READ, arming"
 
 
-@GROUP.check("new-keeper-stops-motion", rule="Stopping", needs=("ground-station-obeyed",))
+@GROUP.check("new-keeper-stops-motion", rule="The keeper", needs=("ground-station-obeyed",))
 def new_keeper(robot: Subject) -> str:
     """A change of the keeper stops what was set in motion; a keeper that arms again changes nothing."""
     for make, state in (
@@ -229,7 +229,7 @@ def _driven(robot: Subject, say: Callable[[], None]) -> float:
 
 
 @GROUP.check(
-    "ground-station-keeps", rule="WATCHDOG", needs=("watchdog-stops", "manual-control-dead-man", "ground-station-obeyed")
+    "ground-station-keeps", rule="The keeper", needs=("watchdog-stops", "manual-control-dead-man", "ground-station-obeyed")
 )
 def keeps(robot: Subject) -> str:
     """Any frame of the ground station that armed the robot keeps it; on CAN, any from the host's side."""
@@ -240,7 +240,7 @@ def keeps(robot: Subject) -> str:
 
 @GROUP.check(
     "ground-station-not-kept-by-others",
-    rule="WATCHDOG",
+    rule="The keeper",
     needs=("watchdog-stops", "ground-station-obeyed", "ground-station-keeps"),
 )
 def not_kept(robot: Subject) -> str:
@@ -267,7 +267,7 @@ def manual(robot: Subject) -> str:
     return "another component and another system are ignored"
 
 
-@GROUP.check("anybody-stops", rule="Stopping", needs=("emergency-stop-latched",))
+@GROUP.check("anybody-stops", rule="The keeper", needs=("emergency-stop-latched",))
 def anybody(robot: Subject) -> str:
     """Disarming and the emergency stop are obeyed whoever asks for them."""
     robot.need_sources()

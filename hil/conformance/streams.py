@@ -88,7 +88,7 @@ def interval(robot: Subject) -> str:
     return "100 ms, never, default"
 
 
-@GROUP.check("streams-set-again", rule="COMMAND_LONG", needs=("interval-obeyed",))
+@GROUP.check("streams-set-again", rule="Being found", needs=("interval-obeyed",))
 def set_again(robot: Subject) -> str:
     """A stream that another program has switched off is switched on again by SET_MESSAGE_INTERVAL."""
     robot.need_sources()
@@ -114,7 +114,7 @@ def set_again(robot: Subject) -> str:
     return "JUNIOR_SENSORS, ROBOT_STATUS"
 
 
-@GROUP.check("heartbeat-stays", rule="COMMAND_LONG")
+@GROUP.check("heartbeat-stays", rule="Being found")
 def heartbeat_stays(robot: Subject) -> str:
     """HEARTBEAT is not switched off, nor made rarer than every 5 s: a robot must remain findable."""
 
