@@ -224,15 +224,8 @@ MUTANTS: Final = (
         "watchdog-stops",
         "goes on when its host is gone",
         "states.c",
-        "robot->time.now - robot->host_heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)",
+        "robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)",
         "false",
-    ),
-    Mutant(
-        "watchdog-hears-who-armed",
-        "is kept going by anybody",
-        "frame.c",
-        "if (believed && from.system == robot->armed_by && ",
-        "if (believed && ",
     ),
     Mutant(
         "failures-need-consent",
