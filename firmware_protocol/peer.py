@@ -103,7 +103,9 @@ class Peer(Requests):
     ) -> None:
         self.counters = Counters()
         label = f"robot {system}"
-        super().__init__(system, host_system, host, Exchanges(label, self.counters, retry), Numbering())
+        super().__init__(
+            system, host_system, host, Exchanges(label, self.counters, retry), Numbering(), open_session=open_session
+        )
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
         self.failure: HilError | None = None
@@ -116,7 +118,6 @@ class Peer(Requests):
         self._label = label
         self._us = (host_system, host_component)
         self._new_session = session
-        self._open_session = open_session
         self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
         self._candidate = 0
         self._known = False

@@ -72,6 +72,7 @@ class Requests:
         system: System id of the robot.
         host_system: System id of the host.
         host: Number of the host's program: which robots are its own to keep alive, 1..65535.
+        open_session: The robot is to be ours to command, not only watched.
         exchanges: Where questions are kept until they are answered.
         numbering: Session and sequence of numbered messages.
 
@@ -80,11 +81,14 @@ class Requests:
         unavailable: Why numbered messages can't be sent now; None when they can.
     """
 
-    def __init__(self, system: int, host_system: int, host: int, exchanges: Exchanges, numbering: Numbering) -> None:
+    def __init__(
+        self, system: int, host_system: int, host: int, exchanges: Exchanges, numbering: Numbering, *, open_session: bool
+    ) -> None:
         self.system = system
         self.unavailable: HilError | None = PeerError("no handshake")
         self._host_system = host_system
         self._host = host
+        self._open_session = open_session
         self._exchanges = exchanges
         self._numbering = numbering
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
@@ -104,11 +108,16 @@ class Requests:
     def arm(self) -> Ticket[CommandAck]:
         """Let the wheels turn from now on, and keep it moving as the host whose session is open, where one is.
 
-        Answered when the robot itself says that it is armed.
+        Answered when the robot itself says that it is armed. A robot that is ours is not armed before its session is open,
+        which would disarm it again.
         """
         host = self._host if self._numbering.session is not None else 0
         question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(host))
-        ticket = self._exchanges.add(ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG)))
+        exchange = ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG))
+        if self._open_session and self.unavailable is not None:
+            exchange.fail(self.unavailable)
+            return exchange.ticket
+        ticket = self._exchanges.add(exchange)
         self._arming = (ticket, True)
         return ticket
 

@@ -229,3 +229,10 @@ def test_who_only_watches_arms_as_a_ground_station_does() -> None:
     watcher.wait(0.005)
     (order,) = [m for m in watcher.take(CommandLong) if m.command == Command.ARM_DISARM]
     assert (order.param1, order.param3) == (1.0, 0.0)
+
+
+def test_a_robot_of_ours_is_not_armed_before_its_session_is_open() -> None:
+    bench = Bench()
+    bench.heartbeat()
+    assert "has not answered the handshake yet" in failed(bench.peer.arm())
+    assert not [m for m in bench.take(CommandLong) if m.command == Command.ARM_DISARM]
