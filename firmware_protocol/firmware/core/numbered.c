@@ -52,17 +52,21 @@ static void change_session(struct session *session, uint16_t id, uint16_t last)
 {
     uint8_t i = 0;
 
-    while (i < FORMER && session->former[i].id != id) {
-        i++;
-    }
-    if (i < FORMER) {
-        last = session->former[i].last;
+    if (id == session->id) { /* the one that a ground station has closed */
+        last = session->last;
     } else {
-        i = session->former_next;
-        session->former_next = (uint8_t)((i + 1) % FORMER);
+        while (i < FORMER && session->former[i].id != id) {
+            i++;
+        }
+        if (i < FORMER) {
+            last = session->former[i].last;
+        } else {
+            i = session->former_next;
+            session->former_next = (uint8_t)((i + 1) % FORMER);
+        }
+        session->former[i].id = session->id;
+        session->former[i].last = session->last;
     }
-    session->former[i].id = session->id;
-    session->former[i].last = session->last;
     session->id = id;
     session->last = last;
     session->open = true;
