@@ -38,6 +38,7 @@ from firmware_protocol.wire import wire_order
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.codec import Codec
     from firmware_protocol.wire import Message
 
 M = TypeVar("M", bound="Message")
@@ -98,7 +99,7 @@ class FirmwareBench:
         self.io.battery_mv = 7400
         self.io.uid = 0x1122334455667788
         self.io.start = start
-        self.host = MavlinkCodec(system=255, component=190)
+        self.host: Codec = MavlinkCodec(system=255, component=190)
         self.power_on(nvm)
 
     def power_on(self, nvm: bytes | None = None) -> None:
@@ -111,7 +112,7 @@ class FirmwareBench:
         self.opened = False
         self.sent: list[Message] = []
         self.streamed: list[Message] = []
-        self._codec = MavlinkCodec(system=255, component=190)
+        self._codec: Codec = MavlinkCodec(system=255, component=190)
         lib.host_power_on(self.robot, 0)
 
     @property
