@@ -39,6 +39,7 @@ uint32_t host_tick(host_robot *r, uint64_t micros, const uint8_t *rx, uint32_t r
 void host_power_on_cut(host_robot *r, uint64_t micros, int32_t writes);
 void host_cut_power(host_robot *r, int32_t writes);
 void host_slow_down(host_robot *r, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
+void host_be_busy(host_robot *r, uint16_t micros);
 uint32_t host_can_send(host_robot *r, uint16_t id, const uint8_t *payload, uint8_t length);
 int32_t host_can_take(host_robot *r, const uint8_t *rx, uint32_t rx_len, uint8_t *payload);
 uint8_t host_state(const host_robot *r);

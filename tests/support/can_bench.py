@@ -7,7 +7,7 @@ from firmware_bench import FirmwareBench
 from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.dbc import CanCodec
 from firmware_protocol.firmware._host import ffi
-from firmware_protocol.messages import Command, CommandLong, RobotStatus
+from firmware_protocol.messages import RobotStatus
 
 
 class CanBench(FirmwareBench):
@@ -26,7 +26,7 @@ class CanBench(FirmwareBench):
         return [CanFrame.unpack(record) for record in split_records(bytes(ffi.buffer(self.io.tx, self.io.tx_len)))]
 
     def counters(self) -> tuple[int, int, int, int]:
-        """Good, bad checksum, unknown, lost; before the request that asks for them."""
-        self.tick(CommandLong(1, 1, command=int(Command.REQUEST_MESSAGE), param1=RobotStatus.ID))
+        """Good, bad checksum, unknown, lost; as the robot says by itself once a second."""
+        self.run(1000, alive=False)
         status = self.latest(RobotStatus)
-        return status.good - 1, status.bad_checksum, status.unknown, status.lost
+        return status.good, status.bad_checksum, status.unknown, status.lost

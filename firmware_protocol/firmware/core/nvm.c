@@ -52,7 +52,7 @@ void nvm_step(struct junior *robot)
 void nvm_flush(struct junior *robot)
 {
     while (robot->nvm.busy) {
-        nvm_step(robot);
+        nvm_step(robot); /* unreachable: on the host memory is ready at once while it boots; an EEPROM is not */
     }
 }
 

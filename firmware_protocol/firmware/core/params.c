@@ -103,7 +103,7 @@ static uint8_t find(const char name[NAME])
             }
         }
         if (k == NAME) {
-            return i;
+            return i; /* unreachable: no parameter has a name of 16 characters, MAVLink's longest, yet */
         }
     }
     return PARAM_COUNT;

@@ -17,8 +17,7 @@ uint64_t hal_micros(void *board)
 
 uint16_t hal_used(void *board)
 {
-    (void)board;
-    return 0; /* this clock stands while the firmware works */
+    return host_of(board)->used; /* this clock stands while the firmware works */
 }
 
 uint64_t hal_uid(void *board)
@@ -197,6 +196,7 @@ void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes)
     host->writes_left = writes;
     host->writes = 0;
     host_slow_down(host, 0, 0, 0);
+    host_be_busy(host, 0);
     host->tx_backlog = 0;
     host->io.tx_len = 0;
     host->io.reboot = 0;
@@ -246,6 +246,11 @@ void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer,
     host->tx_backlog = 0;
 }
 
+void host_be_busy(host_robot *host, uint16_t micros)
+{
+    host->used = micros;
+}
+
 uint8_t host_state(const host_robot *host)
 {
     return host->robot.state;
@@ -266,14 +271,15 @@ uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, ui
         CAN_TABLE(ROW)
 #undef ROW
     };
-    uint8_t i;
+    uint8_t crc_extra = 0, i;
 
     host->io.tx_len = 0;
     for (i = 0; i < CAN_COUNT; i++) {
         if (rows[i].id == id) {
-            can_send(&host->robot, id, rows[i].crc_extra, payload, length);
+            crc_extra = rows[i].crc_extra;
         }
     }
+    can_send(&host->robot, id, crc_extra, payload, length);
     return host->io.tx_len;
 }
 

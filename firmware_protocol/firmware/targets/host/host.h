@@ -35,6 +35,7 @@ typedef struct {
     uint32_t writes;     /* non-volatile bytes written since power-on: wear */
     uint32_t nvm_per_tick, nvm_left;             /* bytes that can be written in a tick; 0: any number */
     uint32_t tx_buffer, tx_per_tick, tx_backlog; /* bytes; 0: no buffer behind io.tx, which is emptied in every tick */
+    uint16_t used;       /* us of each control period that are gone whenever the firmware looks */
 } host_robot;
 
 /* Boots: reads io.nvm, counts the boot, comes up disarmed. */
@@ -55,6 +56,9 @@ void host_cut_power(host_robot *host, int32_t writes);
 /* From now on, writing is as slow as on a micro-controller: this many non-volatile bytes a tick, a buffer of this many
  * bytes to send through, of which this many leave in a tick. 0: as fast as ever. */
 void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer, uint32_t tx_per_tick);
+
+/* From now on, this much of every control period is gone whenever the firmware looks, as where hashing takes long; in us. */
+void host_be_busy(host_robot *host, uint16_t micros);
 
 /* For tests: a message over CAN without anything being done about it. Frames go to io.tx; returns io.tx_len. */
 uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, uint8_t length);
