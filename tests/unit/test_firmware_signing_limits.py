@@ -48,8 +48,8 @@ def test_counters_of_refusals_stop_at_the_greatest_number() -> None:
 def test_links_of_one_sender_are_streams_of_their_own() -> None:
     bench = SignedBench()
     links = [signed_codec(now=NOW + 1000 - 100 * link, link=link) for link in range(3)]
-    for link in links:
-        assert bench.answers(link.encode(Ping(1, 1))) == [1], "behind another link, not behind its own"
+    for codec in links:
+        assert bench.answers(codec.encode(Ping(1, 1))) == [1], "behind another link, not behind its own"
     for link in range(3):
         assert bench.answers(signed_codec(now=NOW + 1000 - 100 * link, link=link).encode(Ping(1, 1))) == []
 
