@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import shlex
-import shutil
 import subprocess
 import sysconfig
 from concurrent.futures import ThreadPoolExecutor
@@ -43,11 +44,12 @@ class CoreBuild:
     def __init__(self, folder: Path, flags: Sequence[str] = ()) -> None:
         self._folder = folder
         self._flags = list(flags)
-        self._compiler = shlex.split(os.environ.get("CC", "")) or [shutil.which("cc") or "gcc"]
+        self._compiler = shlex.split(os.environ.get("CC", "")) or ["cc"]
         folder.mkdir(parents=True, exist_ok=True)
         make_headers()
         wrapper = folder / "wrapper.c"
-        builder.emit_c_code(str(wrapper))
+        with contextlib.redirect_stdout(io.StringIO()):
+            builder.emit_c_code(str(wrapper))
         sources = [*sorted(CORE.glob("*.c")), ROOT / FIRMWARE / "targets/host/host.c", wrapper]
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             made = pool.map(lambda source: self.compile(source, folder / f"{source.stem}.o"), sources)

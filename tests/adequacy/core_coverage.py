@@ -2,15 +2,15 @@
 
 The host extension is built with gcc's coverage in a folder of its own, the tests of the core run on that build, and gcov
 says which lines and branches ran. Every line must, unless it says why it cannot: `/* unreachable: the reason */` leaves
-a line and its branches out.
+a line and its branches out. `CC` and `GCOV` choose the programs, which come together.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -92,8 +92,7 @@ def read(build: CoreBuild) -> list[Coverage]:
     Args:
         build: A build whose tests have ended.
     """
-    gcov = shutil.which("gcov")
-    assert gcov is not None, "gcov comes with gcc: install it"
+    gcov = os.environ.get("GCOV", "gcov")
     found = []
     for source in sorted(CORE.glob("*.c")):
         counted = build.objects[source.name].with_suffix(".gcda")
