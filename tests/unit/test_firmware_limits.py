@@ -447,3 +447,14 @@ def test_sensors_come_as_often_as_ever_after_a_long_pause() -> None:
     bench.clear()
     bench.run(200)
     assert len(bench.got(JuniorSensors)) == pytest.approx(10, abs=1), "what was missed is not caught up"
+
+
+@pytest.mark.parametrize(("step", "travel"), [(700, 0.007), (-700, -0.007), (2300, 0.023), (-2300, -0.023), (999, 0.009)])
+def test_travel_keeps_what_is_less_than_a_millimetre(step: int, travel: float) -> None:
+    bench = FirmwareBench()
+    bench.tick()
+    for _ in range(10):
+        bench.io.travel_um = [bench.io.travel_um[0] + step, bench.io.travel_um[1] - step]
+        bench.tick()
+    bench.run(20)
+    assert bench.latest(JuniorSensors).travel == pytest.approx((travel, -travel))

@@ -3,21 +3,23 @@
 
 enum { REBOOT_DELAY_MS = 20 /* lets the answer out */ };
 
-static bool is(float value, float wanted)
+enum choice { NO, YES, NEITHER };
+
+static uint8_t choice_of(float param)
 {
-    return value >= wanted && value <= wanted;
+    return param >= 0.0f && param <= 0.0f ? NO : param >= 1.0f && param <= 1.0f ? YES : NEITHER;
 }
 
 /* A host names, as `param3`, the number of its session; a ground station leaves that empty, 0 or NaN. */
-static uint8_t arm(struct junior *robot, struct sender from, float param, float number)
+static uint8_t arm(struct junior *robot, struct sender from, uint8_t choice, float number)
 {
     uint16_t host = number > 0.0f ? protocol_number(number) : 0;
 
-    if (is(param, 0.0f)) {
+    if (choice == NO) {
         states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
         return MAV_RESULT_ACCEPTED;
     }
-    if (!is(param, 1.0f) || (host != 0 && (!robot->session.open || host != robot->session.host))) {
+    if (choice != YES || (host != 0 && (!robot->session.open || host != robot->session.host))) {
         return MAV_RESULT_DENIED;
     }
     if (states_fire(robot, EVENT_ARM, ROBOT_REASON_NONE) != ROBOT_REASON_NONE) {
@@ -27,9 +29,9 @@ static uint8_t arm(struct junior *robot, struct sender from, float param, float 
     return MAV_RESULT_ACCEPTED;
 }
 
-static uint8_t stop(struct junior *robot, float param)
+static uint8_t stop(struct junior *robot, uint8_t choice)
 {
-    if (!is(param, 1.0f)) {
+    if (choice != YES) {
         return MAV_RESULT_DENIED; /* it is ended by disarming */
     }
     if (robot->state != ROBOT_STATE_STOPPED) {
@@ -39,9 +41,9 @@ static uint8_t stop(struct junior *robot, float param)
     return MAV_RESULT_ACCEPTED;
 }
 
-static uint8_t reboot(struct junior *robot, float param)
+static uint8_t reboot(struct junior *robot, uint8_t choice)
 {
-    if (!is(param, 1.0f)) {
+    if (choice != YES) {
         return MAV_RESULT_DENIED;
     }
     states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
@@ -72,21 +74,22 @@ static uint8_t request(struct junior *robot, float message)
 void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command)
 {
     mavlink_command_ack_t ack;
+    uint8_t choice = choice_of(command->param1);
     uint8_t result;
 
     if (!direct && command->command != MAV_CMD_DO_FLIGHTTERMINATION
-        && !(command->command == MAV_CMD_COMPONENT_ARM_DISARM && is(command->param1, 0.0f))) {
+        && !(command->command == MAV_CMD_COMPONENT_ARM_DISARM && choice == NO)) {
         return; /* to all, only stop and e-stop */
     }
     switch (command->command) {
     case MAV_CMD_COMPONENT_ARM_DISARM:
-        result = arm(robot, from, command->param1, command->param3);
+        result = arm(robot, from, choice, command->param3);
         break;
     case MAV_CMD_DO_FLIGHTTERMINATION:
-        result = stop(robot, command->param1);
+        result = stop(robot, choice);
         break;
     case MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
-        result = reboot(robot, command->param1);
+        result = reboot(robot, choice);
         break;
     case MAV_CMD_SET_MESSAGE_INTERVAL:
         result = set_interval(robot, command->param1, command->param2);
