@@ -458,3 +458,13 @@ def test_travel_keeps_what_is_less_than_a_millimetre(step: int, travel: float) -
         bench.tick()
     bench.run(20)
     assert bench.latest(JuniorSensors).travel == pytest.approx((travel, -travel))
+
+
+@pytest.mark.parametrize("value", [0.5, -1.0, 0.999, 1.001, 2.0, math.nan])
+@pytest.mark.parametrize("command", [Command.ARM_DISARM, Command.FLIGHT_TERMINATION, Command.PREFLIGHT_REBOOT])
+def test_what_is_neither_yes_nor_no_is_denied(command: Command, value: float) -> None:
+    bench = FirmwareBench().armed()
+    assert bench.command(command, value) is CommandResult.DENIED
+    bench.run(100)
+    assert bench.state() is State.READY
+    assert not bench.io.reboot
