@@ -239,9 +239,13 @@ def test_functions_of_others_are_not_heard(bench: CanBench, function: int) -> No
     assert bench.counters() == (0, 0, 0, 0)
 
 
-def test_what_is_for_all_and_what_is_for_this_robot_do_not_mix(bench: CanBench) -> None:
+@pytest.mark.parametrize("node", [1, 2, 42])
+def test_what_is_for_all_and_what_is_for_this_robot_do_not_mix(bench: CanBench, node: int) -> None:
+    bench.tick(ParamSet(1, 1, "SYS_ID", float(node)))
+    bench.run(400, alive=False)
+    bench.power_on()
     mine, everybodys = (
-        transfer(ParamSet, struct.pack("<f16sB", 200.0, b"EYE_L_ON", 9), node=1),
+        transfer(ParamSet, struct.pack("<f16sB", 200.0, b"EYE_L_ON", 9), node=node),
         transfer(Ping, b"\5" * 12, node=0),
     )
     for pair in zip(mine, everybodys, strict=False):

@@ -7,8 +7,8 @@ from firmware_bench import BLANK
 from signed_bench import AHEAD, SignedBench
 from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
-from firmware_protocol.firmware._host import lib
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.firmware._host import ffi, lib
+from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Command, Heartbeat, JuniorSensors, ParamSet, Ping, RobotStatus, SysStatus
 from firmware_protocol.signing import setup_signing
 
@@ -70,6 +70,15 @@ def test_a_time_is_later_by_its_lower_part_alone() -> None:
     assert bench.answers(signed_codec(now=now - 1).encode(Ping(1, 3))) == [3]
     assert bench.answers(signed_codec(now=now + 1).encode(Ping(1, 4))) == [4], "the lower part has wrapped"
     assert bench.answers(signed_codec(now=now - 1).encode(Ping(1, 5))) == []
+
+
+def test_it_signs_by_its_only_link_which_is_0() -> None:
+    bench = SignedBench()
+    bench.now += 2000
+    length = lib.host_tick(bench.robot, bench.now * 1000, b"", 0)
+    frame, *_ = split_frames(bytes(ffi.buffer(bench.io.tx, length)))
+    assert frame[2] == 1
+    assert frame[-13] == 0
 
 
 # --- the copies of the key ------------------------------------------------------------------------------------------
@@ -188,3 +197,32 @@ def test_without_a_key_a_long_control_period_holds_nothing_back() -> None:
     assert bench.answers(b"".join(bench.host.encode(Ping(1, number)) for number in range(3))) == [0, 1, 2]
     bench.run(1100, alive=False)
     assert bench.got(RobotStatus)
+
+
+@pytest.mark.parametrize("position", range(1, 7))
+def test_each_byte_of_a_signature_counts(position: int) -> None:
+    bench = SignedBench()
+    frame = bytearray(bench.host.encode(Ping(1, 1)))
+    frame[-position] ^= 1
+    assert bench.answers(bytes(frame)) == []
+    bench.run(40, alive=False)
+    assert bench.refused()[1] == 1
+
+
+@pytest.mark.parametrize(("behind", "believed"), [(92, True), (93, False)])
+def test_a_stream_begins_a_minute_behind_at_most(behind: int, believed: bool) -> None:  # noqa: FBT001
+    bench = SignedBench()
+    now = NOW >> 16 << 16
+    assert bench.answers(signed_codec(now=now).encode(Ping(1, 1))) == [1]
+    late = signed_codec(system=7, now=now - (behind << 16))
+    assert bench.answers(late.encode(Ping(1, 2))) == ([2] if believed else [])
+
+
+@pytest.mark.parametrize("bits", [0, 0xFFFF, 0x1_0000_0000])
+def test_a_key_comes_with_a_time_before_which_nothing_is_believed(bits: int) -> None:
+    bench = SignedBench(None)
+    bench.sign(None)
+    now = NOW ^ bits
+    bench.tick(setup_signing(1, KEY, now))
+    assert bench.answers(signed_codec(now=now - 1000).encode(Ping(1, 1))) == []
+    assert bench.answers(signed_codec(now=now + 5000).encode(Ping(1, 2))) == [2]
