@@ -219,11 +219,12 @@ class CanCodec:
         """Take frames from the wire; see `receive`."""
         return self.receive(pack_frames(frames), now)
 
-    def flush(self, now: float) -> list[Received | Rejected]:
+    def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
         """Give up what has been incomplete for too long. `receive` does it by itself; call this when nothing comes.
 
         Args:
             now: Time in s.
+            ended: Nothing will come any more: give everything up at once.
 
         Returns:
             Usually nothing; else rejections.
@@ -231,11 +232,12 @@ class CanCodec:
         events: list[Received | Rejected] = []
         self._events = events
         self._now = now
+        patience = float("-inf") if ended else PART_TIMEOUT
         if self._partials:
-            for identifier in [key for key, partial in self._partials.items() if now - partial.heard > PART_TIMEOUT]:
+            for identifier in [key for key, partial in self._partials.items() if now - partial.heard > patience]:
                 self._give_up(identifier)
         if self._digests:
-            for node in [key for key, digests in self._digests.items() if now - digests.heard > PART_TIMEOUT]:
+            for node in [key for key, digests in self._digests.items() if now - digests.heard > patience]:
                 self._lose_digests(node)
         return events
 

@@ -16,9 +16,12 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotAlive,
     RobotStatus,
+    SetupSigning,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
+from firmware_protocol.signing import redacted
 from hil.pump import InlinePump, Lost, Pump, ThreadedPump
+from hil.redaction import Redaction
 from hil.reopening import Reopening
 
 if TYPE_CHECKING:
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
+    from hil.pump import Chunk
     from hil.reopening import Opener
 
 _GROUND_STATION: Final = 6
@@ -37,14 +41,17 @@ _GROUND_STATION: Final = 6
 
 
 class Tap(Protocol):
-    """Sees everything that passes the bridge, and changes nothing: the recorder is one."""
+    """Sees everything that passes the bridge, and changes nothing: the recorder is one.
+
+    Of wire bytes that carry a signing key all behind the frame's header is zero.
+    """
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
         """The bridge has begun a step: its one reading of the clock, and the chunks it has received."""
         ...
 
     def wire_rx(self, time: float, data: bytes) -> None:
-        """Bytes came; time is their stamp."""
+        """Bytes came; time is their stamp. Where a key may be in them, this waits until it is known."""
         ...
 
     def wire_tx(self, time: float, data: bytes) -> None:
@@ -144,6 +151,7 @@ class Bridge:
         self.host = session()
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
+        self._redaction = Redaction(link.wire)
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
@@ -208,10 +216,11 @@ class Bridge:
             tap.step(now, chunks)
         if chunks:
             for stamp, data in chunks:
-                for tap in self._taps:
-                    tap.wire_rx(stamp, data)
-                self._take(self._codec.receive(data, stamp), events)
+                found = self._codec.receive(data, stamp)
+                self._pass(self._redaction.received(stamp, data, found))
+                self._take(found, events)
         elif rest := self._codec.flush(now):
+            self._pass(self._redaction.judged(rest))
             self._take(rest, events)
         for text in self.link.news():
             self._report(text, now, events)
@@ -261,6 +270,7 @@ class Bridge:
             self._pump.close()
         finally:
             self.link.close()
+            self._pass(self._redaction.ended(self._codec.flush(self.now, ended=True)))
 
     def next_due(self) -> float:
         """When something must be sent next."""
@@ -274,6 +284,18 @@ class Bridge:
             if peer.kept:
                 soonest = min(soonest, self._alive_due)
         return soonest
+
+    def _pass(self, chunks: Sequence[Chunk]) -> None:
+        """Tell the taps of bytes that came."""
+        for stamp, data in chunks:
+            for tap in self._taps:
+                tap.wire_rx(stamp, data)
+
+    def _give_up(self, now: float, events: list[Event]) -> None:
+        """Nothing more comes: what has come in part is no message."""
+        rest = self._codec.flush(now, ended=True)
+        self._pass(self._redaction.ended(rest))
+        self._take(rest, events)
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
@@ -352,6 +374,7 @@ class Bridge:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
             self._report(f"{error}; trying for {self.patience:g} s to open it again", now, events)
+        self._give_up(now, events)
         self.lost = self._cause = error
         self._failed = self._waiting = True
         for peer in self.peers.values():
@@ -408,7 +431,8 @@ class Bridge:
         if self._failed:
             return
         encode = self._codec.encode
-        data = b"".join([encode(message) for message in messages])
+        frames = [encode(message) for message in messages]
+        data = b"".join(frames)
         try:
             self.link.write(data)
         except LinkTimeoutError:
@@ -421,6 +445,9 @@ class Bridge:
                 self._failed = True
                 self._pump.drop(error)
             return
+        if any(isinstance(message, SetupSigning) for message in messages):
+            pairs = zip(messages, frames, strict=True)
+            data = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)
         for tap in self._taps:
             tap.wire_tx(now, data)
             for message in messages:
@@ -430,6 +457,7 @@ class Bridge:
         """The link is gone: tell everybody, once."""
         self._ended = error
         self._told = True
+        self._give_up(now, events)
         for peer in self.peers.values():
             for event in peer.closed(error, now):
                 events.append(event)
