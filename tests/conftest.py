@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+import simdevice.board  # noqa: F401 - refuses a firmware that was built from other sources than are tested
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
