@@ -30,6 +30,7 @@ from firmware_protocol.can_frame import CanFrame, split_records
 from firmware_protocol.codec import open_codec
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import MemoryLink
+from firmware_protocol.links.can_multicast import MulticastBus
 from firmware_protocol.messages import JuniorSensors, Ping
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.bridge import Bridge
@@ -100,9 +101,11 @@ def bare_bus(url: str, data: bytes) -> tuple[Trip, Trip]:
     interface, _, rest = url.removeprefix("can://").partition("/")
     channel, _, asked = rest.partition("?")
     options: dict[str, Any] = {name: int(value) for name, value in parse_qsl(asked)}
-    if interface == "udp_multicast":
-        options["hop_limit"] = 0
-    bus = can.Bus(interface=interface, channel=channel, ignore_config=True, **options)
+    bus: can.BusABC
+    if interface == "udp_multicast":  # python-can's own would not stay on this machine
+        bus = MulticastBus(channel, **options)
+    else:
+        bus = can.Bus(interface=interface, channel=channel, ignore_config=True, **options)
     identifiers = [CanFrame.unpack(record).identifier for record in split_records(data)]
     numbers = cycle(range(1, 256))
 

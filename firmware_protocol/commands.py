@@ -17,6 +17,7 @@ from firmware_protocol.messages import (
     JuniorManeuver,
     JuniorManeuverResult,
     JuniorMemoryEntry,
+    JuniorWheels,
     Ping,
     Reason,
     RobotAck,
@@ -139,6 +140,8 @@ class CommandExchange(Exchange[CommandAck]):
         self._command = command
         if command.command == Command.FLIGHT_TERMINATION:
             self.hold = 0.0  # repeating it does no harm, waiting might
+        disarms = command.command == Command.ARM_DISARM and command.param1 == 0
+        self.urgent = disarms or command.command == Command.FLIGHT_TERMINATION
 
     def messages(self) -> Sequence[Message]:
         """The command, with its confirmation counted up."""
@@ -325,7 +328,17 @@ class NumberedExchange(Exchange[T]):
 
 
 class DriveExchange(NumberedExchange[RobotAck]):
-    """JUNIOR_WHEELS: a newer one makes it pointless."""
+    """JUNIOR_WHEELS: a newer one makes it pointless.
+
+    Args:
+        name: What is asked, in words.
+        message: The message.
+        numbering: Gives session and sequence.
+    """
+
+    def __init__(self, name: str, message: JuniorWheels, numbering: Numbering) -> None:
+        super().__init__(name, message, numbering)
+        self.urgent = not any(message.speed)
 
 
 class SessionExchange(NumberedExchange[RobotAck]):

@@ -233,12 +233,16 @@ class CanCodec:
         self._events = events
         self._now = now
         patience = float("-inf") if ended else PART_TIMEOUT
-        if self._partials:
-            for identifier in [key for key, partial in self._partials.items() if now - partial.heard > patience]:
-                self._give_up(identifier)
-        if self._digests:
-            for node in [key for key, digests in self._digests.items() if now - digests.heard > patience]:
-                self._lose_digests(node)
+        while self._partials:  # the first is the one that was heard longest ago
+            identifier = next(iter(self._partials))
+            if now - self._partials[identifier].heard <= patience:
+                break
+            self._give_up(identifier)
+        while self._digests:
+            node = next(iter(self._digests))
+            if now - self._digests[node].heard <= patience:
+                break
+            self._lose_digests(node)
         return events
 
     def _take(self, frame: CanFrame, raw: bytes) -> None:
@@ -292,9 +296,11 @@ class CanCodec:
             self._give_up(identifier)
             return
         partial.take(data, raw, self._now)
+        del self._partials[identifier]
         if partial.complete:
-            del self._partials[identifier]
             self._finish(identifier, partial)
+        else:
+            self._partials[identifier] = partial  # as the last one heard
 
     def _finish(self, identifier: int, partial: Partial) -> None:
         """All parts of a transfer are there."""
@@ -343,9 +349,10 @@ class CanCodec:
         digests.heard = self._now
         digests.data.append(data)
         digests.raw.append(raw)
-        if place < len(_SENSOR_FUNCTIONS) - 1:
-            return
         del self._digests[node]
+        if place < len(_SENSOR_FUNCTIONS) - 1:
+            self._digests[node] = digests  # as the last one heard
+            return
         switches, eyes, travel = digests.data
         milliseconds, flags, battery = _SWITCHES.unpack(switches)
         full = _TIME.pack(self._time(node, milliseconds) * 1000) + travel + eyes + _REST.pack(battery, flags)

@@ -23,6 +23,7 @@ class RejectReason(Enum):
     BAD_SIGNATURE = "bad signature"
     REPLAYED = "signed at a time that has been: replayed"
     TOO_OLD = "signed more than a minute before"
+    NO_TIME = "signed in 2100 or later: no time"
 
 
 @dataclass(frozen=True, slots=True)

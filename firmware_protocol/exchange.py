@@ -97,6 +97,7 @@ class Exchange(ABC, Generic[T]):
         question: The message to send.
         ticket: What the asker holds.
         blocking: The next of its lane has to wait.
+        urgent: It goes before what is due at the same time and is not.
         hold: Time after the last question during which the next of its lane has to wait even after the answer, where the
             answers to two questions could not be told apart, in s.
         due: When to ask (again), in s.
@@ -106,6 +107,7 @@ class Exchange(ABC, Generic[T]):
         sent_last: When it was last asked, in s.
     """
 
+    urgent: bool = False
     hold: float = 0.0
 
     def __init__(self, name: str, lane: Hashable, component: int, question: Message) -> None:
@@ -211,6 +213,7 @@ class Exchanges:
 
     Attributes:
         shut: Why nothing can be asked now, and every question fails at once; None when it can.
+        urgent: Something urgent has not been sent yet.
     """
 
     def __init__(self, label: str, counters: Counters, retry: Retry) -> None:
@@ -223,6 +226,7 @@ class Exchanges:
         self._free_from: dict[Hashable, float] = {}
         self.next_due = NEVER
         self.shut: HilError | None = None
+        self.urgent = False
 
     @property
     def active(self) -> bool:
@@ -253,7 +257,14 @@ class Exchanges:
             self._active.append(asked)
             self._busy.add(lane)
             self.next_due = NOW
+            if asked.urgent:
+                self._put_first()
         return exchange.ticket
+
+    def _put_first(self) -> None:
+        """Have urgent questions come before the others."""
+        self._active.sort(key=lambda exchange: not exchange.urgent)
+        self.urgent = True
 
     def drop(self, kind: type[Exchange[T]], component: int, error: HilError) -> None:
         """End every exchange of this kind with this component.
@@ -294,6 +305,7 @@ class Exchanges:
                 self._counters.retries += exchange.repeated
             soonest = min(soonest, exchange.due)
         self.next_due = soonest
+        self.urgent = False
         if ended:
             self._sweep()
         return out
@@ -343,6 +355,7 @@ class Exchanges:
                 self._free_from[exchange.lane] = exchange.sent_last + exchange.hold
         self._active = [exchange for exchange in self._active if not exchange.ticket.done]
         self._busy = {exchange.lane for exchange in self._active if exchange.blocking}
+        self.urgent = self.urgent and any(exchange.urgent and exchange.due == NOW for exchange in self._active)
         soonest = min((exchange.due for exchange in self._active), default=NEVER)
         for lane, queue in list(self._waiting.items()):
             while queue and queue[0].ticket.done:
@@ -360,3 +373,5 @@ class Exchanges:
             if queue and lane not in self._busy and lane not in self._free_from:
                 self._active.append(queue.popleft())
                 self._busy.add(lane)
+                if self._active[-1].urgent:
+                    self._put_first()

@@ -33,7 +33,7 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.quality import ClockComparison, Counters, FrameStream
+from firmware_protocol.quality import ClockComparison, Counters, FrameStreams
 from firmware_protocol.requests import ARMED_FLAG, Requests
 from firmware_protocol.streams import JUNIOR_STREAMS, MOST_REQUESTS, Streams
 from firmware_protocol.versions import other_version
@@ -84,7 +84,6 @@ class Peer(Requests):
         status: Its last status.
         armed: As far as is known; None while nothing is: it has not been heard, or is lost.
         streams: Whether what it is to send by itself comes.
-        components: Component ids heard of this system (25 is a referee).
         counters: How well it is heard.
         clock: Comparison of its clock with ours.
     """
@@ -113,7 +112,6 @@ class Peer(Requests):
         self.status: RobotStatus | None = None
         self.armed: bool | None = None
         self.streams = Streams(streams)
-        self.components: set[int] = set()
         self.clock = ClockComparison()
         self._label = label
         self._us = (host_system, host_component)
@@ -130,7 +128,7 @@ class Peer(Requests):
         self._had_session = False
         self._events: list[Event] = []
         self._outbox: list[Message] = []
-        self._streams: dict[int, FrameStream] = {}
+        self._frames = FrameStreams(self.counters)
         self._robot_clock = float("-inf")
         self._heard = now
         self._armed_at = float("-inf")
@@ -143,6 +141,11 @@ class Peer(Requests):
     def ready(self) -> bool:
         """The handshake is done and the robot is there."""
         return self.state is PeerState.READY
+
+    @property
+    def components(self) -> set[int]:
+        """Component ids heard of this system (25 is a referee)."""
+        return self._frames.components
 
     @property
     def kept(self) -> bool:
@@ -187,7 +190,7 @@ class Peer(Requests):
             self._heard = received.time
             if self.state is PeerState.LOST:
                 self._move(Input.HEARD, received.time)
-        if not self._count(received):
+        if not self._frames.count(received):
             return self._take()
         if for_another(message, *self._us):
             return [received, *self._take()]
@@ -208,6 +211,15 @@ class Peer(Requests):
         if not self._events:
             return (received,) if show else ()
         return [received, *self._take()] if show else self._take()
+
+    def missed(self, duration: float) -> None:
+        """Nobody has listened for a while: that is no silence of the robot's.
+
+        Args:
+            duration: How long, in s.
+        """
+        self._heard += duration
+        self._silence_due += duration
 
     def reject(self) -> None:
         """Count a piece of wire input that was no good message."""
@@ -249,7 +261,7 @@ class Peer(Requests):
         """
         self._exchanges.shut = None
         self.unavailable = PeerLostError(f"{self._label} has not answered yet, since its link is back")
-        self._streams.clear()
+        self._frames.clear()
         self._heard, self._silence_due = now, now + SILENCE
         self._heartbeat_due = self._timer_due = NOW
         self._move(Input.LINK_BACK, now)
@@ -263,17 +275,24 @@ class Peer(Requests):
             return NOW
         return min(self._exchanges.next_due, self._timer_due)
 
-    def due(self, now: float) -> list[Message]:
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up."""
+        return self._exchanges.urgent
+
+    def due(self, now: float, taken_in: float | None = None) -> list[Message]:
         """What must be sent now. What has happened by mere time is told by `events`.
 
         Args:
             now: Time in s.
+            taken_in: What had come by this time has been handled, in s: a robot is silent only if it was by then. None: all.
 
         Returns:
             Messages in order; they count as sent.
         """
-        if now >= self._silence_due:
-            self._watch_silence(now)
+        heard_until = now if taken_in is None else taken_in
+        if heard_until >= self._silence_due:
+            self._watch_silence(heard_until)
         out, self._outbox = self._outbox, []
         if now >= self._exchanges.next_due:
             out += self._exchanges.due(now)
@@ -357,31 +376,6 @@ class Peer(Requests):
     def _take(self) -> list[Event]:
         events, self._events = self._events, []
         return events
-
-    def _count(self, received: Received) -> bool:
-        """Keep the books of frame sequences.
-
-        Returns:
-            False for a frame that came twice.
-        """
-        stream = self._streams.get(received.component)
-        if stream is None:
-            self.components.add(received.component)
-            self._streams[received.component] = FrameStream(received)
-            self.counters.good += 1
-            return True
-        step = (received.sequence - stream.sequence) & 255
-        if step != 1:
-            if not 0 < step < 128 and received.raw in stream.recent:  # a number already used, and the same frame
-                self.counters.duplicates += 1
-                return False
-            if step:
-                self.counters.jump(step)
-        if step < 128:
-            stream.sequence = received.sequence
-        stream.recent.append(received.raw)
-        self.counters.good += 1
-        return True
 
     def _doubtful(self, message: Message) -> bool:
         """Whether a refusal has to wait: a robot that does not know our session may have restarted a moment ago.

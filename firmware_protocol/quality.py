@@ -81,7 +81,7 @@ class Counters:
             self.lost = max(0, self.lost - 1)
 
 
-class FrameStream:
+class _FrameStream:
     """The frames of one component.
 
     Args:
@@ -97,6 +97,54 @@ class FrameStream:
     def __init__(self, first: Received) -> None:
         self.sequence = first.sequence
         self.recent = deque([first.raw], maxlen=_WINDOW_FRAMES)
+
+
+class FrameStreams:
+    """Keeps the books of one system's frame sequences, by component.
+
+    Args:
+        counters: Where frames are counted.
+
+    Attributes:
+        components: Component ids heard.
+    """
+
+    def __init__(self, counters: Counters) -> None:
+        self.components: set[int] = set()
+        self._counters = counters
+        self._streams: dict[int, _FrameStream] = {}
+
+    def clear(self) -> None:
+        """The link is another one: sequences begin anew."""
+        self._streams.clear()
+
+    def count(self, received: Received) -> bool:
+        """Take a frame down.
+
+        Args:
+            received: What was in it.
+
+        Returns:
+            False for a frame that came twice.
+        """
+        stream = self._streams.get(received.component)
+        if stream is None:
+            self.components.add(received.component)
+            self._streams[received.component] = _FrameStream(received)
+            self._counters.good += 1
+            return True
+        step = (received.sequence - stream.sequence) & 255
+        if step != 1:
+            if not 0 < step < 128 and received.raw in stream.recent:  # a number already used, and the same frame
+                self._counters.duplicates += 1
+                return False
+            if step:
+                self._counters.jump(step)
+        if step < 128:
+            stream.sequence = received.sequence
+        stream.recent.append(received.raw)
+        self._counters.good += 1
+        return True
 
 
 class ClockComparison:

@@ -5,13 +5,18 @@ SHA-256 over key, frame, link id and time. A receiver believes a frame only if
 
 - its signature is that of the same key, and
 - its time is later than that of the last one believed of the same stream (system, component, link), or
-- it is the first of its stream, and not signed more than a minute before our own time.
+- it is the first of its stream, and not signed more than a minute before our own time;
+- and its time is before 2100.
+
+Not more than `STREAMS` streams are remembered: the one whose last time is furthest back is forgotten, and from then on no
+stream may begin at or before that time, so that nothing of it can be replayed.
 
 Nothing is believed unsigned. (The guide lets receivers make exceptions, for RADIO_STATUS above all, which telemetry radios
 send unsigned: this project takes no notice of that message, so it needs none.)
 
 Our own time runs with the clock that is handed in, and is put forward to any later time that a believed frame was signed
-at, so that ends whose clocks differ understand each other after one frame. It never goes back.
+at, so that ends whose clocks differ understand each other after one frame. It never goes back, and never beyond 2100: one
+frame from the end of the 48 bits would shut out everybody for ever.
 
 Source: the MAVLink guide, "Message Signing" (https://mavlink.io/en/guide/message_signing.html).
 """
@@ -19,6 +24,7 @@ Source: the MAVLink guide, "Message Signing" (https://mavlink.io/en/guide/messag
 from __future__ import annotations
 
 import hmac
+from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
@@ -37,8 +43,11 @@ TICKS: Final = 100_000
 """Units of these times in a second."""
 OLDEST: Final = 60 * TICKS
 """A first frame of a stream may be signed so long before our own time."""
-LAST_TIME: Final = 2**48 - 1
-"""In the year 2104."""
+TIME_LIMIT: Final = (4_102_444_800 - EPOCH) * TICKS >> 16 << 16
+"""From here on a time is none: 2100-01-01 GMT, in the units of 0.66 s that robots store their time in."""
+
+STREAMS: Final = 1024
+"""Streams remembered: four components of every system."""
 
 _TIME_LENGTH: Final = 6
 _HASH_LENGTH: Final = 6
@@ -91,6 +100,9 @@ class Signing:
         time: Gives the time in 10 us since 2015-01-01 GMT; it may stand still or go back, what is signed does not. A run
             that must be repeatable passes its own virtual time.
         link: Id of the link, 0..255. One process that reaches the same robot over two links needs two.
+
+    Attributes:
+        refused: Time of the last frame that was refused for its time alone, in 10 us since 2015-01-01 GMT; None: none was.
     """
 
     def __init__(self, key: SigningKey, time: Callable[[], int], *, link: int = 0) -> None:
@@ -99,11 +111,17 @@ class Signing:
         self._link = bytes((link,))
         self._ahead = 0
         self._last = -1
+        self.refused: int | None = None
         self._streams: dict[bytes, int] = {}
+        self._forgotten = -1
+
+    def clock(self) -> int:
+        """What our clock says, in 10 us since 2015-01-01 GMT, whatever was heard."""
+        return self._time()
 
     def now(self) -> int:
-        """Our own time, in 10 us since 2015-01-01 GMT."""
-        return min(max(self._time() + self._ahead, self._last + 1, 0), LAST_TIME)
+        """Our own time, in 10 us since 2015-01-01 GMT; `TIME_LIMIT` at most, which nobody believes."""
+        return min(max(self._time() + self._ahead, self._last + 1, 0), TIME_LIMIT)
 
     def sign(self, frame: bytes) -> bytes:
         """Make a signature.
@@ -134,21 +152,54 @@ class Signing:
         time = int.from_bytes(frame[-_HASH_LENGTH - _TIME_LENGTH : -_HASH_LENGTH], "little")
         stream = frame[_AT_SYSTEM:_AT_ID] + frame[-SIGNATURE_LENGTH : 1 - SIGNATURE_LENGTH]
         now = self.now()
-        last = self._streams.get(stream)
-        if last is None:
-            if time + OLDEST < now:
-                return RejectReason.TOO_OLD
-        elif time <= last:
-            return RejectReason.REPLAYED
+        reason = _untimely(time, self._streams.get(stream), now)
+        if reason is None and stream not in self._streams and time <= self._forgotten:
+            reason = RejectReason.TOO_OLD
+        if reason is not None:
+            self.refused = time
+            return reason
         self._streams[stream] = time
+        if len(self._streams) > STREAMS:
+            self._forget_one()
         if time > now:
-            self._ahead += time - now
+            self._ahead = time - self._time()
         return None
+
+    def _forget_one(self) -> None:
+        """Forget the stream whose last frame was signed longest ago."""
+        oldest = min(self._streams, key=self._streams.__getitem__)
+        self._forgotten = max(self._forgotten, self._streams.pop(oldest))
 
     def _hash(self, data: bytes) -> bytes:
         hashed = self._secret.copy()
         hashed.update(data)
         return hashed.digest()[:_HASH_LENGTH]
+
+
+def _untimely(time: int, last: int | None, now: int) -> RejectReason | None:
+    """What is wrong with the time of a frame.
+
+    Args:
+        time: Its time, in 10 us since 2015-01-01 GMT.
+        last: That of the last one believed of its stream; None: it is the first.
+        now: Our own.
+    """
+    if time >= TIME_LIMIT:
+        return RejectReason.NO_TIME
+    if last is None:
+        return RejectReason.TOO_OLD if time + OLDEST < now else None
+    return RejectReason.REPLAYED if time <= last else None
+
+
+def time_text(time: int) -> str:
+    """A time for a person.
+
+    Args:
+        time: In 10 us since 2015-01-01 GMT.
+    """
+    if time >= TIME_LIMIT:
+        return "2100 or later"
+    return f"{datetime.fromtimestamp(EPOCH, UTC) + timedelta(seconds=time // TICKS):%Y-%m-%d %H:%M:%S} GMT"
 
 
 def signing_time(unix_time: float) -> int:
@@ -181,10 +232,10 @@ def setup_signing(system: int, key: SigningKey | None, time: int) -> SetupSignin
     Args:
         system: System id of the robot.
         key: The key; None takes it away.
-        time: Our own time, in 10 us since 2015-01-01 GMT; 0 with no key.
+        time: Our own time, in 10 us since 2015-01-01 GMT; 0 with no key. One that is none (2100 or later) is not said.
     """
     secret = bytes(KEY_LENGTH) if key is None else key.secret
-    return SetupSigning(system, ROBOT_COMPONENT, tuple(secret), time)
+    return SetupSigning(system, ROBOT_COMPONENT, tuple(secret), time if time < TIME_LIMIT else 0)
 
 
 def carries_key(event: Received | Rejected) -> bool:
@@ -221,25 +272,31 @@ def may_carry_key(data: bytes) -> bool:
     return False
 
 
-def trouble(rejected: Mapping[RejectReason, int], signed: int, *, ours: bool) -> str:
+def trouble(rejected: Mapping[RejectReason, int], signed: int, signing: Signing | None) -> str:
     """What may be wrong with the keys when a robot does not answer.
 
     Args:
         rejected: Rejections by reason, as a codec counts them.
         signed: Good frames with a signature.
-        ours: We have a key.
+        signing: What we sign and check with; None: we have no key.
 
     Returns:
         What is seen and what to do; empty where it is nothing about keys.
     """
-    if not ours:
+    if signing is None:
         if signed:
             return "it signs what it says, and believes only what is signed: pass its key file with --signing-key"
         return ""
     if rejected[RejectReason.BAD_SIGNATURE]:
         return "it signs with another key than ours: pass its own key file with --signing-key"
+    if signing.refused is not None:
+        clock, now = signing.clock(), signing.now()
+        heard = f" (put forward to {time_text(now)} by what it heard)" if now > clock + OLDEST else ""
+        return (
+            f"it has our key, but another time: the robot's is {time_text(signing.refused)}, this computer's "
+            f"{time_text(clock)}{heard}. Who is behind follows as soon as it hears the other, but never to 2100 or later. "
+            "Do they hear each other? If so, set the clock, or let the robot forget its time: docs/signing.md"
+        )
     if rejected[RejectReason.NOT_SIGNED]:
         return "it does not sign, and so is not believed: leave --signing-key out, or give it the key first (hil key)"
-    if rejected[RejectReason.TOO_OLD] or rejected[RejectReason.REPLAYED]:
-        return "it has our key, but not our time, and did not follow: does it hear us, is this computer's clock right?"
     return ""

@@ -17,10 +17,11 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotStatus,
     SetupSigning,
+    Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
 from firmware_protocol.signing import redacted
-from hil.pump import InlinePump, Lost, Pump, ThreadedPump
+from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
 from hil.redaction import Redaction
 from hil.reopening import Reopening
 
@@ -38,6 +39,14 @@ if TYPE_CHECKING:
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
+_NEWS_PERIOD: Final = 1.0
+"""Shortest time between two pieces of news of bytes that were dropped, in s."""
+_GAP: Final = 0.1
+"""A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
+_ERROR: Final = 3
+"""MAV_SEVERITY_ERROR; what is worse is less."""
+_LAST_WORDS: Final = 1.0
+"""An error that was told so shortly before the end of a link is taken for its reason, in s."""
 
 
 class Tap(Protocol):
@@ -82,6 +91,10 @@ class Bridge:
     Call `step` again and again; it returns as soon as there is something to see or to do, so waits are loops:
     `while not ticket.done: bridge.step(0.1)`.
 
+    A step takes in `hil.pump.SLICE` bytes at most. If there were as many, more may be waiting: then what is due is sent before
+    any of them is decoded, urgent questions first, and how long a robot has been silent goes by the stamps of what was taken
+    in. More than `hil.pump.LIMIT` bytes never wait: the oldest are dropped, counted, and told of by LinkNews.
+
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
 
@@ -112,8 +125,10 @@ class Bridge:
         peers: Robots heard so far that are spoken with, by system id.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
+        overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
     def __init__(
@@ -139,6 +154,7 @@ class Bridge:
         self._shunned: set[int] = set()
         self.unclaimed = 0
         self.unsent = 0
+        self.overrun = 0
         self.lost: LinkError | None = None
         self.patience = patience if opener is not None else 0.0
         self._read_clock = clock.now
@@ -155,6 +171,8 @@ class Bridge:
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
+        self._overrun_due = float("-inf")
+        self._taken_in = self.now
         self._told = False
         self._closed = False
         self._lost_at = 0.0
@@ -162,6 +180,9 @@ class Bridge:
         self._waiting = False
         self._cause: LinkError | None = None
         self._named = ""
+        self.farewell = ""
+        self._complaint: tuple[float, str] | None = None
+        self._untold: list[Event] = []
         self._url = link.url
         self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
         self._pump: Pump
@@ -211,9 +232,13 @@ class Bridge:
         until = self.next_due()
         chunks = self._pump.take(wait if until > self.now else 0.0, until)
         now = self.now = self._read_clock()
-        events: list[Event] = []
+        events, self._untold = self._untold, []
         for tap in self._taps:
             tap.step(now, chunks)
+        if sum([len(data) for _, data in chunks]) >= SLICE:
+            self._fall_behind(chunks, now, events)
+        else:
+            self._taken_in = now
         if chunks:
             for stamp, data in chunks:
                 found = self._codec.receive(data, stamp)
@@ -222,8 +247,7 @@ class Bridge:
         elif rest := self._codec.flush(now):
             self._pass(self._redaction.judged(rest))
             self._take(rest, events)
-        for text in self.link.news():
-            self._report(text, now, events)
+        self._hear_of_link(now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -261,6 +285,24 @@ class Bridge:
         self._shunned |= self._heard - set(robots)
         self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
 
+    def begin_anew(self, cause: str) -> None:
+        """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
+
+        Everything open fails with a PeerLostError, and the handshake is done anew, by which they are stopped and disarmed.
+
+        Args:
+            cause: Why, in words.
+        """
+        if self._failed or self._ended is not None or self._closed:
+            return
+        now = self.now = self._read_clock()
+        error = LinkClosedError(self.link.url, cause)
+        for peer in self.peers.values():
+            if peer.taken:
+                for event in (*peer.unplugged(error, now), *peer.plugged_in(now)):
+                    self._untold.append(event)
+                    self._tell(event)
+
     def close(self) -> None:
         """Stop reading and close the link. Repeating it does nothing."""
         if self._closed:
@@ -271,6 +313,16 @@ class Bridge:
         finally:
             self.link.close()
             self._pass(self._redaction.ended(self._codec.flush(self.now, ended=True)))
+
+    @property
+    def pending(self) -> bool:
+        """More has come than the last step took in: the next one need not wait."""
+        return self._pump.pending
+
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
+        return any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
@@ -308,6 +360,8 @@ class Bridge:
                 events.append(item)
                 self._blame(item)
                 continue
+            if type(item.message) is Statustext and item.message.severity <= _ERROR:
+                self._complaint = (item.time, item.message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -370,6 +424,7 @@ class Bridge:
 
     def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone and will be opened again."""
+        error = self._explained(error, now)
         if not self._waiting:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
@@ -402,9 +457,33 @@ class Bridge:
         events.append(news)
         self._tell(news)
 
+    def _hear_of_link(self, now: float, events: list[Event]) -> None:
+        """Tell what has happened to the link, and of bytes that were dropped."""
+        for text in self.link.news():
+            self._report(text, now, events)
+        overrun = self._pump.overrun
+        if overrun != self.overrun and now >= self._overrun_due:
+            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
+            self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
+            self.overrun = overrun
+            self._overrun_due = now + _NEWS_PERIOD
+
     def _tell(self, event: Event) -> None:
         for tap in self._taps:
             tap.event(event)
+
+    def _fall_behind(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
+        """More may be waiting than these chunks: send what is due before they are decoded.
+
+        All that is decided here follows from the step's clock reading and chunks, which a log has.
+        """
+        gap = chunks[0][0] - self._taken_in
+        if gap > _GAP:
+            for peer in self.peers.values():
+                peer.missed(gap)
+        self._taken_in = chunks[-1][0]
+        if now >= self.next_due():
+            self._service(now, events)
 
     def _service(self, now: float, events: list[Event]) -> None:
         """Send what is due."""
@@ -412,11 +491,14 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
-            self._alive_due = now + KEEP_ALIVE
-            self._write([RobotAlive(self.host)], now)
-        for peer in self.peers.values():
-            messages = peer.due(now)
+        peers = list(self.peers.values())
+        urgent = self.urgent
+        if urgent:
+            peers.sort(key=lambda peer: not peer.urgent)
+        else:
+            self._keep(now)
+        for peer in peers:
+            messages = peer.due(now, self._taken_in)
             if messages:
                 self._write(messages, now)
                 if len(self.peers) > 1 and HOST_HEARTBEAT in messages:
@@ -425,6 +507,14 @@ class Bridge:
             for event in peer.events():
                 events.append(event)
                 self._tell(event)
+        if urgent:
+            self._keep(now)
+
+    def _keep(self, now: float) -> None:
+        """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
+        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+            self._alive_due = now + KEEP_ALIVE
+            self._write([RobotAlive(self.host)], now)
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""
@@ -453,9 +543,17 @@ class Bridge:
             for message in messages:
                 tap.sent(now, message)
 
+    def _explained(self, error: LinkError, now: float) -> LinkError:
+        """Why a link has ended, with what was said at its other end just before."""
+        complaint, self._complaint = self._complaint, None
+        if complaint is None or now - complaint[0] > _LAST_WORDS:
+            return error
+        self.farewell = complaint[1]
+        return LinkClosedError(error.url, f"{str(error).removeprefix(f'{error.url}: ')}; it said: {self.farewell}")
+
     def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone: tell everybody, once."""
-        self._ended = error
+        self._ended = error = self._explained(error, now)
         self._told = True
         self._give_up(now, events)
         for peer in self.peers.values():

@@ -10,7 +10,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import HilError, LinkOpenError, LinkTimeoutError
+from firmware_protocol.errors import HilError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.clock import MonotonicClock
 from hil.connecting import open_address, with_system
@@ -44,6 +44,7 @@ _ADAPTER_ANSWER: Final = re.compile(rb"V[0-9A-Fa-f]{4}\r|CANable|CANtact|slcan",
 _ADAPTER_FRAME: Final = re.compile(rb"(?:^|\r)[tT][0-9A-Fa-f]{4,29}\r")
 _KEPT: Final = 256
 """Bytes kept to tell a CAN adapter by."""
+_GONE: Final = "Plug it in again, or close the program that has it, and look once more"
 _NEEDS_KEY: Final = "A robot that signs believes only who has its key: docs/signing.md"
 _NOT_OUR_TIME: Final = "it signs with this key, at times that have been, and does not follow"
 _OTHER_ROBOT: Final = "hil speaks to robots with Junior's protocol only: docs/protocol.md"
@@ -159,7 +160,7 @@ def probe(
             return _Look(place, link, clock, timeout, stopped, signing=signing).result()
         except HilError as error:
             reason = str(error).removeprefix(f"{place.url}: ")
-            return Finding(place, Status.UNAVAILABLE, place.url, reason=reason, remedy="Plug it in again and look once more")
+            return Finding(place, Status.UNAVAILABLE, place.url, reason=reason, remedy=_GONE)
 
 
 class _Look:
@@ -218,7 +219,12 @@ class _Look:
         while (now := self._now()) < end and not self._stopped():
             if out := listener.due(now):
                 self._send(out)
-            data = self._link.read(min(_SLICE, end - now))
+            try:
+                data = self._link.read(min(_SLICE, end - now))
+            except LinkClosedError as error:
+                if listener.told and not listener.robots:  # nothing else was said: it is why
+                    raise LinkClosedError(self._place.url, listener.told) from error
+                raise
             now = self._now()
             listener.take(data, now)
             self._raw = (self._raw + data)[-_KEPT:]

@@ -64,9 +64,11 @@ def _candidate(bridge: Bridge, system: int | None) -> Peer | None:
 
 def _nobody(bridge: Bridge, system: int | None, timeout: float) -> str:
     url = bridge.link.url
-    if what := trouble(bridge.rejected, bridge.signed, ours=bridge.signing is not None):
+    if what := trouble(bridge.rejected, bridge.signed, bridge.signing):
         return f"{url}: a robot is there, but does not answer: {what}"
     whom = "no robot" if system is None else f"no robot with system id {system}"
+    if bridge.farewell:
+        return f"{url}: {whom} answered within {timeout:g} s: {bridge.farewell}"
     heard = sorted({*bridge.peers, *bridge.strangers})
     if heard:
         others = ", ".join(map(str, heard))

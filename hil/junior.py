@@ -66,6 +66,7 @@ class Junior:
         address: Where the robot is: its network, and its id there.
         limits: Bounds on what is asked of it.
         referee: The referee, where one is; else None.
+        between: Called after every step of the bridge, when nothing is under way; not where others serve the links.
     """
 
     peer: Peer
@@ -81,6 +82,7 @@ class Junior:
         self.bridge = bridge
         self.limits = limits
         self.referee: Referee | None = None
+        self.between: Callable[[], None] | None = None
         self.now = now
         self._serve = serve
         self._reading: Received | None = None
@@ -466,6 +468,8 @@ class Junior:
         events = self.bridge.step(wait)
         for event in events:
             self.notice(event)
+        if self.between is not None:
+            self.between()
         return events
 
     def notice(self, event: Event) -> None:

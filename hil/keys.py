@@ -1,4 +1,7 @@
-"""Single keys from a terminal, without waiting for the return key. On systems without termios there are none."""
+"""Single keys from a terminal, without waiting for the return key. On systems without termios there are none.
+
+While the program is stopped (Ctrl-Z), the terminal is as it was before.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ import select
 import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+from hil.suspending import around_stop
 
 try:
     import termios
@@ -38,9 +43,24 @@ def pressed_keys() -> Iterator[Callable[[], Keys]]:
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
 
+    def ours() -> bool:
+        """The terminal is ours, and not that of a shell which has us in the background: to touch it would stop us."""
+        try:
+            return os.tcgetpgrp(descriptor) == os.getpgrp()
+        except OSError:  # it is not the one that controls us, or is gone
+            return True
+
+    def give_back() -> None:
+        if ours():
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+
+    def take() -> None:
+        if ours():
+            tty.setcbreak(descriptor)
+
     def read() -> Keys:
         text = ""
-        while select.select([descriptor], [], [], 0)[0]:
+        while ours() and select.select([descriptor], [], [], 0)[0]:
             data = os.read(descriptor, 64)
             if not data:
                 break
@@ -50,7 +70,8 @@ def pressed_keys() -> Iterator[Callable[[], Keys]]:
         return text
 
     try:
-        tty.setcbreak(descriptor)
-        yield read
+        take()
+        with around_stop(give_back, take):
+            yield read
     finally:
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+        give_back()

@@ -28,6 +28,7 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotStatus,
     State,
+    Statustext,
     SysStatus,
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
@@ -185,6 +186,7 @@ class Listener:
         host: Somebody else speaks to robots here.
         echo: What we have said comes back.
         behind: Messages signed with our key at times that have been: their sender does not follow ours.
+        told: The last line for a person.
     """
 
     def __init__(self, wire: str, now: float, signing: Signing | None = None) -> None:
@@ -192,6 +194,7 @@ class Listener:
         self.host = False
         self.echo = False
         self.behind = 0
+        self.told = ""
         self._wire = wire
         self._signing = signing
         self._speaker = open_codec(wire, system=LISTENER_SYSTEM, component=HOST_COMPONENT, signing=signing)
@@ -283,6 +286,8 @@ class Listener:
         message, system = event.message, event.system
         if not self._is_robot(event):
             return
+        if isinstance(message, Statustext):
+            self.told = message.text
         signed = self._judged(event)
         heard = self._systems.get(system)
         if signed is None or (heard is not None and heard.signed is Signed.OUR_KEY is not signed):

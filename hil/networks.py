@@ -99,9 +99,11 @@ class Networks:
                 alive = {behind: alive[behind]}
             else:
                 due = min(bridge.next_due() for bridge in alive.values())
-                self._arrived.wait(max(0.0, min(wait, due - self.now())))
+                if not any(bridge.pending for bridge in alive.values()):
+                    self._arrived.wait(max(0.0, min(wait, due - self.now())))
                 self._arrived.clear()
                 wait = 0.0
+                alive = dict(sorted(alive.items(), key=lambda item: not item[1].urgent))
         events: list[tuple[str, Event]] = []
         for name, bridge in alive.items():
             try:

@@ -63,12 +63,14 @@ class Robots:
         networks: The links.
         limits: Bounds on what is asked of each robot.
         members: Every robot that was ever there.
+        between: Called after every step of the links, when nothing is under way.
     """
 
     def __init__(self, networks: Networks, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
         self.networks = networks
         self.limits = limits
         self.members: dict[RobotAddress, Junior] = {}
+        self.between: Callable[[], None] | None = None
         self.now = networks.now
         self._expected: frozenset[RobotAddress] = frozenset()
         self._listeners: list[Callable[[str, Event], None]] = []
@@ -178,6 +180,9 @@ class Robots:
         return len(self) >= expect if isinstance(expect, int) else self._expected.issubset(self.addresses)
 
     def _nobody(self, timeout: float) -> str:
+        farewells = [f"{name}: {bridge.farewell}" for name, bridge in self.networks.bridges.items() if bridge.farewell]
+        if farewells:
+            return f"no robot answered within {timeout:g} s. {'. '.join(farewells)}"
         return (
             f"{', '.join(self.networks.bridges)}: no robot answered within {timeout:g} s: are they switched on, is this the "
             "right address?"
@@ -209,6 +214,8 @@ class Robots:
                 junior.notice(event)
             for listener in self._listeners:
                 listener(network, event)
+        if self.between is not None:
+            self.between()
         return [event for _, event in events]
 
     def _join(self, network: str, system: int) -> None:

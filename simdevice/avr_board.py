@@ -231,6 +231,7 @@ class AvrBoard:
         Raises:
             RuntimeError: The processor has crashed.
         """
+        self._io.start = self.start
         self._check(self._lib.avr_board_run(self._board, cycles))
 
     def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:  # noqa: ARG002

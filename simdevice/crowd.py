@@ -93,6 +93,7 @@ class Crowd:
         faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
         board: Makes their boards, as `AvrBoard` does; None are boards in this process.
         signing_key: Key that all of them sign with; None: each has the one in its image, if any.
+        start_held: All are switched on with their start inputs held.
 
     Attributes:
         members: The robots by the id they were made with.
@@ -116,6 +117,7 @@ class Crowd:
         faults: FaultSpec | None = None,
         board: BoardMaker | None = None,
         signing_key: SigningKey | None = None,
+        start_held: bool = False,
     ) -> None:
         most = LAST_NODE if wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
@@ -142,6 +144,7 @@ class Crowd:
                 faults=faults,
                 board=board,
                 signing_key=signing_key,
+                start_held=start_held,
             )
             self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
 

@@ -35,6 +35,7 @@ class VirtualDevice:
         wire: What it speaks: MAVLink, or CAN frames in serial form.
         faults: What goes wrong with it, by its own time from now on; None is nothing.
         board: Makes its board; None is one in this process.
+        start_held: The start input is held while it is switched on for the first time, and then let go.
 
     Attributes:
         robot: Its hardware on the table.
@@ -53,6 +54,7 @@ class VirtualDevice:
         wire: str = MAVLINK,
         faults: FaultSpec | None = None,
         board: BoardMaker | None = None,
+        start_held: bool = False,
     ) -> None:
         profile = robot.profile
         self.robot = robot
@@ -70,7 +72,9 @@ class VirtualDevice:
         self._micros = 0
         self._fresh = True
         self.powered = True
+        self.set_start(go=start_held)
         self.power_cycle()
+        self.set_start(go=False)
 
     @property
     def wheels(self) -> tuple[float, float]:

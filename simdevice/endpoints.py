@@ -1,7 +1,7 @@
 """Where a served robot can be reached: a pty that behaves as a serial port, a TCP port, a UDP port.
 
-Nothing here blocks and nothing knows what the bytes mean. A client may go and come back at any time; what is sent while
-nobody listens is lost, as on a wire. Times are arguments.
+Nothing here blocks, and nothing but `admission` knows what the bytes mean. A client may go and come back at any time; what
+is sent while nobody listens is lost, as on a wire. Times are arguments.
 """
 
 from __future__ import annotations
@@ -11,11 +11,16 @@ import math
 import os
 import socket
 from abc import ABC, abstractmethod
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
+from firmware_protocol.links.tcp import notice_half_open
 from firmware_protocol.wire import MAVLINK
+from simdevice.admission import HELD, INVITED, SILENT, TAKEN_OVER, Farewells, Interpreter
+
+if TYPE_CHECKING:
+    from firmware_protocol.signing import Signing
 
 BITS_PER_BYTE: Final = 10
 """On a serial line: start bit, eight data bits, stop bit."""
@@ -28,6 +33,8 @@ _LEAST_BUFFER: Final = 1024
 """But so many bytes in any case."""
 _BACKLOG: Final = 65536
 """Bytes kept for a client that is slow to take them; what comes on top is lost."""
+_ASKING: Final = 4
+"""Most clients looked at in one turn."""
 _DATAGRAM: Final = 1400
 """Greatest datagram sent, in bytes: fits any path."""
 _LOOPBACK: Final = ("127.0.0.1", "localhost", "::1")
@@ -186,47 +193,71 @@ class PtyEndpoint(Endpoint):
 class TcpEndpoint(Endpoint):
     """A listening TCP port; one client at a time, the next when it has gone.
 
+    A second one is told by a STATUSTEXT of the robot that another holds it, and turned away. A client that has said nothing
+    for 10 s loses its place to it. A client whose machine has vanished is found gone after 10 s.
+
     Args:
         host: Address to bind to.
         port: Port; 0 takes a free one.
+        signing: Signs what is said for a robot that signs; None signs nothing.
 
     Raises:
         LinkOpenError: The port cannot be had.
     """
 
-    def __init__(self, host: str = "127.0.0.1", port: int = 5760) -> None:
+    def __init__(self, host: str = "127.0.0.1", port: int = 5760, signing: Signing | None = None) -> None:
         try:
-            self._server = socket.create_server((host, port), family=_family(host), backlog=1)
+            self._server = socket.create_server((host, port), family=_family(host))
         except OSError as error:
             raise LinkOpenError(f"tcp://{host}:{port}", str(error), "Choose another port") from error
         self._server.settimeout(0)
         self.url = _url("tcp", self._server)
         self._client: socket.socket | None = None
+        self._heard = -math.inf
+        self._interpreter = Interpreter(signing)
+        self._farewells = Farewells()
         self._in = bytearray()
         self._out = bytearray()
 
     def files(self) -> list[int]:
-        """The client's socket, or the listening one while there is none."""
-        return [(self._client or self._server).fileno()]
+        """The listening socket, and those of clients."""
+        client = [self._client.fileno()] if self._client is not None else []
+        return [self._server.fileno(), *client, *self._farewells.files()]
 
-    def poll(self, now: float) -> None:  # noqa: ARG002 - a socket is not paced
-        """Take what the client has sent; a client that has gone makes room for the next."""
-        if self._client is None:
+    def poll(self, now: float) -> None:
+        """Take what the client has sent; a client that has gone, or is silent, makes room for the next."""
+        self._farewells.poll(now)
+        if self._client is not None:
+            self._read(self._client, now)
+        for _ in range(_ASKING):
             try:
-                self._client, _ = self._server.accept()
+                asking, _ = self._server.accept()
             except OSError:  # nobody there, or gone before we looked
                 return
-            self._client.settimeout(0)
-            self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            asking.settimeout(0)
+            if self._client is not None and now - self._heard < SILENT:
+                self._farewells.add(asking, self._interpreter.line(HELD), now)
+                continue
+            if self._client is not None:
+                self._farewells.add(self._client, self._interpreter.line(TAKEN_OVER), now)
+                self._forget()
+            asking.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            notice_half_open(asking)
+            self._client, self._heard = asking, now
+            self._read(asking, now)
+
+    def _read(self, client: socket.socket, now: float) -> None:
         try:
-            data = self._client.recv(_CHUNK)
+            data = client.recv(_CHUNK)
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
             data = b""
-        if not data:
+        if data:
+            self._heard = now
+            self._in += data
+        else:
             self._drop()
-        self._in += data
 
     def receive(self, now: float) -> bytes:
         """What the client has sent."""
@@ -239,11 +270,16 @@ class TcpEndpoint(Endpoint):
         """The client has gone."""
         if self._client is not None:
             self._client.close()
+        self._forget()
+
+    def _forget(self) -> None:
+        """There is no client any more, and nothing on its way to it."""
         self._client = None
         self._out.clear()
 
     def send(self, data: bytes, now: float) -> None:  # noqa: ARG002 - a socket is not paced
         """Send to the client, if there is one; whole chunks are lost when it does not take them."""
+        self._interpreter.overhear(data)
         if self._client is None:
             return
         if len(self._out) + len(data) <= _BACKLOG:
@@ -258,13 +294,17 @@ class TcpEndpoint(Endpoint):
             self._drop()
 
     def close(self) -> None:
-        """Close the client's socket and the listening one."""
+        """Close all sockets."""
         self._drop()
+        self._farewells.close()
         self._server.close()
 
 
 class UdpEndpoint(Endpoint):
-    """A UDP port; answers go to whoever sent last.
+    """A UDP port; answers go to whoever sent a good frame last, until 5 s after it.
+
+    What anybody sends reaches the robot, which counts what is damaged. But nobody is spoken to who has not shown that he
+    speaks the robot's language: a single byte under a forged address would turn the robot's stream on somebody else.
 
     Args:
         host: Address to bind to.
@@ -284,20 +324,24 @@ class UdpEndpoint(Endpoint):
         self._socket.settimeout(0)
         self.url = _url("udpout", self._socket)
         self._client: tuple[str, int] | None = None
+        self._heard = -math.inf
+        self._interpreter = Interpreter()
         self._in = bytearray()
 
     def files(self) -> list[int]:
         """The socket."""
         return [self._socket.fileno()]
 
-    def poll(self, now: float) -> None:  # noqa: ARG002 - a socket is not paced
+    def poll(self, now: float) -> None:
         """Take every datagram that has arrived."""
         while len(self._in) < _BACKLOG:
             try:
-                datagram, self._client = self._socket.recvfrom(_BACKLOG)
+                datagram, sender = self._socket.recvfrom(_BACKLOG)
             except OSError:  # nothing more; or a client's port was found closed, which changes nothing
                 return
             self._in += datagram
+            if self._interpreter.is_good(datagram, now):
+                self._client, self._heard = sender, now
 
     def receive(self, now: float) -> bytes:
         """Everything that has arrived."""
@@ -306,9 +350,9 @@ class UdpEndpoint(Endpoint):
         self._in.clear()
         return data
 
-    def send(self, data: bytes, now: float) -> None:  # noqa: ARG002 - a socket is not paced
-        """Send datagrams to the client, if one has been heard."""
-        if self._client is None:
+    def send(self, data: bytes, now: float) -> None:
+        """Send datagrams to the client, if one has been heard lately."""
+        if self._client is None or now - self._heard > INVITED:
             return
         for start in range(0, len(data), _DATAGRAM):
             try:
@@ -321,13 +365,14 @@ class UdpEndpoint(Endpoint):
         self._socket.close()
 
 
-def open_endpoint(text: str, *, public: bool = False) -> Endpoint:
+def open_endpoint(text: str, *, public: bool = False, signing: Signing | None = None) -> Endpoint:
     """Open what a person asked for.
 
     Args:
         text: `pty`, `pty:57600`, `tcp://127.0.0.1:5760`, `udp://127.0.0.1:14550` (`udpin://` is the same), `slcan`, or
             `can://INTERFACE/CHANNEL`.
         public: Addresses that other machines can reach are allowed.
+        signing: Signs what the server itself says for a robot that signs; None signs nothing.
 
     Returns:
         An endpoint that waits for its client.
@@ -358,7 +403,7 @@ def open_endpoint(text: str, *, public: bool = False) -> Endpoint:
     host, port = address.host_port()
     if not public and host not in _LOOPBACK:
         raise AddressError(text, "other machines could reach this address", "Use 127.0.0.1, or allow it expressly")
-    return TcpEndpoint(host, port) if address.scheme == "tcp" else UdpEndpoint(host, port)
+    return TcpEndpoint(host, port, signing) if address.scheme == "tcp" else UdpEndpoint(host, port)
 
 
 def _family(host: str) -> socket.AddressFamily:

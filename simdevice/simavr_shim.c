@@ -351,6 +351,9 @@ void avr_board_cut(avr_board *board, int torn)
     }
     avr_reset(avr);
     avr->data[0x54] = 1; /* MCUSR: power-on */
+    avr->state = cpu_Running;
+    board->io.reset = board->asleep = board->armed = 0; /* this reset is no watchdog's */
+    board->line_used = 0;
     board->writing_until = 0;
     memset(&board->io.wheel, 0, sizeof board->io.wheel);
 }
@@ -378,6 +381,7 @@ int avr_board_boot(avr_board *board)
 /* Part of a control period, or a few: for whoever wants to cut the power in the midst of one. */
 int avr_board_run(avr_board *board, uint32_t cycles)
 {
+    set_inputs(board);
     return run(board, board->avr->cycle + cycles);
 }
 

@@ -37,6 +37,7 @@ class World:
         faults: What goes wrong with Junior, by the world's time; faults of a line are `DisturbedWorld`'s business.
         board: Makes Junior's board, as `AvrBoard` does; None is one in this process. A second Junior always has the latter.
         signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
+        start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
 
     Attributes:
         table: Bodies and rules.
@@ -61,6 +62,7 @@ class World:
         faults: FaultSpec | None = None,
         board: BoardMaker | None = None,
         signing_key: SigningKey | None = None,
+        start_held: bool = False,
     ) -> None:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
@@ -68,7 +70,7 @@ class World:
         self.table = Table(opponent, seed, self._profile)
         self.wire = wire
         self._faults = faults
-        self.device = self._device(self.table.robot, nvm, host, wire, board)
+        self.device = self._device(self.table.robot, nvm, host, wire, board, start_held=start_held)
         signing = None
         if signing_key is not None:
             self.device.give_key(signing_key)
@@ -85,13 +87,15 @@ class World:
         host: Host | None = None,
         wire: str = MAVLINK,
         board: BoardMaker | None = None,
+        *,
+        start_held: bool = False,
     ) -> VirtualDevice:
         """Put a board into a robot."""
         first = robot is self.table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
         faults = self._faults if first else None
-        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board)
+        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board, start_held=start_held)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
@@ -158,6 +162,7 @@ def junior_world(
     faults: FaultSpec | None = None,
     board: BoardMaker | None = None,
     signing_key: SigningKey | None = None,
+    start_held: bool = False,
 ) -> World:
     """An emulated Junior on the sumo ring.
 
@@ -172,6 +177,7 @@ def junior_world(
         faults: What goes wrong with Junior, by the world's time; None is nothing.
         board: Makes Junior's board, as `AvrBoard` does; None is one in this process.
         signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
+        start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
 
     Returns:
         A world at time 0, with everybody at a start pose.
@@ -190,4 +196,5 @@ def junior_world(
         faults=faults,
         board=board,
         signing_key=signing_key,
+        start_held=start_held,
     )

@@ -41,6 +41,11 @@ if TYPE_CHECKING:
     from own_robot.hardware import Hardware, Store
 
 
+def addressed(asker: tuple[int, int]) -> dict[str, int]:
+    """The fields of an answer that say whom it is for: the sender of the question, system and component."""
+    return {"target_system": asker[0], "target_component": asker[1]}
+
+
 class Motion:
     """Senses and moves. What it is told, and what it tells, is the business of `Robot`."""
 
@@ -65,9 +70,11 @@ class Motion:
         self.effort, self.travel = [0, 0], [0.0, 0.0]
         self.flags = self.edges = 0
         self.arms: list[list[float]] = [[0, 0.0, 0.0], [0, 0.0, 0.0]]  # switch, since when; pressed since when
-        self.armed_by, self.host_heard, self.reboot_at = 0, 0.0, math.inf
+        self.keeper: tuple[int, int] | None = None  # system and component of who armed it
+        self.kept_by_session, self.keeper_heard = False, 0.0
+        self.reboot_at = math.inf
         self.session: int | None = None
-        self.sequence = 0
+        self.session_open, self.host, self.sequence = False, 0, 0
         self.former: OrderedDict[int, int] = OrderedDict()
         self.answers: OrderedDict[int, tuple[int, int]] = OrderedDict()
         self.result: dict[str, Any] | None = None
@@ -125,7 +132,7 @@ class Motion:
         if to not in {DRIVING, PERFORMING, CONTEST}:
             self.effort = [0, 0]
         if to == DISARMED:
-            self.armed_by = 0
+            self.keeper = None
         return NONE
 
     def wheels(self, left: float, right: float) -> None:
@@ -199,13 +206,13 @@ class Motion:
         if hold:  # the wheels go on as they are, but not over the border
             self.behaviour = self._drive(self.now + hold, guarded=bool(plan.options & OPTION_REFLEX))
 
-    def begin(self, plan: Plan, sequence: int | None) -> dict[str, Any]:
-        """A new result to count into."""
+    def begin(self, plan: Plan, sequence: int | None, asker: tuple[int, int] = (0, 0)) -> dict[str, Any]:
+        """A new result to count into, for who asked for it."""
         self.maneuvers += 1
         names = ("samples", "eye_left", "eye_right", "press_left", "press_right", "edges_left", "edges_right")
         result: dict[str, Any] = {name: [0] * MAX_ACTIONS for name in names}
         result |= {"travel": [-32768] * MAX_ACTIONS, "done": 0, "stimulus_before": self.flags & 15}
-        result |= {"session": self.session, "sequence": sequence}
+        result |= {"session": self.session, "sequence": sequence, **addressed(asker)}
         self.act(plan.actions[0])
         return result
 

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from own_robot.hardware import Plan
-from own_robot.motion import Motion
+from own_robot.motion import Motion, addressed
 from own_robot.tables import (
     ACCEPTED,
     ANY,
@@ -20,6 +20,7 @@ from own_robot.tables import (
     EMERGENCY,
     FULL,
     HISTORY,
+    MAJOR,
     MAX_ACTIONS,
     NONE,
     NOT_ARMED,
@@ -27,6 +28,7 @@ from own_robot.tables import (
     OLD_SEQUENCE,
     PARAMETERS,
     PERFORMING,
+    RAREST_HEARTBEAT,
     READ_ONLY,
     REJECTED,
     STOPPED,
@@ -54,8 +56,8 @@ class Robot(Motion):
             next(self.behaviour, None)
         for message in self.wire.receive(inbound, self.now):
             self.take(message)
-        if self.state in {DRIVING, PERFORMING} and self.now - self.host_heard >= self.parameters["WATCHDOG"] / 1e3 - 1e-9:
-            self.fire("silence", WATCHDOG)
+        if self.state in {DRIVING, PERFORMING} and self.now - self.keeper_heard >= self.parameters["WATCHDOG"] / 1e3 - 1e-9:
+            self.fire("release", WATCHDOG)
         self.hardware.set_wheels(*self.effort)
         self.report()
         if self.now >= self.reboot_at:
@@ -71,28 +73,44 @@ class Robot(Motion):
         """Obey a message, if it is for this robot."""
         if message.sender == (self.system, 1):
             return
-        if message.sender[0] == self.armed_by:
-            self.host_heard = self.now
+        if not self.kept_by_session and message.sender == self.keeper:  # a ground station is kept in mind by any frame
+            self.keeper_heard = self.now
         name = message.name
-        to = getattr(message, "target_system", getattr(message, "target", self.system))
-        to_all = name in {"ping", "timesync", "command_long"} or (name == "junior_contest" and message.command == 0)
-        if to not in {0, self.system} or getattr(message, "target_component", 0) not in {0, 1} or (to == 0 and not to_all):
+        whom = getattr(message, "target_system", getattr(message, "target", self.system))
+        to_all = name in {"ping", "timesync", "command_long", "robot_alive"} or (
+            name == "junior_contest" and message.command == 0
+        )
+        if whom not in {0, self.system} or getattr(message, "target_component", 0) not in {0, 1} or (whom == 0 and not to_all):
             return
         getattr(self, f"on_{name}")(message)
 
     def on_heartbeat(self, message: Message) -> None:
         """Being heard is all it is for."""
 
+    def on_robot_alive(self, m: Message) -> None:
+        """The host is there: that keeps what it has armed, and whose session it holds."""
+        if m.host == self.host:
+            self.hear_session()
+
+    def hear_session(self) -> None:
+        """The host of the session has been heard; whoever else armed the robot has not."""
+        if self.kept_by_session:
+            self.keeper_heard = self.now
+
+    def on_mission_request_list(self, m: Message) -> None:
+        """Ground stations ask, and wait: there are none."""
+        self.send("mission_count", count=0, mission_type=m.mission_type, **addressed(m.sender))
+
     def on_ping(self, m: Message) -> None:
         """Am I there? A question has no target."""
         if m.target_system == 0:
-            self.send("ping", time_usec=m.time_usec, seq=m.seq, target_system=m.sender[0], target_component=m.sender[1])
+            self.send("ping", time_usec=m.time_usec, seq=m.seq, **addressed(m.sender))
 
     def on_timesync(self, m: Message) -> None:
         """What time is it?"""
         if m.tc1 == 0:
             now = round(self.now * 1e9)
-            self.send("timesync", tc1=now, ts1=m.ts1, target_system=m.sender[0], target_component=m.sender[1])
+            self.send("timesync", tc1=now, ts1=m.ts1, **addressed(m.sender))
 
     def on_param_request_list(self, _: Message) -> None:
         """All parameters, one a tick."""
@@ -126,7 +144,7 @@ class Robot(Motion):
     def on_manual_control(self, m: Message) -> None:
         """The stick of whoever armed the robot; 32767 means not given."""
         x, r = (0 if axis == 32767 else axis for axis in (m.x, m.r))
-        if m.sender[0] == self.armed_by and max(abs(x), abs(r)) <= 1000 and not self.fire("stick"):
+        if m.sender == self.keeper and max(abs(x), abs(r)) <= 1000 and not self.fire("stick"):
             self.drive(max(-1, min(1, (x + r) / 1e3)), max(-1, min(1, (x - r) / 1e3)), 0.25)
 
     def on_command_long(self, m: Message) -> None:
@@ -138,19 +156,31 @@ class Robot(Motion):
             400: self._arm_disarm, 185: self._stop, 246: self._reboot, 511: self._interval, 512: self._request
         }  # fmt: skip
         result = todo[m.command](m) if m.command in todo else UNSUPPORTED
-        to = {"target_system": m.sender[0], "target_component": m.sender[1]}
-        self.send("command_ack", command=m.command, result=result, progress=0, result_param2=0, **to)
+        self.send("command_ack", command=m.command, result=result, progress=0, result_param2=0, **addressed(m.sender))
 
     def _arm_disarm(self, m: Message) -> int:
+        """A host says by param3 whose session it is; a ground station leaves that empty, 0 or NaN."""
+        by_host = m.param3 > 0
         if m.param1 not in {0, 1}:
             return DENIED
         if m.param1 == 0:
             self.fire("disarm", NOT_ARMED)
             return ACCEPTED
+        if by_host and not (self.session_open and m.param3 == self.host):
+            return DENIED
         if self.fire("arm"):
             return REJECTED
-        self.armed_by, self.host_heard = m.sender[0], self.now
+        self._keep(m.sender, by_session=by_host)
         return ACCEPTED
+
+    def _keep(self, sender: tuple[int, int], *, by_session: bool) -> None:
+        """From now on this one must be heard; what another has set in motion stops."""
+        if (self.keeper, self.kept_by_session) != (sender, by_session):
+            self.fire("release")
+        if not by_session:
+            self.session_open = False
+            self.result, self.result_due = None, math.inf
+        self.keeper, self.kept_by_session, self.keeper_heard = sender, by_session, self.now
 
     def _stop(self, m: Message) -> int:
         if m.param1 != 1:
@@ -168,7 +198,7 @@ class Robot(Motion):
     def _interval(self, m: Message) -> int:
         if m.param1 not in self.intervals:
             return UNSUPPORTED
-        if not -1 <= m.param2 <= 60e6 or (m.param1 == 0 and m.param2 < 0):
+        if not -1 <= m.param2 <= 60e6 or (m.param1 == 0 and not 0 <= m.param2 <= RAREST_HEARTBEAT * 1e6):
             return DENIED
         default = {47100: 0.02, 148: 0.0}.get(int(m.param1), 1.0)
         seconds = default if m.param2 == 0 else 0.0 if m.param2 < 0 else max(TICK, m.param2 / 1e6)
@@ -183,13 +213,15 @@ class Robot(Motion):
 
     # --- numbered messages: done once, answered as often as they come --------------------------------------------------
 
-    def on_junior_session(self, m: Message) -> None:
+    def on_robot_session(self, m: Message) -> None:
         """A host begins: stop, disarm, and listen to this session alone."""
-        if m.major != 1:
+        if m.major != MAJOR or m.host == 0:
             self.acknowledge(m, BAD_VALUE)
             return
-        if m.session != self.session:
+        if m.session != self.session or not self.session_open:
             self.fire("session")
+            self.keeper, self.host, self.session_open = None, m.host, True  # in a contest, too: it has not armed
+            self.kept_by_session = False
             self.result, self.result_due = None, math.inf
             if self.session is not None:
                 self.former[self.session] = self.sequence
@@ -202,30 +234,31 @@ class Robot(Motion):
     def acknowledge(self, m: Message, reason: int) -> None:
         """Answer a numbered message."""
         numbers = {"message": m.id, "session": m.session, "sequence": m.sequence}
-        self.send("robot_ack", **numbers, result=int(reason != NONE), reason=reason)
+        self.send("robot_ack", **numbers, **addressed(m.sender), result=int(reason != NONE), reason=reason)
 
-    def once(self, m: Message, do: Callable[[Message], int], again: Callable[[Message], None]) -> None:
-        """Do it if it is new; say again what came of it if it is not."""
-        if m.session != self.session:
+    def once(self, m: Message, do: Callable[[Message], int], again: Callable[[Message], None], *, tells: bool = False) -> None:
+        """Do it if it is new, and say what came of it as often as it comes; where `again` tells that, it is the answer."""
+        if m.session != self.session or not self.session_open:
             self.acknowledge(m, WRONG_SESSION)
             return
-        if m.sequence in self.answers:
-            kind, reason = self.answers[m.sequence]
-            if kind != m.id:
-                self.acknowledge(m, OLD_SEQUENCE)
-            else:
-                self.acknowledge(m, reason)
-                again(m)
-            return
-        if not 0 < (m.sequence - self.sequence) % 65536 < 32768:
+        self.hear_session()
+        new = m.sequence not in self.answers
+        if new and not 0 < (m.sequence - self.sequence) % 65536 < 32768:
             self.acknowledge(m, OLD_SEQUENCE)
             return
-        self.sequence = m.sequence
-        reason = do(m)
-        self.answers[m.sequence] = (m.id, reason)
-        if len(self.answers) > HISTORY:
-            self.answers.popitem(last=False)
-        self.acknowledge(m, reason)
+        if new:
+            self.sequence = m.sequence
+            self.answers[m.sequence] = (m.id, do(m))
+            if len(self.answers) > HISTORY:
+                self.answers.popitem(last=False)
+        kind, reason = self.answers[m.sequence]
+        if kind != m.id:
+            self.acknowledge(m, OLD_SEQUENCE)
+            return
+        if reason or not tells:
+            self.acknowledge(m, reason)
+        if not reason and (tells or not new):
+            again(m)
 
     def on_junior_wheels(self, m: Message) -> None:
         """Turn the wheels for a while."""
@@ -247,7 +280,7 @@ class Robot(Motion):
             plan = Plan.read(m)
             reason = BAD_VALUE if plan is None else self.fire("perform")
             if plan is not None and not reason:
-                self.result, self.result_due = self.begin(plan, m.sequence), math.inf
+                self.result, self.result_due = self.begin(plan, m.sequence, m.sender), math.inf
                 self.behaviour = self._maneuver(plan)
                 next(self.behaviour)
             return reason
@@ -258,7 +291,7 @@ class Robot(Motion):
 
         self.once(m, do, again)
 
-    def on_junior_result_ack(self, m: Message) -> None:
+    def on_robot_result_ack(self, m: Message) -> None:
         """The result has arrived: no need to repeat it."""
         if self.result is not None and (m.session, m.sequence) == (self.result["session"], self.result["sequence"]):
             self.result_due = math.inf
@@ -308,12 +341,15 @@ class Robot(Motion):
     def on_junior_memory_read(self, m: Message) -> None:
         """A slot is its own answer."""
         keys = sorted(self.store.memory)
-        index = m.index if m.index != 255 else keys.index((m.previous, m.current)) if (m.previous, m.current) in keys else 255
-        if m.session != self.session or index >= len(keys) or m.sequence in self.answers:
-            self.once(m, lambda _: NOT_FOUND, lambda _: None)
+        asked = m.previous, m.current
+        index = m.index if m.index != 255 else keys.index(asked) if asked in keys else 255
+        found = index < len(keys)
+        self.once(m, lambda _: NONE if found else NOT_FOUND, lambda m: self.send_entry(m, keys, index), tells=True)
+
+    def send_entry(self, m: Message, keys: list[tuple[int, int]], index: int) -> None:
+        """Send a slot, and the checksum of all; nothing where it has been erased since it was first asked for."""
+        if index >= len(keys):
             return
-        self.sequence = m.sequence
-        self.answers[m.sequence] = (m.id, NONE)
         padded = {key: plan.actions + [0] * (MAX_ACTIONS - len(plan.actions)) for key, plan in self.store.memory.items()}
         crc = self.dialect.x25crc()
         for key in keys:
@@ -322,7 +358,9 @@ class Robot(Motion):
         key, plan = keys[index], self.store.memory[keys[index]]
         numbers = {"session": m.session, "sequence": m.sequence, "checksum": crc.crc, "used": len(keys), "index": index}
         about = {"previous": key[0], "current": key[1], "period": plan.period, "options": plan.options}
-        self.send("junior_memory_entry", **numbers, **about, count=len(plan.actions), actions=padded[key])
+        self.send(
+            "junior_memory_entry", **addressed(m.sender), **numbers, **about, count=len(plan.actions), actions=padded[key]
+        )
 
     # --- what it tells -----------------------------------------------------------------------------------------------
 
@@ -373,7 +411,7 @@ class Robot(Motion):
                 self.send("robot_status", time=micros, maneuvers=self.maneuvers, state=self.state, **counters, **numbers)
             case _:
                 none = {f"{word}_custom_version": [0] * 8 for word in ("flight", "middleware", "os")}
-                version = {"flight_sw_version": 1 << 24, "middleware_sw_version": 1 << 24, "os_sw_version": 0}
+                version = {"flight_sw_version": 1 << 24, "middleware_sw_version": MAJOR << 24, "os_sw_version": 0}
                 capabilities = 2 | 2048 | 8192 | 131072
                 ids = {"board_version": 0, "vendor_id": 0, "product_id": 0, "uid": self.hardware.uid}
                 self.send("autopilot_version", capabilities=capabilities, **version, **none, **ids)

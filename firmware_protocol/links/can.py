@@ -9,9 +9,6 @@ from __future__ import annotations
 import contextlib
 import errno
 import inspect
-import os
-import socket
-import sys
 import threading
 from collections import deque
 from time import monotonic
@@ -28,6 +25,8 @@ from firmware_protocol.wire import CAN
 try:
     import can
     from can.interfaces.slcan import slcanBus
+
+    from firmware_protocol.links.can_multicast import MulticastBus
 except ImportError as _missing:  # the extra is not installed: `open_can` says so
     _MISSING: ImportError | None = _missing
 else:
@@ -57,8 +56,6 @@ _STRICT: Final = frozenset({"socketcan", "slcan", "udp_multicast", "virtual"})
 """Interfaces whose options are all known; python-can itself lets a misspelt one pass without a word."""
 _GREATEST: Final = {"port": 65535, "hop_limit": 255}
 """Of numbers on which python-can would stumble and leave a socket behind."""
-_ALL_GROUPS: Final = {socket.AF_INET: (socket.IPPROTO_IP, 49), socket.AF_INET6: (socket.IPPROTO_IPV6, 29)}
-"""Level and number of Linux's IP_MULTICAST_ALL and IPV6_MULTICAST_ALL, which Python has no names for."""
 
 OFF_LIMIT: Final = 2.0
 """A bus-off that lasts so long ends the link, in s: opening it anew resets most adapters."""
@@ -290,7 +287,8 @@ def open_can(address: Address) -> CanLink:
     Args:
         address: `can://INTERFACE/CHANNEL`, such as `can://socketcan/can0`, `can://slcan//dev/ttyUSB0?bitrate=500000`,
             `can://udp_multicast/239.74.163.2` or `can://virtual/NAME`; any interface of python-can, with its own options
-            behind `?`. `udp_multicast` stays on this machine unless `hop_limit` says otherwise.
+            behind `?`. `udp_multicast` is a bus of this machine, which no other machine hears or is heard on, unless
+            `hop_limit` says otherwise.
 
     Raises:
         AddressError: No interface or channel is named, an option that the interface does not have, or a robot that can be
@@ -303,20 +301,20 @@ def open_can(address: Address) -> CanLink:
         raise AddressError(url, "the address is not can://INTERFACE/CHANNEL", "Write for instance can://socketcan/can0")
     if _MISSING is not None:
         raise LinkOpenError(url, "CAN needs python-can", "Install it: pip install 'junior-hil[can]'") from _MISSING
-    options: dict[str, Any] = {"hop_limit": 0, "fd": False} if interface == "udp_multicast" else {}
-    options |= {name: _value(text) for name, text in address.options.items() if name not in _NOT_OURS}
+    options: dict[str, Any] = {name: _value(text) for name, text in address.options.items() if name not in _NOT_OURS}
     if interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
         raise AddressError(url, f"python-can has no interface {interface!r}", f"It has {known}")
     _check_options(address, interface, options)
     try:
-        bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **options)
+        if interface == "udp_multicast":
+            bus: can.BusABC = MulticastBus(channel, **options)
+        else:
+            bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **options)
     except (can.CanError, OSError, ImportError, ValueError, TypeError, AttributeError, NotImplementedError) as error:
         refused = isinstance(error, (ValueError, TypeError))
         remedy = "Correct the options of the address" if refused else _remedy(interface, channel, error)
         raise LinkOpenError(url, f"cannot open the CAN bus: {str(error).rstrip('.')}", remedy) from error
-    if interface == "udp_multicast":
-        _keep_apart(bus)
     return CanLink(url, bus, interface)
 
 
@@ -328,7 +326,8 @@ def _check_options(address: Address, interface: str, options: dict[str, Any]) ->
             raise AddressError(address.url, f"{name} is 1 to {LAST_NODE} on a CAN bus, not {text!r}")
     if interface not in _STRICT:
         return
-    kinds = can.interface._get_class_for_interface(interface).__mro__[:-1]  # noqa: SLF001 - no public way to ask
+    kind = can.interface._get_class_for_interface(interface)  # noqa: SLF001 - no public way to ask
+    kinds = (MulticastBus,) if interface == "udp_multicast" else kind.__mro__[:-1]
     known = {name for kind in kinds for name in inspect.signature(kind).parameters}
     known = (known | {"bitrate"}) - {"args", "kwargs", "channel", "can_filters"}
     if strange := options.keys() - known:
@@ -336,13 +335,6 @@ def _check_options(address: Address, interface: str, options: dict[str, Any]) ->
     for name, greatest in _GREATEST.items():
         if name in options and not (isinstance(options[name], int) and 0 <= options[name] <= greatest):
             raise AddressError(address.url, f"{name} is 0 to {greatest}, not {options[name]!r}")
-
-
-def _keep_apart(bus: can.BusABC) -> None:
-    """Have a multicast bus hear its own group alone: on Linux a socket hears all groups that anybody here has joined."""
-    if sys.platform == "linux":
-        with socket.socket(fileno=os.dup(bus.fileno())) as same, contextlib.suppress(OSError):
-            same.setsockopt(*_ALL_GROUPS[same.family], 0)
 
 
 def _value(text: str) -> int | float | bool | str:
@@ -381,5 +373,5 @@ def _remedy(interface: str, channel: str, error: BaseException) -> str:
     if interface == "udp_multicast":
         if "msgpack" in str(error):
             return "Install it: pip install 'junior-hil[can]'"
-        return "The channel is a multicast group, as 239.74.163.2; the machine needs a network interface that knows multicast"
+        return "The channel is an IPv4 multicast group, as 239.74.163.2; with hop_limit, the machine needs a network as well"
     return f"python-can's documentation tells what its interface {interface} needs"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import select
 import socket
 from typing import Final
@@ -16,6 +17,37 @@ WRITE_TIMEOUT: Final = 0.5
 
 SILENT_TIMEOUT: Final = 5.0
 """The connection is gone when the other machine has not acknowledged what was sent for this long, in s."""
+
+
+HALF_OPEN: Final = 10.0
+"""A server takes a client for gone when its machine has answered nothing for this long, in s."""
+_PROBES: Final = 5
+"""Unanswered questions whether the other machine is there before the connection is taken for gone."""
+
+
+def notice_half_open(connection: socket.socket, after: float = HALF_OPEN) -> None:
+    """Have the system end a connection whose other end has vanished without a word: unplugged, crashed, out of reach.
+
+    Where something was sent, nothing has acknowledged it (TCP_USER_TIMEOUT, Linux only; other systems repeat for minutes);
+    where nothing is, the system asks (keep-alive; what of it an old system cannot set stays as that has it, mostly 2 hours).
+
+    Args:
+        connection: A connected TCP socket.
+        after: Silence of the other machine, in s.
+    """
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    idle = max(1, round(after / 2))
+    options = {
+        "TCP_KEEPIDLE": idle,
+        "TCP_KEEPALIVE": idle,  # what macOS calls it
+        "TCP_KEEPINTVL": max(1, round(after / 2 / _PROBES)),
+        "TCP_KEEPCNT": _PROBES,
+        "TCP_USER_TIMEOUT": round(after * 1000),  # in ms
+    }
+    for name, value in options.items():
+        if hasattr(socket, name):
+            with contextlib.suppress(OSError):
+                connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 class TcpLink(Link):
@@ -41,8 +73,7 @@ class TcpLink(Link):
         except (OSError, UnicodeError) as error:
             raise LinkOpenError(url, f"cannot connect to {host}: {error}") from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        if hasattr(socket, "TCP_USER_TIMEOUT"):  # Linux: a machine that vanished without a word ends the connection
-            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, round(SILENT_TIMEOUT * 1000))
+        notice_half_open(self._socket, SILENT_TIMEOUT)
         self._socket.settimeout(WRITE_TIMEOUT)
         self._closed = False
 

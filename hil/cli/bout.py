@@ -17,6 +17,7 @@ from hil.cli.session import Session, open_session
 from hil.controllers import AdviceController, ChaseController, Controller, RandomController
 from hil.ring import Ring, RingError, open_ring
 from hil.seeds import Branch, bout_seed, generator
+from hil.suspending import around_stop
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -132,7 +133,10 @@ def _play(
     won = 0
     session.series(f"bouts played by {title}")
     columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress:
+    with (
+        Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress,
+        around_stop(progress.live.stop, progress.start),
+    ):
         task = progress.add_task("Playing", total=len(seeds))
         for one in play(ring, player, seeds):
             bouts.append(one)

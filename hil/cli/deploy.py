@@ -69,6 +69,8 @@ def deploy(
             _show(console, session.junior.description, done, learnt.objective, quiet=quiet)
         ended = None
         if contest:
+            if session.suspension is not None:
+                session.suspension.plays_on = True
             start_contest(session.junior, countdown)
             if not quiet:
                 console.print(f"Contest: the robot stands still for {countdown:g} s, then it plays. Ctrl-C stops it.")

@@ -15,6 +15,7 @@ import typer
 
 from firmware_protocol.errors import FaultSpecError, LinkOpenError
 from firmware_protocol.faults import FaultSpec
+from firmware_protocol.signing import Signing
 from firmware_protocol.wire import MAVLINK
 from hil.cli import common
 from hil.cli.session import terminate_as_interrupt
@@ -22,10 +23,11 @@ from hil.clock import MonotonicClock
 from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
 from hil.files import replace_file
-from hil.key_file import load_key, no_signatures
+from hil.key_file import calendar, load_key, no_signatures
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import SigningKey
+    from simdevice.endpoints import Endpoint
     from simdevice.world import World
 
 CROWD_BAUD = 921600
@@ -77,6 +79,14 @@ def emulate(
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="The robot comes up with this key, and signs.")
     ] = None,
+    forget_time: Annotated[
+        bool,
+        typer.Option(
+            "--forget-time",
+            help="Switch on the robot of --memory with its start input held: it forgets how far its signatures' time has come, "
+            "and keeps its key.",
+        ),
+    ] = False,
     seed: common.SeedOption = 1,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -91,20 +101,16 @@ def emulate(
     """
     from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
-    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
     from simdevice.server import Server  # noqa: PLC0415
     from simdevice.world import junior_world  # noqa: PLC0415
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    nvm = _load(memory)
+    nvm = _load(memory, board, forget_time=forget_time)
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
-    endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
+    endpoint = _open(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, key, public=public)
     wire = endpoint.wire
-    if key is not None and wire != MAVLINK:
-        endpoint.close()
-        raise no_signatures(link)
     world: World | Crowd
     try:
         make = junior_world if count == 1 else partial(Crowd, count)
@@ -117,6 +123,7 @@ def emulate(
             faults=spec,
             board=board_maker(board, wire),
             signing_key=key,
+            start_held=forget_time,
         )
     except LinkOpenError:
         endpoint.close()
@@ -148,6 +155,19 @@ def emulate(
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
 
 
+def _open(link: str, key: SigningKey | None, *, public: bool) -> Endpoint:
+    """Open where the robot is served, for a robot that has this key."""
+    from simdevice.admission import SERVER_LINK  # noqa: PLC0415
+    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
+
+    signing = Signing(key, calendar, link=SERVER_LINK) if key is not None else None
+    endpoint = open_endpoint(link, public=public, signing=signing)
+    if key is not None and endpoint.wire != MAVLINK:
+        endpoint.close()
+        raise no_signatures(link)
+    return endpoint
+
+
 def _suggestion(url: str, count: int, signing_key: Path | None) -> str:
     """What to try next."""
     one = shlex.quote(url if count == 1 else with_system(url, count))
@@ -170,7 +190,11 @@ def _read(faults: str) -> FaultSpec:
         raise common.UsageError(f"--faults: {error}") from error
 
 
-def _load(memory: Path | None) -> bytes | None:
+def _load(memory: Path | None, board: BoardName, *, forget_time: bool) -> bytes | None:
+    if forget_time and board is not BoardName.HOST:
+        raise common.UsageError("the firmware of this board is built without signing: leave --forget-time out")
+    if forget_time and memory is None:
+        raise common.UsageError("a new robot has no time to forget: --forget-time is for the one that --memory FILE keeps")
     if memory is None or not memory.exists():
         return None
     try:

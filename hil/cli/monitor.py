@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -22,8 +23,11 @@ from hil.cli.session import Session, open_session, open_watch
 from hil.connecting import asked_for
 from hil.junior import STIMULUS_BITS
 from hil.keys import pressed_keys
+from hil.suspending import around_stop
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from rich.console import Console
 
     from firmware_protocol.messages import JuniorSensors
@@ -114,7 +118,7 @@ def _look(overview: Overview, robots: Robots, console: Console, duration: float 
         console.print(IN_LOCKSTEP)
     end = None if duration is None else robots.now() + duration
     line_due = robots.now()
-    with pressed_keys() as keys, Live(console=console, auto_refresh=False, transient=False) as display:
+    with pressed_keys() as keys, _display(console) as display:
         while end is None or robots.now() < end:
             robots.step()
             for key in worth_obeying(keys()):
@@ -128,12 +132,19 @@ def _look(overview: Overview, robots: Robots, console: Console, duration: float 
                 console.print(f"{robots.now():.2f} s", *overview.lines(), sep="\n", markup=False)
 
 
+@contextmanager
+def _display(console: Console) -> Iterator[Live]:
+    """What is drawn again and again; while the program is stopped, the cursor is given back."""
+    with Live(console=console, auto_refresh=False, transient=False) as display, around_stop(display.stop, display.start):
+        yield display
+
+
 def _watch(session: Session, console: Console, duration: float | None, *, live: bool, silent: bool) -> None:
     junior = session.junior
     end = None if duration is None else junior.now() + duration
     line_due = junior.now()
     refusal = ""
-    with pressed_keys() as keys, Live(console=console, auto_refresh=False, transient=False) as display:
+    with pressed_keys() as keys, _display(console) as display:
         while end is None or junior.now() < end:
             junior.step()
             for key in worth_obeying(keys()):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Self
 
 from rich.console import Group
@@ -11,6 +12,7 @@ from rich.table import Table
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from hil.suspending import around_stop
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -49,6 +51,7 @@ class CoachingDisplay:
         self._task = self._progress.add_task("Coaching", total=settings.budget, completed=used)
         self._live = Live(console=console, refresh_per_second=8, transient=True, get_renderable=self._render)
         self._alive = console.is_terminal and not quiet
+        self._shown = ExitStack()
 
     def headline(self, junior: Junior, opponent: str, pal: Pal) -> None:
         """Say what is about to happen."""
@@ -63,12 +66,12 @@ class CoachingDisplay:
 
     def __enter__(self) -> Self:
         if self._alive:
-            self._live.start()
+            self._shown.enter_context(self._live)
+            self._shown.enter_context(around_stop(self._live.stop, self._live.start))
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if self._alive:
-            self._live.stop()
+        self._shown.close()
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         """Count a maneuver."""

@@ -19,6 +19,7 @@ from hil.connecting import asked_for, connect, fault_option
 from hil.connecting_all import connect_all
 from hil.key_file import load_key
 from hil.recorder import Recorder
+from hil.suspending import Suspension
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -44,11 +45,13 @@ class Session:
     Attributes:
         junior: The robot.
         recorder: Writes the log; None where there is none.
+        suspension: Stops the robot before Ctrl-Z stops the program; None where somebody else sees to that.
     """
 
-    def __init__(self, junior: Junior, recorder: Recorder | None) -> None:
+    def __init__(self, junior: Junior, recorder: Recorder | None, suspension: Suspension | None = None) -> None:
         self.junior = junior
         self.recorder = recorder
+        self.suspension = suspension
 
     @property
     def lockstep(self) -> bool:
@@ -102,7 +105,7 @@ def open_session(
     reconnect: float = 0.0,
     tell: Callable[[str], None] | None = None,
 ) -> Iterator[Session]:
-    """Connect, with a log; on the way out stop the robot, then close the log.
+    """Connect, with a log; on the way out stop the robot, then close the log. Ctrl-Z stops the robot, then the program.
 
     Args:
         link: Address; None is an emulated robot in this process.
@@ -135,6 +138,9 @@ def open_session(
         with _nothing_said(recorder, log):
             taps = [recorder] if recorder else []
             junior = stack.enter_context(connect(url, system=system, taps=taps, reconnect=reconnect, signing_key=key))
+        bridges = [junior.bridge]
+        suspension = Suspension(lambda: [junior], lambda: bridges, junior.step, junior.now, _noted(recorder))
+        junior.between = stack.enter_context(suspension).attend
         if tell is not None:
             common.tell_others(junior.peer.system, others_beside(junior, address), url, tell)
             junior.listen(_teller(junior.bridge, tell))
@@ -143,7 +149,7 @@ def open_session(
         if recorder is not None:
             recorder.metadata("robot", {name: f"{value:g}" for name, value in junior.parameters().items()})
         try:
-            yield Session(junior, recorder)
+            yield Session(junior, recorder, suspension)
         except PeerLostError as error:
             raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
 
@@ -190,6 +196,8 @@ def open_watch(
 ) -> Iterator[tuple[Robots, Recorder | None]]:
     """Watch every robot on a link, with a log; on the way out stop those that were taken, then close the log.
 
+    Ctrl-Z stops those that were taken, then the program.
+
     Args:
         link: Address.
         log: Where the log goes; None for none.
@@ -213,10 +221,23 @@ def open_watch(
         with _nothing_said(recorder, log):
             taps = [recorder] if recorder else []
             robots = stack.enter_context(connect_all(link, watch=True, taps=taps, reconnect=reconnect, signing_key=key))
+        members, bridges = robots.members, robots.networks.bridges
+        suspension = Suspension(
+            lambda: list(members.values()),
+            lambda: list(bridges.values()),
+            robots.step,
+            robots.now,
+            _noted(recorder),
+        )
+        robots.between = stack.enter_context(suspension).attend
         if tell is not None:
             listener = _teller(next(iter(robots.networks.bridges.values())), tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
+
+
+def _noted(recorder: Recorder | None) -> Callable[[str], None] | None:
+    return None if recorder is None else recorder.operator
 
 
 def _begin_log(stack: ExitStack, log: Path | None, url: str, config: Mapping[str, object]) -> Recorder | None:

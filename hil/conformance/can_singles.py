@@ -8,17 +8,20 @@ from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import MAX_DATA, CanFrame, split_records
 from firmware_protocol.events import RejectReason
 from firmware_protocol.messages import (
+    ROBOT_COMPONENT,
     Command,
     CommandAck,
     JuniorSensors,
     Reason,
     RobotAck,
+    RobotAlive,
     State,
     Timesync,
 )
 from firmware_protocol.wire import CAN
 from hil.conformance.can_frames import STOP, identifier, readdressed, resized
 from hil.conformance.can_transfers import question
+from hil.conformance.keeping import expect_not_kept
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
 
@@ -26,7 +29,7 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("CAN frames", CAN)
-_SINGLES: Final = (layout.ESTOP_FUNCTION, layout.WHEELS_FUNCTION)
+_SINGLES: Final = (layout.ESTOP_FUNCTION, layout.WHEELS_FUNCTION, layout.ALIVE_FUNCTION)
 _BASE_SHIFT: Final = 18
 """Of a 29-bit identifier, the upper 11 bits are where an 11-bit one would be."""
 _DIGESTS: Final = (layout.SWITCHES_FUNCTION, layout.EYES_FUNCTION, layout.TRAVEL_FUNCTION)
@@ -81,6 +84,18 @@ def wheels_exact(robot: Subject) -> str:
     count = after.unknown - before.unknown
     require(count == MAX_DATA, f"ROBOT_STATUS.unknown rose by {count} after {MAX_DATA} such frames")
     return "lengths 0 to 7"
+
+
+@GROUP.check("alive-frame-exact", rule="A single frame of another length")
+def alive_exact(robot: Subject) -> str:
+    """A ROBOT_ALIVE of another length is counted, and keeps nothing."""
+    (alive,) = robot.frames(RobotAlive(robot.host, robot.system, ROBOT_COMPONENT))
+    wrong = [resized(alive, length) for length in range(MAX_DATA + 1) if length != alive.length]
+    before, after = robot.counted(lambda: robot.put(*wrong))
+    count = after.unknown - before.unknown
+    require(count == len(wrong), f"ROBOT_STATUS.unknown rose by {count} after {len(wrong)} such frames")
+    expect_not_kept(robot, lambda: robot.put(*wrong), "ROBOT_ALIVE of a wrong length")
+    return "lengths 0, 1 and 3 to 8"
 
 
 @GROUP.check("wheels-frame-in-open-session", rule="JUNIOR_WHEELS_FRAME belongs to the session that is open")

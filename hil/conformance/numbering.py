@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     Command,
     JuniorManeuver,
@@ -17,6 +18,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import Action
 from hil.conformance.orders import named
+from hil.conformance.probe import TRIES
 from hil.conformance.registry import Group, given, require
 from hil.conformance.subject import BY_STIMULI
 
@@ -79,6 +81,23 @@ def other_version(robot: Subject) -> str:
     newer = RobotSession(before, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, 255)
     robot.expect(newer, Reason.NONE, "of a newer minor version")
     return f"version {PROTOCOL_MAJOR + 1} refused, {PROTOCOL_MAJOR}.255 taken"
+
+
+@GROUP.check("host-without-number-refused", rule="ROBOT_SESSION")
+def no_host(robot: Subject) -> str:
+    """A host that names no number of its own gets no session."""
+    before = robot.session
+    message = RobotSession(before ^ 2, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+    for _ in range(TRIES):
+        start = len(robot.heard)
+        robot.raw(robot.forged(message, "host", 0))
+        if (reason := robot.answered(message, start=start)) is not None:
+            break
+    found = given(reason, "ROBOT_SESSION with host 0 was not answered")
+    require(found == Reason.BAD_VALUE, f"ROBOT_SESSION with host 0 was answered with {named(Reason, found)}, not BAD_VALUE")
+    open_now = robot.status().session
+    require(open_now == before, f"the session is {open_now}, not {before}")
+    return "host 0"
 
 
 @GROUP.check("same-sequence-performs-once", rule="Numbered messages")

@@ -17,13 +17,14 @@ from firmware_protocol.messages import (
     ParamRequestRead,
     ParamSet,
     ParamValue,
+    RobotAlive,
     RobotStatus,
     State,
     Timesync,
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.wire import Message
-from hil.conformance.probe import Probe
+from hil.conformance.probe import TRIES, Probe
 from hil.conformance.registry import CheckFailedError, require
 
 if TYPE_CHECKING:
@@ -127,13 +128,24 @@ class Orders(Probe):
         found = self.state()
         require(found == state, f"{when} it is {named(State, found)}, not {state.name}")
 
-    def clock_reading(self) -> float:
-        """The robot's own time, since boot in s, at which it took in the question."""
+    def clock_reading(self, *before: Message) -> float:
+        """The robot's own time, since boot in s, at which it took in the question.
+
+        Args:
+            *before: What is said with the question, in one piece, in front of it.
+        """
         stamp = int(self.now() * 1e9) + 1
-        answer = self.ask(Timesync(0, stamp), Timesync, lambda m: m.tc1 != 0 and m.ts1 == stamp)
-        if answer is None:
-            raise CheckFailedError("TIMESYNC was not answered")
-        return answer.tc1 * 1e-9
+        start = len(self.heard)
+        for _ in range(TRIES):
+            self.send(*before, Timesync(0, stamp))
+            answer = self.wait(Timesync, lambda m: m.tc1 != 0 and m.ts1 == stamp, start=start)
+            if answer is not None:
+                return answer.tc1 * 1e-9
+        raise CheckFailedError("TIMESYNC was not answered")
+
+    def last_word(self) -> float:
+        """Say once more that we are there, before silence; the robot's own time at which it took that in, in s."""
+        return self.clock_reading(RobotAlive(self.host))
 
     @contextmanager
     def watching(self) -> Iterator[None]:

@@ -19,7 +19,7 @@ from firmware_protocol.mavlink_layout import FLAG_SIGNED
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.signing import trouble
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire import CAN, MAVLINK
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.pump import InlinePump, ThreadedPump
@@ -48,6 +48,8 @@ LOST_AFTER: Final = 5.0
 """A robot that has said nothing for so long is gone, in s."""
 _HEARTBEATS: Final = round(HEARTBEAT_PERIOD / KEEP_ALIVE)
 """Every so many ROBOT_ALIVE we send a HEARTBEAT as well."""
+HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
+"""Our own address."""
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
 
@@ -113,6 +115,7 @@ class Probe:
         self._judge = ours
         self._redaction = Redaction(link.wire)
         self.signing = signing
+        self._clients: dict[tuple[int, int], Codec] = {}
         self._taps = tuple(taps)
         self._alive = True
         self._alive_due = clock.now()
@@ -146,6 +149,40 @@ class Probe:
         for tap in self._taps:
             for message in messages:
                 tap.sent(self.now(), message)
+
+    def need_sources(self) -> None:
+        """See that a frame says who sent it.
+
+        Raises:
+            NotRunError: The link carries CAN frames, and these do not.
+        """
+        if self.wire == CAN:
+            raise NotRunError("a bus has no source")
+
+    @property
+    def strangers(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Addresses, system and component, that other programs may have: in our system, and in one that nobody has."""
+        taken = {self.system, HOST_SYSTEM, *self.others}
+        return (HOST_SYSTEM, ROBOT_COMPONENT), (max(set(range(1, HOST_SYSTEM)) - taken), HOST_COMPONENT)
+
+    def send_as(self, who: tuple[int, int], *messages: Message) -> None:
+        """Send messages as another program of the network does, in one piece.
+
+        Args:
+            who: System and component of its frames; our own are sent as ever.
+            *messages: What it says.
+
+        Raises:
+            LinkError: The link is gone.
+            NotRunError: The link carries CAN frames.
+        """
+        if who == HOST:
+            self.send(*messages)
+            return
+        self.need_sources()
+        if who not in self._clients:  # its frames are numbered for themselves
+            self._clients[who] = open_codec(MAVLINK, system=who[0], component=who[1], signing=self.signing)
+        self.raw(b"".join(self._clients[who].encode(message) for message in messages))
 
     def frame(self, message: Message) -> bytes:
         """The bytes of a message, not sent.
@@ -360,7 +397,7 @@ class Probe:
         codec = self._codec
         if not isinstance(codec, MavlinkCodec):
             return
-        if what := trouble(codec.rejected, codec.signed, ours=self.signing is not None):
+        if what := trouble(codec.rejected, codec.signed, self.signing):
             raise NoRobotError(f"{self._link.url}: a robot is there, but does not answer: {what}")
 
     def find(self, timeout: float) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
-    HOST_COMPONENT,
+    ROBOT_COMPONENT,
     Command,
+    CommandAck,
     CommandLong,
     CommandResult,
+    Heartbeat,
     JuniorContest,
     JuniorManeuverResult,
     ManualControl,
@@ -18,9 +19,7 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import Action, Outcome
-from firmware_protocol.wire import MAVLINK
 from hil.conformance.numbering import STAY
 from hil.conformance.orders import SLACK, named
 from hil.conformance.registry import Group, given, require
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("stopping")
-_STRANGER: Final = 253
-"""System id of a host that did not arm the robot."""
 _EARLY: Final = 0.006
 """How much too early a deadline may be seen to act, in s: a control period, and rounding."""
 _TICK: Final = 0.005
@@ -42,8 +39,13 @@ def _limits(seconds: float) -> tuple[float, float]:
     return seconds - _EARLY, seconds + SLACK
 
 
-def _in_time(what: str, found: float, wanted: float) -> str:
+def in_time(what: str, found: float, wanted: float) -> str:
     """See that something took as long as it must.
+
+    Args:
+        what: What it was, in words.
+        found: How long it took, in s of the robot's own time.
+        wanted: How long it must take, in s.
 
     Returns:
         How long it took, in words.
@@ -66,9 +68,12 @@ def disarmed(robot: Subject) -> str:
 @GROUP.check("arms-and-disarms", rule="In a minute")
 def arms(robot: Subject) -> str:
     """Command 400 arms and disarms."""
-    for value, state in ((1, State.READY), (1, State.READY), (0, State.DISARMED), (0, State.DISARMED)):
-        robot.order(Command.ARM_DISARM, value)
-        robot.expect_state(state, f"after command 400 with {value}")
+    for _ in range(2):
+        robot.arm()
+        robot.expect_state(State.READY, "after command 400 with 1")
+    for _ in range(2):
+        robot.order(Command.ARM_DISARM, 0)
+        robot.expect_state(State.DISARMED, "after command 400 with 0")
     return "ready and disarmed, each twice"
 
 
@@ -79,7 +84,7 @@ def latched(robot: Subject) -> str:
     for _ in range(2):
         robot.order(Command.FLIGHT_TERMINATION, 1)
         robot.expect_state(State.STOPPED, "after an emergency stop")
-    result = robot.command(Command.ARM_DISARM, 1)
+    result = robot.command(Command.ARM_DISARM, 1, param3=robot.host)
     refused = CommandResult.TEMPORARILY_REJECTED
     require(result == refused, f"arming was answered by {'nothing' if result is None else named(CommandResult, result)}")
     robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.EMERGENCY_STOP, "after an emergency stop")
@@ -104,11 +109,17 @@ def at_once(robot: Subject) -> str:
         late = max(0.0, seen - answer.tc1 * 1e-9)
         require(late <= SLACK, f"it stopped {late * 1e3:.0f} ms after the order")
         result = robot.result(maneuver, 1.0)
-    _stopped(result, Reason.EMERGENCY_STOP)
+    expect_stopped(result, Reason.EMERGENCY_STOP)
     return f"within {max(late, _TICK) * 1e3:.0f} ms"
 
 
-def _stopped(result: JuniorManeuverResult, reason: Reason) -> None:
+def expect_stopped(result: JuniorManeuverResult, reason: Reason) -> None:
+    """See that a maneuver was stopped.
+
+    Args:
+        result: Its result.
+        reason: What must have stopped it.
+    """
     found = (named(Outcome, result.outcome), named(Reason, result.reason))
     wanted = (Outcome.STOPPED.name, reason.name)
     require(found == wanted, f"the maneuver's outcome is {', '.join(found)}, not {', '.join(wanted)}")
@@ -121,7 +132,7 @@ def disarming(robot: Subject) -> str:
     maneuver = robot.maneuver(STAY, 5.0)
     robot.expect(maneuver, Reason.NONE)
     robot.order(Command.ARM_DISARM, 0)
-    _stopped(robot.result(maneuver, 0.5), Reason.DISARMED)
+    expect_stopped(robot.result(maneuver, 0.5), Reason.DISARMED)
     robot.expect_state(State.DISARMED, "after disarming")
     return "STOPPED, DISARMED"
 
@@ -133,19 +144,37 @@ def _silent(robot: Subject, maneuver_period: float = 5.0) -> tuple[float, Junior
         maneuver = robot.maneuver(STAY, maneuver_period)
         robot.expect(maneuver, Reason.NONE)
         with robot.silence():
-            last = robot.clock_reading()
+            last = robot.last_word()
             seen = robot.entered(State.READY, after=last, timeout=LONG)
         end = given(seen, f"it went on for {LONG:g} s with no word from its host")
         return end - last, robot.result(maneuver, 0.5)
 
 
+@GROUP.check("stopped-state-said-at-once", rule="COMMAND_LONG", needs=("emergency-stop-latched",))
+def said_at_once(robot: Subject) -> str:
+    """Asked for together with the order, HEARTBEAT says that the robot is disarmed, or stopped."""
+    for command, value, state in ((Command.ARM_DISARM, 0.0, State.DISARMED), (Command.FLIGHT_TERMINATION, 1.0, State.STOPPED)):
+        robot.arm()
+        robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+        order = CommandLong(robot.system, ROBOT_COMPONENT, command, param1=value)
+        request = CommandLong(robot.system, ROBOT_COMPONENT, Command.REQUEST_MESSAGE, param1=Heartbeat.ID)
+        start = len(robot.heard)
+        robot.send(order, request)
+        ack = robot.wait(CommandAck, lambda m, command=command: m.command == command, start=start)  # type: ignore[misc]
+        require(ack is not None, f"command {command} was not answered")
+        acked = next(at for at, event in enumerate(robot.heard[start:], start) if event.message is ack)
+        said = given(robot.wait(Heartbeat, start=acked), "HEARTBEAT was requested with it and did not come").custom_mode
+        require(said == state, f"asked together with command {command}, HEARTBEAT says {named(State, said)}, not {state.name}")
+    return "disarmed, stopped"
+
+
 @GROUP.check("watchdog-stops", rule="WATCHDOG")
 def watchdog(robot: Subject) -> str:
-    """An armed robot that hears nothing from who armed it for WATCHDOG ms stops."""
+    """A robot that moves and hears nothing from its keeper for WATCHDOG ms stops."""
     with robot.parameters(WATCHDOG=250.0):
         after, result = _silent(robot)
-    _stopped(result, Reason.WATCHDOG)
-    return _in_time("it stopped", after, 0.25)
+    expect_stopped(result, Reason.WATCHDOG)
+    return in_time("it stopped", after, 0.25)
 
 
 @GROUP.check("watchdog-follows-parameter", rule="WATCHDOG", needs=("watchdog-stops",))
@@ -153,7 +182,7 @@ def watchdog_parameter(robot: Subject) -> str:
     """The watchdog's time is the parameter WATCHDOG."""
     with robot.parameters(WATCHDOG=500.0):
         after, _ = _silent(robot)
-    return _in_time("with WATCHDOG at 500 it stopped", after, 0.5)
+    return in_time("with WATCHDOG at 500 it stopped", after, 0.5)
 
 
 @GROUP.check("watchdog-stops-driving", rule="WATCHDOG", needs=("watchdog-stops",))
@@ -164,30 +193,14 @@ def watchdog_driving(robot: Subject) -> str:
         with robot.watching():
             robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
             with robot.silence():
-                last = robot.clock_reading()
+                last = robot.last_word()
                 seen = robot.entered(State.READY, after=last, timeout=LONG)
-    return _in_time("it stopped", given(seen, "it went on driving with no word from its host") - last, 0.25)
-
-
-@GROUP.check("watchdog-hears-who-armed", rule="WATCHDOG", needs=("watchdog-stops",), wire=MAVLINK)
-def watchdog_stranger(robot: Subject) -> str:
-    """Only who armed the robot keeps it going."""
-    stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
-    robot.arm()
-    maneuver = robot.maneuver(STAY, 5.0)
-    robot.expect(maneuver, Reason.NONE)
-    with robot.silence():
-        for _ in range(12):
-            robot.raw(stranger.encode(HOST_HEARTBEAT))
-            robot.spend(0.04)
-    robot.expect_state(State.READY, "after 0.48 s in which only a stranger was heard")
-    _stopped(robot.result(maneuver, 0.0), Reason.WATCHDOG)
-    return "stopped, though a stranger was heard every 40 ms"
+    return in_time("it stopped", given(seen, "it went on driving with no word from its host") - last, 0.25)
 
 
 @GROUP.check("watchdog-lets-heard-host-be", rule="In a minute")
 def heard(robot: Subject) -> str:
-    """A robot that hears its host every 40 ms goes on."""
+    """A robot that hears ROBOT_ALIVE of its host every 40 ms goes on."""
     robot.arm()
     maneuver = robot.maneuver(STAY, 1.0)
     robot.expect(maneuver, Reason.NONE)
@@ -210,7 +223,7 @@ def run_out(robot: Subject) -> str:
             begun = reading.tc1 * 1e-9
             driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=LONG), "it did not drive")
             ended = given(robot.entered(State.READY, after=driven, timeout=LONG), "it did not end")
-            words = _in_time("it ended", ended - begun, duration)
+            words = in_time("it ended", ended - begun, duration)
     return words
 
 
@@ -225,19 +238,7 @@ def manual(robot: Subject) -> str:
             begun = reading.tc1 * 1e-9
             driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=0.5), "it did not drive")
             ended = given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s")
-    return _in_time("it ended", ended - begun, 0.25)
-
-
-@GROUP.check("manual-control-from-who-armed", rule="MANUAL_CONTROL", wire=MAVLINK)
-def manual_stranger(robot: Subject) -> str:
-    """MANUAL_CONTROL is taken from the system that armed the robot."""
-    stranger = MavlinkCodec(system=_STRANGER, component=HOST_COMPONENT)
-    robot.arm()
-    robot.raw(stranger.encode(ManualControl(robot.system, x=0, r=0)))
-    robot.expect_state(State.READY, "after MANUAL_CONTROL from a stranger")
-    robot.send(ManualControl(robot.system, x=0, r=0))
-    robot.expect_state(State.DRIVING, "after MANUAL_CONTROL from who armed it")
-    return "a stranger is ignored"
+    return in_time("it ended", ended - begun, 0.25)
 
 
 @GROUP.check("reboot-comes-up-disarmed", rule="ROBOT_STATUS")

@@ -5,8 +5,20 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import Command, CommandResult, JuniorSensors, ParamValue, RobotStatus, SensorFlag, SysStatus
-from hil.conformance.probe import QUIET
+from firmware_protocol.messages import (
+    ROBOT_COMPONENT,
+    Command,
+    CommandLong,
+    CommandResult,
+    Heartbeat,
+    JuniorSensors,
+    ParamValue,
+    RobotStatus,
+    SensorFlag,
+    SysStatus,
+)
+from hil.conformance.orders import named
+from hil.conformance.probe import QUIET, TRIES
 from hil.conformance.registry import Group, NotRunError, given, require
 
 if TYPE_CHECKING:
@@ -74,6 +86,56 @@ def interval(robot: Subject) -> str:
     result = robot.command(Command.SET_MESSAGE_INTERVAL, ParamValue.ID, 100_000)
     require(result == CommandResult.UNSUPPORTED, "an interval for PARAM_VALUE is not UNSUPPORTED")
     return "100 ms, never, default"
+
+
+@GROUP.check("streams-set-again", rule="Being found", needs=("interval-obeyed",))
+def set_again(robot: Subject) -> str:
+    """A stream that another program has switched off is switched on again by SET_MESSAGE_INTERVAL."""
+    robot.need_sources()
+
+    def count(kind: type[JuniorSensors | RobotStatus], seconds: float) -> int:
+        robot.spend(QUIET)
+        robot.forget()
+        robot.spend(seconds)
+        return len(robot.got(kind))
+
+    for kind, seconds in ((JuniorSensors, 0.5), (RobotStatus, 1.5)):
+        off = CommandLong(robot.system, ROBOT_COMPONENT, Command.SET_MESSAGE_INTERVAL, 0, kind.ID, -1.0)
+        try:
+            for _ in range(TRIES):
+                robot.send_as(robot.strangers[1], off)
+                if (found := count(kind, seconds)) == 0:
+                    break
+            require(found == 0, f"{kind.NAME} still came when another program had switched it off")
+            robot.order(Command.SET_MESSAGE_INTERVAL, kind.ID, 0)
+            require(count(kind, seconds) > 0, f"{kind.NAME} did not come when it was switched on again")
+        finally:
+            robot.command(Command.SET_MESSAGE_INTERVAL, kind.ID, 0)
+    return "JUNIOR_SENSORS, ROBOT_STATUS"
+
+
+@GROUP.check("heartbeat-stays", rule="Being found")
+def heartbeat_stays(robot: Subject) -> str:
+    """HEARTBEAT is not switched off, nor made rarer than every 5 s: a robot must remain findable."""
+
+    def ask(interval: float) -> int | None:
+        return robot.command(Command.SET_MESSAGE_INTERVAL, Heartbeat.ID, interval * 1e6 if interval > 0 else interval)
+
+    def word(result: int | None) -> str:
+        return "nothing" if result is None else named(CommandResult, result)
+
+    try:
+        for wanted in (-1.0, 5.1, 60.0):
+            result = ask(wanted)
+            require(result == CommandResult.DENIED, f"an interval of {wanted:g} s was answered by {word(result)}")
+        robot.forget()
+        robot.spend(1.3)
+        require(robot.got(Heartbeat), "HEARTBEAT did not come within 1.3 s")
+        result = ask(5.0)
+        require(result == CommandResult.ACCEPTED, f"an interval of 5 s was answered by {word(result)}")
+    finally:
+        ask(0.0)
+    return "never, 5.1 s and 60 s denied, 5 s taken"
 
 
 @GROUP.check("sensors-in-range", rule="JUNIOR_SENSORS")

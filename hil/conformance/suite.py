@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from hil.conformance import (
+    answers,
     can_singles,
     can_transfers,
     contest,
     framing,
+    keeping,
     maneuvers,
     memory,
     numbering,
@@ -35,8 +37,10 @@ _MODULES: Final = (
     streams,
     parameters,
     numbering,
+    answers,
     values,
     stopping,
+    keeping,
     maneuvers,
     memory,
     contest,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from client_fixtures import Served
 
 pytest_plugins = ["client_fixtures"]
-pytestmark = pytest.mark.clients
+pytestmark = [pytest.mark.clients, pytest.mark.node]
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "node_mavlink_drive.mjs"
 

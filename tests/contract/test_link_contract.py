@@ -180,6 +180,7 @@ def test_a_seed_does_the_same_to_the_frames_that_come_in_on_every_link(plain: Se
     assert min(link.up.dropped, link.up.duplicated, link.up.corrupted) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plain", KINDS, indirect=True)
 def test_the_plug_is_pulled_at_its_time_and_not_before(plain: Setup) -> None:
     (frame,) = frames(plain.link.wire, 1)

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+pytestmark = pytest.mark.slow
+
 PATIENCE: Final = 20.0
 """How long anything may take before a test fails, in s."""
 GROUP: Final = f"can://udp_multicast/239.74.163.9?port={20000 + (os.getpid() + 7) % 20000}"

@@ -45,7 +45,12 @@ def reached(kind: str) -> Iterator[str]:
         yield url
 
 
-@pytest.fixture(params=[f"{kind}{how}" for kind in (*MEMORY, *SERVED) for how in ("", "-bad")])
+@pytest.fixture(
+    params=[
+        *(f"{kind}{how}" for kind in MEMORY for how in ("", "-bad")),
+        *(pytest.param(f"{kind}{how}", marks=pytest.mark.slow) for kind in SERVED for how in ("", "-bad")),
+    ]
+)
 def url(request: pytest.FixtureRequest) -> Iterator[str]:
     """The address of a robot, on a good line or a bad one."""
     kind, _, bad = str(request.param).partition("-")

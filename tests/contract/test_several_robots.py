@@ -31,7 +31,10 @@ LINKS: Final = (
     f"can://udp_multicast/239.74.163.2?port={_PORT}",
 )
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs ptys")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs ptys"),
+]
 
 
 class Watched(Stepped):

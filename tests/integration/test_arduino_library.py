@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 import sys
 from importlib import metadata
@@ -16,8 +15,6 @@ from firmware_protocol.generate.outputs import ROOT
 
 FIRMWARE = Path(ROOT) / "firmware_protocol" / "firmware"
 ARDUINO = Path("/usr/share/arduino/hardware")
-TOOLS = ("arduino-builder", "avr-g++", "arduino-ctags")
-MISSING = [tool for tool in TOOLS if shutil.which(tool) is None] + ([] if ARDUINO.is_dir() else [str(ARDUINO)])
 FLASH = 30720
 """What a Nano has for a sketch, in bytes."""
 VARIABLES = 1500
@@ -60,7 +57,8 @@ def test_it_is_the_core_as_it_is(library: Path) -> None:
         assert (library / "src" / "core" / path.name).read_bytes() == path.read_bytes()
 
 
-@pytest.mark.skipif(bool(MISSING), reason=f"not here: {', '.join(MISSING)} (apt install arduino-builder arduino-core-avr)")
+@pytest.mark.arduino
+@pytest.mark.slow
 def test_arduino_builds_the_example_without_a_warning_of_ours(library: Path, tmp_path: Path) -> None:
     command = [
         "arduino-builder", "-compile", "-hardware", str(ARDUINO), "-hardware", "/usr/share/arduino-builder",

@@ -7,7 +7,7 @@ import signal
 from typing import TYPE_CHECKING
 
 import pytest
-from avr_bench import UID, AvrBench, needs_avr
+from avr_bench import UID, AvrBench
 from firmware_bench import BLANK
 from processes import PATIENCE, Hil
 
@@ -39,7 +39,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = needs_avr
+pytestmark = pytest.mark.avr
 RAM_LIMIT = 1600
 RAM_BEGIN = 0x100
 TIMSK0 = 0x6E
@@ -241,6 +241,7 @@ def test_a_host_has_a_maneuver_performed_and_stored() -> None:
         assert junior.sense() is not None
 
 
+@pytest.mark.slow
 def test_it_is_served_in_real_time(tmp_path: Path) -> None:
     memory = tmp_path / "robot.eeprom"
     with Hil(tmp_path, "emulate", "junior", "--board", "avr", "--link", "tcp://127.0.0.1:0", "--memory", str(memory)) as robot:
@@ -277,6 +278,7 @@ def test_a_wrong_board_is_a_wrong_address(url: str, said: str, capsys: pytest.Ca
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_it_is_built_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     built = avr_build.build(cache=tmp_path)
     monkeypatch.setattr(avr_build, "_make", None)
@@ -284,6 +286,7 @@ def test_it_is_built_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert [path.name for path in tmp_path.iterdir()] == [built.elf.parent.name]
 
 
+@pytest.mark.slow
 def test_a_mistake_in_the_firmware_is_told(tmp_path: Path) -> None:
     source = tmp_path / "firmware_protocol" / "firmware"
     shutil.copytree(avr_build.FIRMWARE, source, ignore=shutil.ignore_patterns("_build"))

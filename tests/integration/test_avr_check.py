@@ -13,7 +13,6 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 import pytest
-from avr_bench import needs_avr
 from mutants import MUTANTS, Mutant
 
 from firmware_protocol.links.memory import MemoryLink
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
     from hil.conformance import Check, Verdict
 
-pytestmark = needs_avr
+pytestmark = [pytest.mark.avr, pytest.mark.slow]
 
 TRIED: Final = (
     "bad-checksum-dropped",

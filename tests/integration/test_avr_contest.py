@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from avr_bench import needs_avr
+import pytest
 
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import BoutOutcome
@@ -19,9 +19,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from pathlib import Path
 
-    import pytest
-
-pytestmark = needs_avr
+pytestmark = [pytest.mark.avr, pytest.mark.slow]
 COUNTDOWN = 1000
 """Control periods from the start module's signal to the first move."""
 BOUT = 3000

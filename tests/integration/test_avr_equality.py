@@ -7,7 +7,6 @@ import struct
 from typing import TYPE_CHECKING
 
 import pytest
-from avr_bench import needs_avr
 from avr_twins import Twins, comparable
 from firmware_bench import HOST, HOST_NUMBER, FirmwareBench, forge
 
@@ -38,7 +37,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message
 
-pytestmark = needs_avr
+pytestmark = [pytest.mark.avr, pytest.mark.slow]
 PACE = 6
 """Control periods between two things that the host says: what both say then fits the line."""
 STREAMS = (Heartbeat, SysStatus, JuniorSensors, RobotStatus)

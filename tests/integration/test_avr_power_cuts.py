@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
 import pytest
-from avr_bench import AvrBench, needs_avr
+from avr_bench import AvrBench
 from firmware_bench import HOST, TICK
 
 from firmware_protocol.maneuver_fields import to_fields
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from simdevice.faults import Readings
     from simdevice.motors import Motors
 
-pytestmark = needs_avr
+pytestmark = [pytest.mark.avr, pytest.mark.slow]
 CUTS: Final = 250
 """For each of four kinds."""
 KEYS: Final = tuple(product((ANY_STIMULUS, 1), range(2)))

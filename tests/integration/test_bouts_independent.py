@@ -50,6 +50,7 @@ def tallies(report: ManeuverReport) -> tuple[object, ...]:
     return report.outcome, report.reason, report.tallies
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("opponent", ["flat-light", "curved-light", "corner-light", "junior"])
 def test_a_bout_does_not_depend_on_what_was_before(opponent: str) -> None:
     alone = after(opponent)

@@ -42,11 +42,13 @@ def coach(url: str) -> dict[str, object]:
         return run.pal.state_dict()
 
 
+@pytest.mark.slow
 def test_the_same_is_learnt_over_can_as_over_mavlink() -> None:
     url = "sim://junior?opponent=flat-light&seed=3"
     assert coach(f"{url}&wire=can") == coach(url)
 
 
+@pytest.mark.slow
 def test_coaching_over_a_bad_bus_completes() -> None:
     state = coach("sim://junior?seed=3&wire=can&faults=drop:0.02,duplicate:0.02,corrupt:0.01,jitter:0.01")
     assert state
@@ -71,6 +73,7 @@ def served(request: pytest.FixtureRequest) -> Iterator[str]:
     thread.join()
 
 
+@pytest.mark.slow
 def test_a_robot_served_on_a_bus_is_found_driven_stopped_and_recorded(served: str, tmp_path: Path) -> None:
     path = tmp_path / "can.mcap"
     recorder = Recorder(path, run={}, config={}, link=served, lockstep=False)

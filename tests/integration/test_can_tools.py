@@ -68,6 +68,7 @@ def test_a_candump_log_is_decoded(tmp_path: Path) -> None:
     assert [tuple(map(int, found)) for found in eyes] == [(*sensors.eye, *sensors.floor) for sensors in expected]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 def test_the_monitor_shows_a_bus() -> None:
     pytest.importorskip("curses")

@@ -28,6 +28,7 @@ def files(pattern: str) -> list[str]:
     return sorted(str(path) for path in Path().glob(pattern))
 
 
+@pytest.mark.slow
 def test_the_main_job_leaves_advice_log_report_and_checkpoint(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["coach", "--budget", "60", "--held-out", "3"]) == 0
     said = capsys.readouterr().out
@@ -73,6 +74,7 @@ def test_json_is_one_object_on_stdout_and_everything_else_is_on_stderr(capsys: p
     assert "60/60 maneuvers" in said.err
 
 
+@pytest.mark.slow
 def test_quiet_prints_the_result_only(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*COACH, "--quiet", "--no-log"]) == 0
     said = capsys.readouterr()
@@ -92,6 +94,7 @@ def test_more_than_was_reached_can_be_required(capsys: pytest.CaptureFixture[str
     assert "required 0.5" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_the_same_seed_leaves_the_same_bytes_and_another_seed_others(folder: Path) -> None:
     for name, seed in (("a", "1"), ("b", "1"), ("c", "2")):
         out = ["--log", f"{name}.mcap", "--advice-out", f"{name}.advice.toml", "--checkpoint", f"{name}.json"]
@@ -217,6 +220,7 @@ def cut_short(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
     monkeypatch.setattr("hil.cli.progress.CoachingDisplay.trial", counting)
 
 
+@pytest.mark.slow
 def test_beginning_anew_keeps_what_a_run_that_was_cut_had_learnt(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

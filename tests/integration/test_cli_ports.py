@@ -76,6 +76,7 @@ def test_a_machine_without_ports(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["ports", "--no-probe"]) == 0
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_robot_busy_port_and_none(
     junior_pty: ServedJunior, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -101,6 +102,7 @@ def test_robot_busy_port_and_none(
     assert "fuser" in third["remedy"]
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_a_robot_at_another_rate(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     endpoint = OtherRate(57600)
@@ -113,6 +115,7 @@ def test_a_robot_at_another_rate(monkeypatch: pytest.MonkeyPatch, capsys: pytest
     assert lines[1].endswith(f": hil monitor {url}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("link", ["tcp://127.0.0.1:0", f"can://udp_multicast/239.74.163.2?port={20000 + os.getpid() % 20000}"])
 def test_addresses_can_be_named(link: str, capsys: pytest.CaptureFixture[str]) -> None:
     with served(open_endpoint(link)) as url:
@@ -136,6 +139,7 @@ def test_what_keeps_a_port_from_being_used_is_told_without_opening_any(
     assert capsys.readouterr().out == "/dev/ttyACM0  Arduino  (2341:8036, serial number 95)\n"
 
 
+@pytest.mark.slow
 def test_robots_that_sign(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "our.key"
     path.touch(0o600)

@@ -62,6 +62,7 @@ def test_monitor_shows_all(printed: pytest.CaptureFixture[str], tmp_path: Path) 
     assert json.loads(printed.readouterr().out)["system"] == 3
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals")
 def test_emulate_serves_several_and_keeps_their_memories(printed: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     command = ("emulate", "junior", "--count", "3", "--link", "tcp://127.0.0.1:0", "--memory", "all.bin", "--seed", "2")

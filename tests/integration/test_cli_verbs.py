@@ -279,6 +279,7 @@ def test_what_is_no_log_is_not_reported_on(capsys: pytest.CaptureFixture[str], f
 # --- terminals that know few letters -------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="paths of bytes are a matter of POSIX")
 def test_a_path_that_is_no_text_is_written_to_and_told_as_well_as_can_be(folder: Path) -> None:
     name = os.fsdecode("pl\u00e4y\u00ff".encode() + b"\xff.mcap")

@@ -74,10 +74,12 @@ def whole() -> dict[str, object]:
     return coach(URL)
 
 
+@pytest.mark.slow
 def test_the_same_seed_learns_the_same_whatever_happened_before(whole: dict[str, object]) -> None:
     assert coach(URL, idle=0.333) == whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("maneuvers", [1, 37, 90])
 def test_a_run_cut_and_resumed_equals_the_run_not_cut(whole: dict[str, object], tmp_path: Path, maneuvers: int) -> None:
     checkpoint = tmp_path / "run.json"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from can_mutants import CAN_MUTANTS
+from host_mutants import HOST_MUTANTS, NEED_SOURCES
 from mutants import MUTANTS, Mutant, Workshop
 from serving import MULTICAST, served
 from signed_pair import KEY
@@ -37,9 +38,9 @@ ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
 NAMES: Final = [check.name for check in ON_BYTES]
 STILL: Final = [check.name for check in ON_BYTES if not check.moving and not check.keyed]
 WITHOUT_KEY: Final = [check for check in CHECKS if not check.keyed]
-NEAR_KEYS: Final = [check for check in CHECKS if check.group in {"signing", "framing", "stopping"}]
+NEAR_KEYS: Final = [check for check in CHECKS if check.group in {"signing", "framing", "stopping", "answers", "who may drive"}]
 """What a fault in signing could show up in."""
-EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS)
+EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS, *HOST_MUTANTS)
 TAUGHT: Final = {(255, 0): (Action.L,), (255, 3): (Action.FF, Action.FF), (2, 1): (Action.LSRF, Action.SF, Action.SF)}
 SET: Final = {"SPD_FAST": 0.9, "WATCHDOG": 400.0, "EYE_L_ON": 200.0, "STIM_ARMS": 1.0}
 
@@ -85,6 +86,7 @@ def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
     assert [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.PASSED] == [*STILL, LAST.name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
 @pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "point-light")])
 def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str) -> None:
@@ -93,7 +95,9 @@ def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str
     robot.greet()
     told: list[Verdict] = []
     verdicts = perform(robot, on_wire(WITHOUT_KEY, wire), LAST, moving=True, told=told.append)
-    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
+    assert failed(verdicts) == []
+    not_run = {verdict.check.name: verdict.detail for verdict in verdicts if verdict.outcome is Outcome.NOT_RUN}
+    assert not_run == (dict.fromkeys(NEED_SOURCES, "a bus has no source") if wire == CAN else {})
     assert told == verdicts
     assert world.device.wheels == (0.0, 0.0)
 
@@ -202,6 +206,7 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> dict[Mutant, Build]:
     return dict(zip(EVERY_MUTANT, made, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutant", EVERY_MUTANT, ids=lambda mutant: f"{mutant.wire}-{mutant.caught_by}")
 def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(
     mutant: Mutant, builds: dict[Mutant, Build]
@@ -259,6 +264,7 @@ def test_a_moving_run_is_logged(capsys: pytest.CaptureFixture[str]) -> None:
     assert list(LogReader(log).entries({"/junior/wheels"}))
 
 
+@pytest.mark.slow
 def test_a_failed_check_is_the_exit_status(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[Mutant, Build]
 ) -> None:
@@ -269,7 +275,7 @@ def test_a_failed_check_is_the_exit_status(
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
     said = capsys.readouterr().out
     assert "failed" in said
-    assert "demanded: An armed robot that hears nothing" in said
+    assert "demanded: A robot that moves and hears nothing" in said
     assert "(WATCHDOG)" in said
 
 
@@ -325,7 +331,17 @@ REAL_TIME: Final = (
     "same-sequence-performs-once",
     "emergency-stop-latched",
     "emergency-stop-at-once",
+    "command-ack-addressed",
+    "result-addressed",
+    "stopped-state-said-at-once",
     "watchdog-stops",
+    "heartbeats-do-not-keep",
+    "alive-keeps",
+    "alive-of-other-host-ignored",
+    "ground-station-obeyed",
+    "ground-station-keeps",
+    "ground-station-not-kept-by-others",
+    "new-keeper-stops-motion",
     "wheels-run-out",
     "reboot-comes-up-disarmed",
     "result-repeated",
@@ -335,6 +351,7 @@ REAL_TIME: Final = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a pty")
 def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in REAL_TIME for argument in ("--only", name)]
@@ -347,9 +364,17 @@ def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -
 
 
 ON_A_BUS: Final = [check.name for check in CHECKS if check.wire == CAN]
-SOME: Final = ["stop-frame-stops", "transfers-interleaved", "lost-transfers-counted"]
+SOME: Final = [
+    "stop-frame-stops",
+    "heartbeats-do-not-keep",
+    "alive-keeps",
+    "ground-station-keeps",
+    "transfers-interleaved",
+    "lost-transfers-counted",
+]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("link", "names"), [("can://virtual/checked", SOME), (MULTICAST, ON_A_BUS), ("slcan", ON_A_BUS)])
 def test_it_passes_over_a_bus_in_real_time(link: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in names for argument in ("--only", name)]
@@ -368,8 +393,9 @@ def test_a_check_of_the_other_wire_is_run_only_when_asked_for_and_then_says_why_
     said = capsys.readouterr().out
     assert "only on links that carry MAVLink bytes" in said
     assert run(["check", "sim://junior?wire=can", "--json"]) == 0
-    names = {verdict["name"] for verdict in json.loads(capsys.readouterr().out)}
-    assert names == {check.name for check in on_wire(CHECKS, CAN)} | {LAST.name}
+    details = {verdict["name"]: verdict["detail"] for verdict in json.loads(capsys.readouterr().out)}
+    assert details.keys() == {check.name for check in on_wire(CHECKS, CAN)} | {LAST.name}
+    assert {name for name, detail in details.items() if detail == "a bus has no source"} == NEED_SOURCES
 
 
 def test_a_node_is_picked_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:

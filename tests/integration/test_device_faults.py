@@ -170,6 +170,7 @@ def test_it_comes_out_of_a_brown_out_with_its_emergency_stop_ended_and_disarmed(
     assert watched.world.device.uptime < 2.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("faults", BAD_ROBOTS)
 def test_coaching_it_comes_to_its_end(faults: str) -> None:
     settings = PalSettings(budget=40, population=6, elite=1)

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from doc_pages import PAGES, ROOT, Block, blocks, commands, execute, parse, shape, terminal
+from doc_pages import PAGES, ROOT, TOOLS, Block, blocks, commands, execute, parse, shape, terminal
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,6 +33,13 @@ def anchors(page: Path) -> set[str]:
     """Names of a page's headings, as GitHub makes them."""
     heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+def tools(name: str) -> list[pytest.MarkDecorator]:
+    """Markers of the tools that a page's Python needs."""
+    return [
+        getattr(pytest.mark, tool) for tool in sorted(TOOLS & {block.use for block in of("python") if block.page.name == name})
+    ]
 
 
 @pytest.mark.parametrize("page", MARKDOWN, ids=lambda page: page.name)
@@ -87,7 +94,9 @@ def test_commands_print_what_the_page_shows(name: str, tmp_path: Path) -> None:
                 assert shape(printed) == shape(block.text), f"{block} shows something else: run tests/support/doc_pages.py"
 
 
-@pytest.mark.parametrize("name", sorted({block.page.name for block in of("python")}))
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=tools(name)) for name in sorted({block.page.name for block in of("python")})]
+)
 def test_python_runs(name: str, tmp_path: Path, pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]) -> None:
     names: dict[str, object] = {"__name__": "page"}
     tests = 0
@@ -98,7 +107,7 @@ def test_python_runs(name: str, tmp_path: Path, pytester: pytest.Pytester, capsy
         if "def test_" in block.text:
             tests += 1
             pytester.makepyfile(**{f"test_block_{tests}": block.text})
-        elif not block.use:
+        elif block.use != "robot":
             with contextlib.chdir(tmp_path):
                 exec(code, names)  # noqa: S102 - our own pages
     capsys.readouterr()

@@ -49,6 +49,7 @@ def test_perform() -> None:
     assert lines[-1] == "stopped and disarmed"
 
 
+@pytest.mark.slow
 def test_own_controller_beats_the_simplest_one() -> None:
     own, chase = run("own_controller.py", "flat-heavy", "--trials", "10").splitlines()
     won = [int(re.search(r"won (\d+) of 10 ", line)[1]) for line in (own, chase)]  # type: ignore[index]
@@ -56,6 +57,7 @@ def test_own_controller_beats_the_simplest_one() -> None:
     assert won[0] > won[1]
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_plain_pymavlink(junior_pty: ServedJunior) -> None:
     pytest.importorskip("pymavlink")
@@ -92,6 +94,7 @@ def test_the_session_example_s_action_codes_are_the_protocol_s() -> None:
     assert f"MAJOR, MINOR = {PROTOCOL_MAJOR}, {PROTOCOL_MINOR}\n" in text
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_the_tests_of_a_robot_program(pytester: pytest.Pytester) -> None:
     name = "test_my_robot_program.py"
@@ -100,6 +103,7 @@ def test_the_tests_of_a_robot_program(pytester: pytest.Pytester) -> None:
     pytester.runpytest_inprocess(*options).assert_outcomes(passed=7)
 
 
+@pytest.mark.slow
 def test_the_recipe_s_options_exist(pytester: pytest.Pytester) -> None:
     recipe = (EXAMPLES / "ci-recipe.yml").read_text(encoding="utf-8")
     commands = re.findall(r"(?:hil|pytest) [^\n]*", recipe)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import runpy
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -62,9 +61,8 @@ def test_what_cannot_be_bounded_is_an_error(change: tuple[str, str], message: st
         graph.deepest(0x100)
 
 
+@pytest.mark.slow
 @pytest.mark.avr
-@pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="needs gcc-avr and avr-libc")
-@pytest.mark.skipif(shutil.which("make") is None, reason="needs make")
 def test_it_fits_the_micro_controller(tmp_path: Path) -> None:
     made = subprocess.run(  # noqa: S603
         ["make", "-C", str(FIRMWARE), "size", f"PYTHON={sys.executable}", f"BUILD={tmp_path}"],  # noqa: S607

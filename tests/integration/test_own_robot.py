@@ -76,6 +76,7 @@ def test_a_host_has_a_maneuver_performed_and_finds_memory_and_parameters_after_p
         assert junior.status().boot_count == 2
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_it_is_checked_on_a_pty(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with Program(EXAMPLES, sys.executable, "-m", "own_robot", "--store", str(tmp_path / "store.json")) as robot:

@@ -156,6 +156,7 @@ def test_wheels_that_go_on_turning_fail_the_test(pytester: pytest.Pytester) -> N
     run.stdout.fnmatch_lines(["the wheels still turn 2.5 s after the test: *"])
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_the_robot_at_a_link_takes_the_emulated_one_s_place(pytester: pytest.Pytester, junior_pty: ServedJunior) -> None:
     pytester.makepyfile("""
@@ -183,6 +184,7 @@ def test_the_robot_at_a_link_takes_the_emulated_one_s_place(pytester: pytest.Pyt
     run.stdout.fnmatch_lines(["*needs an emulated robot, and --hil-link gives another*"])
 
 
+@pytest.mark.slow
 def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
     key = SigningKey(bytes(range(1, 33)))
     path = pytester.path / "our.key"

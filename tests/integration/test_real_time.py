@@ -29,7 +29,10 @@ SPEED: Final = 2
 """Seconds of emulation per second: the watchdog then takes 125 ms, three of the host's keep-alives."""
 COACH: Final = ("--period", "0.05", "--held-out", "0", "--no-report")
 
-pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals and ptys")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs POSIX signals and ptys"),
+]
 
 
 class Watched(Stepped):

@@ -60,6 +60,7 @@ def undisturbed() -> dict[str, Any]:
     return coach("drop:0")[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "faults",
     [
@@ -213,6 +214,7 @@ def address_of(robot: Hil) -> str:
     return found[1]
 
 
+@pytest.mark.slow
 @posix
 def test_an_emulator_killed_and_started_again_on_another_pty_is_found_and_coached_on(tmp_path: Path) -> None:
     port = tmp_path / "robot"
@@ -269,6 +271,7 @@ def served() -> Iterator[tuple[Resetting, Watched]]:
         yield endpoint, world
 
 
+@pytest.mark.slow
 def test_a_connection_that_is_reset_in_the_middle_of_a_maneuver_is_overcome(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
+import signal
 import socket
 import stat
 import threading
@@ -13,14 +14,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from signed_pair import KEY, OTHER_KEY
+from processes import Hil
+from signed_pair import END, KEY, OTHER_KEY, signed_at, signed_codec
 
 import hil
 from firmware_protocol.errors import AddressError, NoRobotError
+from firmware_protocol.events import Received
 from firmware_protocol.link import open_link
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.messages import OpponentCode, RobotStatus, SetupSigning
-from firmware_protocol.signing import Signing, SigningKey, setup_signing, virtual_time
+from firmware_protocol.messages import OpponentCode, Ping, RobotStatus, SetupSigning
+from firmware_protocol.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
 from hil.cli.app import run
 from hil.clock import MonotonicClock
 from hil.coaching import Coaching, new_pal
@@ -31,6 +34,7 @@ from hil.mcaplog import LogReader
 from hil.recorder import Recorder
 from hil.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
+from simdevice.crowd import Crowd
 from simdevice.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
@@ -61,11 +65,11 @@ def key_file(folder: Path, key: SigningKey = KEY, name: str = "our.key") -> Path
 
 
 @contextmanager
-def served(link: str = "pty", key: SigningKey | None = None) -> Iterator[str]:
+def served(link: str = "pty", key: SigningKey | None = None, nvm: bytes | None = None) -> Iterator[str]:
     """An emulated robot in real time; gives its address."""
     endpoint = open_endpoint(link)
     stop = threading.Event()
-    server = Server(junior_world(signing_key=key, referee=False), endpoint, MonotonicClock())
+    server = Server(junior_world(signing_key=key, referee=False, nvm=nvm), endpoint, MonotonicClock())
     thread = threading.Thread(target=server.run, args=(stop.is_set,))
     thread.start()
     try:
@@ -99,6 +103,7 @@ def test_coaching_over_a_signed_link_learns_the_same_and_repeats_itself(folder: 
     assert len(first) > 100
 
 
+@pytest.mark.slow
 def test_the_main_job_over_a_signed_pty(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = key_file(folder)
     with served(key=KEY) as url:
@@ -125,6 +130,7 @@ def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) 
     assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not Outcome.PASSED] == []
 
 
+@pytest.mark.slow
 def test_a_host_without_the_key_is_told_so() -> None:
     with served("tcp://127.0.0.1:0", KEY) as url:
         with pytest.raises(NoRobotError, match=r"it signs what it says.*--signing-key"):
@@ -137,6 +143,7 @@ def test_a_host_without_the_key_is_told_so() -> None:
             assert status.bad_signature > 0
 
 
+@pytest.mark.slow
 def test_a_robot_without_a_key_is_not_believed_by_who_has_one(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with served("tcp://127.0.0.1:0") as url:
         with pytest.raises(NoRobotError, match="it does not sign"):
@@ -146,6 +153,7 @@ def test_a_robot_without_a_key_is_not_believed_by_who_has_one(folder: Path, caps
         assert "it does not sign" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_key_is_given_and_taken_away_on_the_command_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     ours = key_file(folder)
     with served("tcp://127.0.0.1:0") as url:
@@ -213,6 +221,7 @@ def test_a_can_bus_has_no_signatures(folder: Path, url: str, capsys: pytest.Capt
     assert "nothing is signed on a CAN bus" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_key_that_passes_is_in_no_log_and_no_text(folder: Path) -> None:
     log = folder / "log.mcap"
     texts: list[str] = []
@@ -261,7 +270,7 @@ def test_what_is_served_is_bound_to_loopback(link: str) -> None:
 @pytest.mark.parametrize("kind", [TcpEndpoint, UdpEndpoint])
 def test_a_server_that_is_told_no_host_is_bound_to_loopback(kind: type[TcpEndpoint | UdpEndpoint]) -> None:
     endpoint = kind(port=0)
-    (file,) = endpoint.files()
+    file = endpoint.files()[0]
     with socket.socket(fileno=os.dup(file)) as bound:
         assert ipaddress.ip_address(bound.getsockname()[0]).is_loopback
     endpoint.close()
@@ -284,3 +293,65 @@ def test_several_robots_on_one_signed_line() -> None:
         assert junior.referee is not None
         assert sum(junior.bridge.rejected.values()) == 0
         assert junior.status().not_signed == 0
+
+
+# --- the end of time -------------------------------------------------------------------------------------------------
+
+
+def told(time: int) -> bytes:
+    """The EEPROM of a robot with our key that was told one thing, signed at this time."""
+    world = junior_world(signing_key=KEY, referee=False)
+    world.step(signed_at(time, Ping(1, 1)))
+    for _ in range(10):
+        world.step(b"")
+    return world.nvm
+
+
+def test_a_frame_from_the_end_of_time_shuts_nobody_out(folder: Path) -> None:
+    path = str(key_file(folder))
+    with served("tcp://127.0.0.1:0", nvm=told(END)) as url:  # switched on anew
+        assert run(["param", url, "SPD_FAST", "--signing-key", path]) == 0
+
+
+def test_a_time_that_has_come_too_far_is_named_and_can_be_forgotten(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(key_file(folder))
+    memory = folder / "robot.nvm"
+    memory.write_bytes(told(TIME_LIMIT - 1))
+    with served("tcp://127.0.0.1:0", nvm=memory.read_bytes()) as url:
+        with pytest.raises(NoRobotError) as caught:
+            connect(url, timeout=1.2, signing_key=KEY)
+        options = ["--only", "frame-in-pieces", "--timeout", "1.1", "--signing-key", path]
+        assert run(["check", url, *options]) == 3
+    for said in (str(caught.value), capsys.readouterr().err):
+        assert "it has our key, but another time: the robot's is 2100 or later, this computer's 20" in said
+        assert "docs/signing.md" in said
+    command = ("emulate", "junior", "--link", "tcp://127.0.0.1:0", "--no-referee", "--memory", str(memory))
+    for forget in (("--forget-time",), ()):
+        with Hil(folder, *command, *forget) as robot:
+            url = robot.until("Junior is at").split()[-1]
+            assert run(["param", url, "SPD_FAST", "--signing-key", path]) == 0, capsys.readouterr().err
+            robot.send(signal.SIGTERM)
+            assert robot.end() == 130
+    assert KEY.secret in memory.read_bytes()
+
+
+def test_all_robots_of_a_line_forget_their_time() -> None:
+    images = told(TIME_LIMIT - 1) * 2
+    frame = signed_codec().encode(Ping(1, 7))
+    for held in (False, True):
+        crowd = Crowd(2, referee=False, nvm=images, start_held=held)
+        for member in crowd.members.values():
+            events = signed_codec(now=0).receive(member.world.step(frame), 0.0)
+            assert any(isinstance(event, Received) and isinstance(event.message, Ping) for event in events) == held
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "a new robot has no time to forget: --forget-time is for the one that --memory FILE keeps"),
+        (["--board", "avr", "--memory", "x"], "built without signing: leave --forget-time out"),
+    ],
+)
+def test_where_there_is_no_time_to_forget(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["emulate", "--link", "tcp://127.0.0.1:0", "--forget-time", *options]) == 2
+    assert words in capsys.readouterr().err

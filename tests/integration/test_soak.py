@@ -41,6 +41,7 @@ def test_a_bad_day_has_something_of_every_kind_and_is_the_same_again() -> None:
     assert sum(cut.lasts for cut in day.unplugs) < PATIENCE
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("traced")
 def test_coaching_lives_through_a_bad_day() -> None:
     settings = PalSettings(budget=160)

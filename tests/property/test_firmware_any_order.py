@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import pytest
 from firmware_bench import HOST, HOST_NUMBER, TICK, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -95,6 +96,7 @@ class Story:
                     self.tell(*([HOST] if operation == "wait" else []))
 
 
+@pytest.mark.slow
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(st.lists(st.tuples(st.sampled_from(OPERATIONS), st.integers(0, 10_000)), min_size=10, max_size=60))
 def test_nothing_twice_and_nothing_unasked(operations: list[tuple[str, int]]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from typing import TYPE_CHECKING, Any
 
+import pytest
 from firmware_bench import HOST, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -60,6 +61,7 @@ def test_a_million_damaged_bytes() -> None:
             assert i.to_bytes(4, "little").rstrip(b"\0") in bytes(ffi.buffer(bench.io.tx, length))
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.lists(st.one_of(st.binary(max_size=60), st.sampled_from(GOLDEN)), max_size=20), st.data())
 def test_good_frames_between_noise_without_markers_are_all_taken(pieces: list[bytes], data: st.DataObject) -> None:
@@ -74,6 +76,7 @@ def test_good_frames_between_noise_without_markers_are_all_taken(pieces: list[by
     assert [ping.seq for ping in bench.got(Ping)] == list(range(len(pieces)))
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.lists(st.sampled_from(GOLDEN), min_size=1, max_size=5), st.randoms(use_true_random=False))
 def test_three_damaged_bits_never_arm_and_never_move(frames: list[bytes], rng: random.Random) -> None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import random
 
+from firmware_bench import FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from signed_pair import KEY, NOW, signed_codec
+from signed_pair import END, KEY, NOW, signed_at, signed_codec
 
 from firmware_protocol.events import Received
+from firmware_protocol.firmware._host import lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.mavlink import split_frames
-from firmware_protocol.signing import Signing
+from firmware_protocol.messages import Ping
+from firmware_protocol.signing import OLDEST, TIME_LIMIT, Signing
 
 MESSAGES = [vector.message for vector in vectors()]
 
@@ -70,3 +73,41 @@ def test_nothing_unsigned_is_ever_believed(noise: bytes) -> None:
     assert [event.raw for event in believed(host, noise)] == []
     assert [event.raw for event in believed(host, good)] == [good]
     assert split_frames(good) == [good]
+
+
+TIMES = st.one_of(
+    st.integers(0, END),
+    st.integers(TIME_LIMIT - 3, TIME_LIMIT + 3),
+    st.integers(END - 3, END),
+    st.integers(NOW - OLDEST - 3, NOW + OLDEST),
+)
+
+
+@settings(deadline=None, max_examples=300, derandomize=True)
+@given(st.lists(st.tuples(TIMES, st.integers(1, 3)), max_size=12), st.lists(st.integers(-(10**6), 10**15), max_size=4))
+def test_whatever_is_heard_our_time_goes_forward_and_not_beyond_2100(heard: list[tuple[int, int]], steps: list[int]) -> None:
+    clock = [NOW]
+    host = Signing(KEY, lambda: clock[0])
+    stamps = []
+    for index, (time, system) in enumerate(heard):
+        before = host.now()
+        believed_it = host.check(signed_at(time, Ping(1, 1), system=system)) is None
+        assert not believed_it or time < TIME_LIMIT
+        assert host.now() == (max(before, time) if believed_it else before)
+        clock[0] += steps[index] if index < len(steps) else 0
+        stamps.append(int.from_bytes(host.sign(b"")[1:7], "little"))
+    assert stamps == sorted(stamps)
+    assert all(stamp <= TIME_LIMIT for stamp in stamps)
+    below = [stamp for stamp in stamps if stamp < TIME_LIMIT]
+    assert len(set(below)) == len(below)
+
+
+@settings(deadline=None, max_examples=200, derandomize=True)
+@given(TIMES.filter(bool))
+def test_what_is_a_time_for_a_host_is_one_for_a_robot(time: int) -> None:
+    bench = FirmwareBench()
+    lib.host_give_key(bench.robot, KEY.secret)
+    bench.power_on()
+    frame = signed_at(time, Ping(1, 1))
+    answered = any(isinstance(answer, Ping) for answer in bench.tick(raw=frame))
+    assert answered == (Signing(KEY, lambda: 0).check(frame) is None)

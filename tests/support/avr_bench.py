@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
-import pytest
 from firmware_bench import HOST, SESSION, TICK, FirmwareBench
 
 from firmware_protocol.events import Received
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Reason, RobotAck
 from simdevice.avr_board import AvrBoard
-from simdevice.avr_build import missing
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message
@@ -20,8 +18,6 @@ if TYPE_CHECKING:
     from simdevice.faults import Readings
     from simdevice.motors import Motors
 
-MISSING = missing()
-needs_avr = pytest.mark.skipif(bool(MISSING), reason=f"an AVR board needs {' '.join(MISSING)}")
 UID = 0x1122334455667788
 ROUND_TRIP = 6
 """Control periods in which a question and its answer are through the line: 53 bytes go through in one."""

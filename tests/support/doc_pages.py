@@ -7,6 +7,7 @@ The word after a block's language says what it is:
     sh              commands of `hil` that need a robot or a second shell: only the command lines are checked
     python          run by the tests; blocks of a page share their names; one with `def test_` is given to pytest
     python robot    needs a robot or a second shell: only compiled
+    python avr      as python, but needs an optional tool, whose marker the page's test bears; likewise node, browser
 
 Blocks of a page run in order, in one folder of the page's own. A picture `figures/LOG-NAME.png` is NAME.png of the report
 that the page's commands make of logs/LOG.mcap.
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted(path for path in (ROOT / "docs").glob("*.md") if path.name != "protocol.md"))
+TOOLS = frozenset({"avr", "node", "browser"})
+"""Optional tools that a block of Python may need, by the marker of tests that need them."""
 WIDTH = 100
 """Columns of the terminal whose output the pages show."""
 _BLOCK = re.compile(r"^```([a-z]+)(?: ([a-z]+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)

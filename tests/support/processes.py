@@ -24,21 +24,24 @@ class Program:
     Args:
         folder: Its working directory.
         *command: The program and its arguments.
+        stdin: Where it reads from; a pipe stays open and silent.
+        own_group: In a process group of its own, as a shell starts it: so Ctrl-Z can stop it, as SIGTSTP does.
 
     Attributes:
         lines: What it has printed so far, errors among it.
     """
 
-    def __init__(self, folder: Path, *command: str) -> None:
+    def __init__(self, folder: Path, *command: str, own_group: bool = False, stdin: int = subprocess.DEVNULL) -> None:
         environment = {**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "200"}
         self._process = subprocess.Popen(  # noqa: S603 - our own programs
             command,
             cwd=folder,
             env=environment,
-            stdin=subprocess.DEVNULL,
+            stdin=stdin,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
+            process_group=0 if own_group else None,
         )
         self.lines: list[str] = []
         self._arrived: queue.SimpleQueue[str | None] = queue.SimpleQueue()
@@ -55,6 +58,8 @@ class Program:
         self._reader.join(PATIENCE)
         assert self._process.stdout is not None
         self._process.stdout.close()
+        if self._process.stdin is not None:
+            self._process.stdin.close()
 
     def _read(self) -> None:
         assert self._process.stdout is not None
@@ -81,6 +86,12 @@ class Program:
             self.lines.append(line)
         return self._process.wait(PATIENCE)
 
+    @property
+    def is_stopped(self) -> bool:
+        """It was stopped by a signal, and has not gone on."""
+        options = os.WSTOPPED | os.WNOHANG | os.WNOWAIT
+        return os.waitid(os.P_PID, self._process.pid, options) is not None
+
     def send(self, number: signal.Signals) -> None:
         """Send it a signal."""
         self._process.send_signal(number)
@@ -92,7 +103,8 @@ class Hil(Program):
     Args:
         folder: Its working directory.
         *arguments: Its command line.
+        own_group: As for any program.
     """
 
-    def __init__(self, folder: Path, *arguments: str) -> None:
-        super().__init__(folder, sys.executable, "-c", "from hil.cli import main; main()", *arguments)
+    def __init__(self, folder: Path, *arguments: str, own_group: bool = False) -> None:
+        super().__init__(folder, sys.executable, "-c", "from hil.cli import main; main()", *arguments, own_group=own_group)

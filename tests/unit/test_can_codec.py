@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from firmware_protocol import dbc
 from firmware_protocol.can_frame import CanFrame
+from firmware_protocol.can_transfer import Partial
 from firmware_protocol.dbc import PART_TIMEOUT, CanCodec
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
@@ -268,3 +270,49 @@ def test_what_is_for_the_referee_has_a_function_of_its_own() -> None:
     frames = host().encode_frames(reset)
     assert {frame.identifier for frame in frames} == {0x505}
     assert messages(CanCodec(system=5, component=25).receive_frames(frames, 0.0)) == [reset]
+
+
+class Watched(Partial):
+    """An incomplete transfer; notes how often it is looked at whether one is too old."""
+
+    looks = 0
+
+    @property
+    def heard(self) -> float:
+        """When the last part came, in s."""
+        Watched.looks += 1
+        return self._heard
+
+    @heard.setter
+    def heard(self, time: float) -> None:
+        self._heard = time
+
+
+def test_what_is_incomplete_on_a_busy_bus_is_not_all_looked_at_with_every_chunk(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(dbc, "Partial", Watched)
+    codec = host()
+    for k in range(127):
+        codec.receive_frames(robot(k + 1).encode_frames(TEXT)[:1], k * 0.001)
+    assert codec.rejected[RejectReason.INCOMPLETE] == 76  # heard at 0.075 s, and now it is 0.126 s
+    assert 0 < Watched.looks <= 2 * 127
+    codec.flush(1.0)
+    assert codec.rejected[RejectReason.INCOMPLETE] == 127
+
+
+def test_what_goes_on_is_not_given_up_for_being_the_first() -> None:
+    codec = host()
+    first, second = robot(1).encode_frames(TEXT), robot(2).encode_frames(TEXT)
+    codec.receive_frames(first[:1], 0.00)
+    codec.receive_frames(second[:1], 0.01)
+    codec.receive_frames(first[1:2], 0.04)
+    (event,) = codec.receive_frames([], 0.07)
+    assert event.system == 2
+    assert codec.receive_frames(first[2:3], 0.08) == []
+    eyes, travel = robot(3).encode_frames(SENSORS)[1:]
+    switches = robot(3).encode_frames(SENSORS)[0]
+    codec.receive_frames([switches, robot(4).encode_frames(SENSORS)[0]], 0.20)
+    codec.receive_frames([eyes], 0.24)
+    assert [event.system for event in codec.receive_frames([], 0.27)] == [4]
+    assert messages(codec.receive_frames([travel], 0.28)) == [SENSORS]

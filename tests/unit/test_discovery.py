@@ -412,6 +412,7 @@ def test_a_port_that_is_pulled_while_we_look_is_told() -> None:
     assert finding.reason == "the port is gone (unplugged?)"
 
 
+@pytest.mark.slow
 def test_a_port_whose_opening_hangs_does_not_hold_up_the_others() -> None:
     release = threading.Event()
 

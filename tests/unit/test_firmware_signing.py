@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from fastcrc.crc16 import mcrf4xx
 from firmware_bench import BLANK, HOST, FirmwareBench
-from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
+from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
 from firmware_protocol.firmware._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
@@ -14,11 +15,16 @@ from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
     Ping,
+    Reason,
     RobotStatus,
+    SetupSigning,
     State,
 )
-from firmware_protocol.signing import OLDEST, SigningKey, setup_signing
+from firmware_protocol.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
+from firmware_protocol.vocabulary import Action
 
+FAR = [END, TIME_LIMIT, TIME_LIMIT + (1 << 16), (END >> 16) - 458 << 16]
+"""Times that are none: the last one, the first one, and what a reckoning in 32 bits may take for less."""
 AHEAD = 458 << 16
 """How far ahead the robot stores its time, in 10 us."""
 
@@ -332,6 +338,7 @@ def test_a_host_behind_a_rebooted_robot_catches_up_by_hearing_it() -> None:
     assert bench.answers(host.encode(Ping(1, 3))) == [3]
 
 
+@pytest.mark.slow
 def test_storing_its_time_wears_little() -> None:
     bench = SignedBench()
     bench.tick(Ping(1, 1))
@@ -347,3 +354,198 @@ def test_without_a_key_nothing_is_ever_stored() -> None:
     begun = lib.host_nvm_writes(bench.robot)
     bench.run(10_000)
     assert lib.host_nvm_writes(bench.robot) == begun
+
+
+# --- the end of time ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("time", FAR)
+@pytest.mark.parametrize("heard", [False, True])
+def test_a_time_of_2100_or_later_is_none(time: int, heard: bool) -> None:  # noqa: FBT001
+    bench = SignedBench()
+    if heard:
+        assert bench.answers(bench.host.encode(Ping(1, 1))) == [1]
+    assert bench.answers(signed_at(time, Ping(1, 2))) == []
+    assert bench.answers(signed_at(time, Ping(1, 2), system=7)) == []
+    bench.run(400, alive=False)
+    assert bench.answers(bench.host.encode(Ping(1, 3))) == [3]
+    bench.power_on()
+    bench.sign(KEY, NOW + 2 * AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 4))) == [4]
+    assert bench.refused() == (0, 0, 0)
+
+
+def test_it_is_counted_with_what_is_refused_for_its_time() -> None:
+    bench = SignedBench()
+    assert bench.answers(signed_at(END, Ping(1, 2))) == []
+    assert bench.refused() == (0, 0, 1)
+
+
+def test_the_last_time_before_2100_is_one() -> None:
+    bench = SignedBench()
+    assert bench.answers(signed_at(TIME_LIMIT - 1, Ping(1, 1))) == [1]
+    assert bench.answers(signed_at(TIME_LIMIT, Ping(1, 2))) == []
+
+
+@pytest.mark.parametrize("time", [*FAR, 2**64 - 1, 2**48 + NOW + 2 * AHEAD])
+@pytest.mark.parametrize("key", [KEY, OTHER_KEY])
+def test_a_key_is_taken_but_not_a_time_that_is_none_with_it(time: int, key: SigningKey) -> None:
+    bench = SignedBench()
+    bench.tick(Ping(1, 0))
+    bench.tick(SetupSigning(1, 1, tuple(key.secret), time))
+    bench.run(400, alive=False)
+    bench.sign(key, NOW + 2 * AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 1))) == [1]
+    bench.power_on()
+    bench.sign(key, NOW + 5 * AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
+
+
+def near_the_end(nvm: bytes = BLANK) -> SignedBench:
+    """A robot that has believed a frame from the last moment before 2100, and was switched off and on."""
+    bench = SignedBench(nvm=nvm)
+    assert bench.answers(signed_at(TIME_LIMIT - 1, Ping(1, 1))) == [1]
+    bench.power_on()
+    return bench
+
+
+def own_time(bench: SignedBench) -> int:
+    """The time that the robot signs at."""
+    bench.now += 1000
+    length = lib.host_tick(bench.robot, bench.now * 1000, b"", 0)
+    return int.from_bytes(bytes(ffi.buffer(bench.io.tx, length))[-12:-6], "little")
+
+
+def test_its_own_time_stops_where_times_are_none() -> None:
+    bench = near_the_end()
+    for _ in range(3):
+        assert own_time(bench) >> 16 << 16 == TIME_LIMIT
+        bench.run(20_000, alive=False)
+    bench.power_on()
+    assert own_time(bench) >> 16 << 16 == TIME_LIMIT
+    assert bench.answers(signed_at(TIME_LIMIT - 1, Ping(1, 1))) == []
+
+
+def test_a_stored_time_beyond_the_end_stops_there() -> None:
+    bench = near_the_end()
+    stored = TIME_LIMIT.to_bytes(6, "little")[2:]
+    later = b"\xfe\xff\xff\xff"
+    assert bench.nvm.count(stored) == 1
+    at = bench.nvm.index(stored)
+    turn = bench.nvm[at + 6]
+    checksum = mcrf4xx(later + bytes([turn])).to_bytes(2, "little")
+    bench.power_on(bench.nvm[:at] + later + checksum + bench.nvm[at + 6 :])
+    for _ in range(2):
+        assert own_time(bench) >> 16 << 16 == TIME_LIMIT
+        bench.power_on()
+    switch_on_held(bench)
+    assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
+
+
+# --- the start input held at power-on -------------------------------------------------------------------------------
+
+
+def switch_on_held(bench: SignedBench) -> None:
+    """Switch it off and on with the start input held, and let go."""
+    bench.io.start = True
+    bench.power_on()
+    bench.io.start = False
+
+
+def test_the_start_input_held_at_power_on_forgets_the_time_and_not_the_key() -> None:
+    bench = near_the_end()
+    assert bench.answers(bench.host.encode(Ping(1, 1))) == []
+    switch_on_held(bench)
+    assert own_time(bench) < AHEAD
+    assert bench.answers(MavlinkCodec(system=255, component=190).encode(Ping(1, 2))) == []
+    assert bench.answers(bench.host.encode(Ping(1, 3))) == [3]
+    assert own_time(bench) > NOW
+    bench.power_on()  # and so it stays
+    bench.sign(KEY, NOW + 2 * AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 4))) == [4]
+
+
+def test_what_it_forgot_stays_forgotten_when_nobody_was_heard() -> None:
+    bench = near_the_end()
+    switch_on_held(bench)
+    for _ in range(3):
+        bench.power_on()
+    assert bench.answers(bench.host.encode(Ping(1, 3))) == [3]
+
+
+def test_a_start_input_that_is_held_later_forgets_nothing() -> None:
+    bench = SignedBench()
+    frame = bench.host.encode(Ping(1, 1))
+    assert bench.answers(frame) == [1]
+    bench.power_on()
+    for start in (True, False, True):
+        bench.io.start = start
+        bench.run(200, alive=False)
+    assert bench.answers(frame) == []
+    bench.io.start = False
+    bench.power_on()
+    assert bench.answers(frame) == []
+
+
+def test_on_at_power_on_is_no_start_with_a_key_either() -> None:
+    bench = SignedBench()
+    bench.armed()
+    assert bench.ask(bench.write_message((Action.F,), 0)) is Reason.NONE
+    bench.run(400)
+    bench.disarm()
+    bench.io.start = True
+    bench.power_on()
+    bench.run(200, alive=False)
+    assert bench.state() is State.DISARMED
+    bench.io.start = False
+    bench.run(200, alive=False)
+    assert bench.state() is State.DISARMED
+    bench.io.start = True
+    bench.run(200, alive=False)
+    assert bench.state() is State.COUNTDOWN
+
+
+def test_forgetting_without_a_key_is_kept_for_when_there_is_one() -> None:
+    bench = SignedBench()
+    assert bench.answers(signed_at(TIME_LIMIT - 2, Ping(1, 1))) == [1]
+    bench.tick(raw=signed_at(TIME_LIMIT - 1, setup_signing(1, None, 0)))
+    bench.run(400, alive=False)
+    assert not bench.signs()
+    switch_on_held(bench)
+    bench.power_on()
+    bench.sign(None)
+    bench.give(OTHER_KEY)
+    bench.sign(OTHER_KEY, NOW + AHEAD)
+    assert bench.answers(bench.host.encode(Ping(1, 2))) == [2]
+
+
+def test_a_cut_while_it_forgets_leaves_the_time_or_none() -> None:
+    """And the key in any case; who holds the input again has it forgotten."""
+    before = near_the_end().nvm
+    outcomes = []
+    for cut in range(30):
+        bench = SignedBench(None, before)
+        bench.io.start = True
+        lib.host_power_on_cut(bench.robot, 0, cut)
+        bench.io.start = False
+        bench.power_on()
+        usable = bench.answers(bench.host.encode(Ping(1, 1))) == [1]
+        assert usable or own_time(bench) >> 16 << 16 == TIME_LIMIT
+        outcomes.append(usable)
+        switch_on_held(bench)
+        assert bench.signs()
+        assert bench.answers(signed_codec(now=NOW + 2 * AHEAD).encode(Ping(1, 2))) == [2]
+    assert outcomes == sorted(outcomes)
+    assert {True, False} == set(outcomes)
+
+
+def test_what_forgetting_costs_ends_with_the_next_power_on_after_a_host_was_heard() -> None:
+    bench = SignedBench()
+    recorded = [bench.host.encode(Ping(1, number)) for number in range(4)]
+    assert bench.answers(b"".join(recorded)) == [0, 1, 2, 3]
+    switch_on_held(bench)
+    assert bench.answers(recorded[0]) == [0]
+    assert bench.answers(recorded[0] + recorded[1]) == [1]  # once, and in order
+    assert bench.answers(signed_codec(now=NOW + AHEAD).encode(Ping(1, 9))) == [9]
+    bench.power_on()
+    assert bench.answers(b"".join(recorded)) == []

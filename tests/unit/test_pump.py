@@ -23,6 +23,7 @@ class Script(Link):
         self.items = list(items)
         self.waited: list[float] = []
         self.closed = 0
+        self.emptied = threading.Event()
 
     def write(self, data: bytes) -> None:
         del data
@@ -31,6 +32,7 @@ class Script(Link):
         self.waited.append(timeout)
         item = self.items.pop(0) if self.items else LinkClosedError(self.url, "over")
         if isinstance(item, Exception):
+            self.emptied.set()
             raise item
         return item
 
@@ -74,13 +76,13 @@ class Silent(Script):
         return b""
 
 
-def turn_of(pump: ThreadedPump) -> Lost | Back | None:
+def turn_of(pump: ThreadedPump | InlinePump) -> Lost | Back | None:
     """The turn at the end of what was taken last; it is seen to."""
     turn, pump.turn = pump.turn, None
     return turn
 
 
-def taken(pump: ThreadedPump) -> list[bytes]:
+def taken(pump: ThreadedPump | InlinePump) -> list[bytes]:
     """Everything up to the next turn or the end."""
     came: list[bytes] = []
     while pump.turn is None and pump.error is None:
@@ -120,16 +122,100 @@ def test_an_inline_pump_waits_no_longer_than_until_something_is_due() -> None:
     pump.close()
 
 
-def test_a_pump_that_nobody_takes_from_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pump_module, "_LIMIT", 3)
-    link = Script(*[b"x"] * 10)
-    pump = ThreadedPump(link, ManualClock())
-    came = 0
-    while pump.error is None:
-        assert len(link.items) >= 6 - came
-        came += len(pump.take(1.0, float("inf")))
-    assert came == 10
+def left_alone(pump: ThreadedPump) -> ThreadedPump:
+    """A pump whose thread has read its link to the end while nobody took anything."""
+    pump._thread.join(10.0)
+    assert not pump._thread.is_alive()
+    return pump
+
+
+def test_a_pump_that_nobody_takes_from_keeps_so_many_bytes_and_drops_the_oldest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "LIMIT", 10)
+    pump = left_alone(ThreadedPump(Script(*[bytes((k,)) * 3 for k in range(100)]), ManualClock()))
+    assert pump.pending
+    assert taken(pump) == [b"aaa", b"bbb", b"ccc"]  # 97, 98, 99
+    assert pump.overrun == 97 * 3
+    assert "over" in str(pump.error)
+    assert [pump.pending] == [False]
     pump.close()
+
+
+def test_a_pump_that_nobody_takes_from_keeps_so_many_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "CHUNKS", 4)
+    pump = left_alone(ThreadedPump(Script(*[bytes((k,)) for k in range(100)]), ManualClock()))
+    assert b"".join(taken(pump)) == b"`abc"
+    assert pump.overrun == 96
+    pump.close()
+
+
+def test_a_chunk_longer_than_all_that_may_be_held_is_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "LIMIT", 10)
+    pump = left_alone(ThreadedPump(Script(b"a", b"b" * 20), ManualClock()))
+    assert taken(pump) == [b"b" * 20]
+    assert pump.overrun == 1
+    pump.close()
+
+
+def test_what_is_taken_makes_room(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "LIMIT", 10)
+    monkeypatch.setattr(pump_module, "SLICE", 4)
+    clock = ManualClock()
+    pump = left_alone(ThreadedPump(Script(b"abcdefgh"), clock))
+    assert pump.take(0.0, 0.0) == [(0.0, b"abcd")]
+    pump._put((1.0, b"ijklmn"))
+    assert pump.overrun == 0
+    pump._put((2.0, b"o"))  # what is left of the oldest goes, and that alone
+    assert pump.overrun == 4
+    pump.close()
+
+
+@pytest.mark.parametrize("kind", [ThreadedPump, InlinePump])
+def test_no_more_than_a_slice_is_taken_at_once(kind: type[ThreadedPump | InlinePump], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "SLICE", 4)
+    pump = kind(Script(b"abcdefghij", b"k"), ManualClock(3.0))
+    pieces: list[list[tuple[float, bytes]]] = []
+    while pump.error is None:
+        pieces.append(pump.take(1.0, float("inf")))
+    assert pieces[:2] == [[(3.0, b"abcd")], [(3.0, b"efgh")]]
+    assert b"".join(data for piece in pieces for _, data in piece) == b"abcdefghijk"
+    assert all(sum(len(data) for _, data in piece) <= 4 for piece in pieces)
+    pump.close()
+
+
+def test_a_slice_ends_in_the_middle_of_a_later_chunk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "SLICE", 4)
+    pump = left_alone(ThreadedPump(Script(b"ab", b"cdef"), ManualClock()))
+    assert [data for _, data in pump.take(0.0, 0.0)] == [b"ab", b"cd"]
+    assert [data for _, data in pump.take(0.0, 0.0)] == [b"ef"]
+    pump.close()
+
+
+def test_a_turn_stays_where_it_is_when_the_oldest_is_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "LIMIT", 3)
+    second = Script(*[bytes((k,)) for k in range(90, 100)])
+    pump = Links(second).pump(Script())
+    taken(pump)
+    assert isinstance(turn_of(pump), Lost)
+    pump.let_go()
+    assert second.emptied.wait(10.0)  # the thread has read all, and nobody has taken
+    taken(pump)
+    assert turn_of(pump) == Back(second)
+    assert taken(pump) == [b"a", b"b", b"c"]
+    turn_of(pump)
+    pump.close()
+
+
+def test_a_slice_that_is_left_of_a_link_that_is_dropped_goes_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pump_module, "SLICE", 4)
+    links = Links(Script(b"new"))
+    pump = InlinePump(Script(b"abcdefghij"), links.clock, Reopening(links, 5.0))
+    pump.take(1.0, float("inf"))
+    pump.drop(LinkClosedError("script:", "a write has failed"))
+    assert not pump.pending
+    assert isinstance(turn_of(pump), Lost)
+    assert taken(pump) == []
+    assert isinstance(turn_of(pump), Back)
+    assert [data for _, data in pump.take(1.0, float("inf"))] == [b"new"]
 
 
 def test_the_thread_opens_a_lost_link_again_when_it_may_be_closed() -> None:

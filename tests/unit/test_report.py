@@ -144,6 +144,7 @@ def test_the_effort_adds_up(coached: Path) -> None:
     assert sum(int(row[3]) for row in table.rows) == len(data.generations)
 
 
+@pytest.mark.slow
 def test_bouts_are_told_by_opponent_with_intervals(tmp_path: Path) -> None:
     outcomes = [(WIN, 2.0)] * 6 + [(LOSS, 3.0)] * 2 + [(DRAW, 15.0)] + [(WIN, 4.0)] * 5
     opponents = [OpponentCode.FLAT_HEAVY] * 9 + [OpponentCode.POINT_LIGHT] * 5
@@ -245,6 +246,7 @@ def test_lost_frames_are_counted_by_their_numbers(frames: list[int], lost: int, 
     assert (watcher.quality.lost, watcher.quality.duplicates, watcher.quality.good) == (lost, duplicates, len(frames))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.999])
 def test_a_log_cut_off_gives_a_report_of_what_there_is(coached: Path, tmp_path: Path, share: float) -> None:
     data = coached.read_bytes()
@@ -262,6 +264,7 @@ def test_an_empty_log_gives_a_report_too(tmp_path: Path) -> None:
     assert "Nothing was received from a robot." in report.summary
 
 
+@pytest.mark.slow
 def test_the_same_log_gives_the_same_report(coached: Path, report: ReportFiles, tmp_path: Path) -> None:
     again = write_report(coached, tmp_path)
     assert again.page.read_bytes() == report.page.read_bytes()
@@ -277,6 +280,7 @@ def test_text_from_the_log_cannot_become_markup(tmp_path: Path) -> None:
     assert "&lt;script&gt;" in html
 
 
+@pytest.mark.slow
 def test_a_report_that_cannot_be_written_is_told_of(coached: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(LogError, match="cannot write the report"):
@@ -285,6 +289,7 @@ def test_a_report_that_cannot_be_written_is_told_of(coached: Path, tmp_path: Pat
         write_report(tmp_path / "nowhere.mcap", tmp_path)
 
 
+@pytest.mark.slow
 def test_many_categories_have_a_row_of_panels_for_what_the_eyes_see(tmp_path: Path) -> None:
     with open_recorder(tmp_path / "log.mcap") as recorder:
         for code in range(16):

@@ -381,6 +381,7 @@ def test_emulated_robots_are_counted_by_themselves() -> None:
         assert [address.system for address in robots.addresses] == [1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loss", ["unplug", "switch_off"])
 @pytest.mark.parametrize("wire", ["mavlink", "can"])
 def test_nine_of_ten_do_not_notice_that_the_tenth_is_gone(loss: str, wire: str) -> None:
@@ -414,6 +415,7 @@ def test_nine_of_ten_do_not_notice_that_the_tenth_is_gone(loss: str, wire: str) 
         assert sum(junior.peer.counters.retries for junior in nine) == 0
 
 
+@pytest.mark.slow
 def test_a_bus_can_be_full() -> None:
     with hil.connect_all("sim://junior?count=127&referee=0&wire=can", timeout=10.0) as robots:
         assert len(robots) == 127

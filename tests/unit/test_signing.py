@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
+
 import pytest
-from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
+from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import EncodeError
@@ -13,13 +15,15 @@ from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
 from firmware_protocol.messages import Heartbeat, Ping, SetupSigning
 from firmware_protocol.signing import (
     EPOCH,
-    LAST_TIME,
     OLDEST,
+    STREAMS,
+    TIME_LIMIT,
     Signing,
     SigningKey,
     redacted,
     setup_signing,
     signing_time,
+    time_text,
     trouble,
 )
 from firmware_protocol.wire import CAN, MAVLINK
@@ -102,6 +106,15 @@ def test_time_is_put_forward_and_runs_on() -> None:
     assert host.now() == NOW + 5_070
 
 
+def test_time_is_put_forward_all_the_way_where_the_clock_has_gone_back() -> None:
+    clock = [NOW]
+    host = Signing(KEY, lambda: clock[0])
+    host.sign(b"")
+    clock[0] -= 60 * OLDEST
+    assert host.check(signed_codec(now=NOW + 5_000).encode(PING)) is None
+    assert host.now() == NOW + 5_000
+
+
 def test_time_never_goes_back() -> None:
     clock = [NOW]
     signing = Signing(KEY, lambda: clock[0])
@@ -112,11 +125,43 @@ def test_time_never_goes_back() -> None:
     assert stamps == sorted(set(stamps))
 
 
-def test_the_end_of_time_does_not_raise() -> None:
-    host = signed_codec()
-    end = signed_codec(now=LAST_TIME + 5, system=1)
-    assert reasons(host, end.encode(PING)) == [None]
-    assert len(host.encode(PING)) == len(signed_codec().encode(PING))
+def test_a_time_is_none_from_2100_on() -> None:
+    begin_of_2100 = signing_time(datetime(2100, 1, 1, tzinfo=UTC).timestamp())
+    assert 0 <= begin_of_2100 - TIME_LIMIT < 1 << 16
+    assert TIME_LIMIT % (1 << 16) == 0
+
+
+@pytest.mark.parametrize("time", [END, TIME_LIMIT, TIME_LIMIT + 1])
+@pytest.mark.parametrize("known", [False, True])
+def test_what_is_signed_in_2100_or_later_is_refused_and_moves_nothing(time: int, known: bool) -> None:  # noqa: FBT001
+    host = Signing(KEY, lambda: NOW)
+    if known:
+        assert host.check(signed_at(NOW, PING)) is None
+    assert host.check(signed_at(time, PING)) is RejectReason.NO_TIME
+    assert host.check(signed_at(time, PING, system=7)) is RejectReason.NO_TIME
+    assert host.now() == NOW
+    assert host.check(signed_at(NOW + 1, PING)) is None
+    assert host.check(signed_at(NOW + 1, PING, system=7)) is None
+
+
+def test_who_does_not_have_the_key_is_not_said_to_have_the_wrong_time() -> None:
+    assert Signing(KEY, lambda: NOW).check(signed_at(END, PING, key=OTHER_KEY)) is RejectReason.BAD_SIGNATURE
+
+
+def test_our_own_time_does_not_move_beyond_2100() -> None:
+    clock = [NOW]
+    host = Signing(KEY, lambda: clock[0])
+    assert host.check(signed_at(TIME_LIMIT - 1, PING)) is None
+    clock[0] += OLDEST
+    for _ in range(3):
+        assert int.from_bytes(host.sign(b"")[1:7], "little") == TIME_LIMIT
+    assert host.now() == TIME_LIMIT
+    assert Signing(KEY, lambda: END + 5).now() == TIME_LIMIT
+
+
+def test_a_robot_is_given_no_time_that_is_none() -> None:
+    assert setup_signing(1, KEY, TIME_LIMIT - 1).initial_timestamp == TIME_LIMIT - 1
+    assert setup_signing(1, KEY, TIME_LIMIT).initial_timestamp == 0
 
 
 def test_a_value_out_of_range_is_refused_as_such() -> None:
@@ -181,12 +226,49 @@ def test_signing_time() -> None:
 
 def test_trouble_names_what_is_wrong() -> None:
     none = dict.fromkeys(RejectReason, 0)
-    assert not trouble(none, 0, ours=False)
-    assert not trouble(none, 5, ours=True)
-    assert "pass its key file" in trouble(none, 5, ours=False)
-    assert "another key" in trouble({**none, RejectReason.BAD_SIGNATURE: 1}, 0, ours=True)
-    assert "does not sign" in trouble({**none, RejectReason.NOT_SIGNED: 1}, 0, ours=True)
-    assert "clock" in trouble({**none, RejectReason.TOO_OLD: 1}, 0, ours=True)
+    ours = Signing(KEY, lambda: NOW)
+    assert not trouble(none, 0, None)
+    assert not trouble(none, 5, ours)
+    assert "pass its key file" in trouble(none, 5, None)
+    assert "another key" in trouble({**none, RejectReason.BAD_SIGNATURE: 1}, 0, ours)
+    assert "does not sign" in trouble({**none, RejectReason.NOT_SIGNED: 1}, 0, ours)
+
+
+def moment(text: str) -> int:
+    """A time in signatures."""
+    return signing_time(datetime.fromisoformat(text).replace(tzinfo=UTC).timestamp())
+
+
+@pytest.mark.parametrize(
+    ("robot", "ours", "words"),
+    [
+        (moment("2015-01-01 00:05:01"), moment("2026-07-01 12:00:30"), ("2015-01-01 00:05:01 GMT", "2026-07-01 12:00:30 GMT")),
+        (END, moment("2026-07-01 12:00:30"), ("2100 or later", "2026-07-01 12:00:30 GMT")),
+        (moment("2026-07-01 12:00:30"), moment("2101-01-01 00:00"), ("2026-07-01 12:00:30 GMT", "2100 or later")),
+    ],
+)
+def test_trouble_with_time_names_both_and_blames_neither(robot: int, ours: int, words: tuple[str, str]) -> None:
+    signing = Signing(KEY, lambda: ours)
+    assert signing.check(signed_at(robot, PING)) is not None
+    text = trouble(dict.fromkeys(RejectReason, 0), 0, signing)
+    assert f"the robot's is {words[0]}, this computer's {words[1]}." in text
+    assert "put forward" not in text
+    assert "right?" not in text
+
+
+def test_trouble_with_time_says_how_far_we_were_put_forward() -> None:
+    ours, first = moment("2026-07-01 12:00"), moment("2090-01-01 00:00")
+    signing = Signing(KEY, lambda: ours)
+    assert signing.check(signed_at(first, PING, system=7)) is None
+    assert signing.check(signed_at(ours, PING)) is RejectReason.TOO_OLD
+    text = trouble(dict.fromkeys(RejectReason, 0), 0, signing)
+    assert "the robot's is 2026-07-01 12:00:00 GMT, this computer's 2026-07-01 12:00:00 GMT (put forward to 2090-01-01 " in text
+
+
+def test_time_text() -> None:
+    assert time_text(0) == "2015-01-01 00:00:00 GMT"
+    assert time_text(TIME_LIMIT - 1) == "2099-12-31 23:59:59 GMT"
+    assert time_text(TIME_LIMIT) == "2100 or later"
 
 
 def test_a_frame_cut_short_costs_no_other() -> None:
@@ -197,3 +279,17 @@ def test_a_frame_cut_short_costs_no_other() -> None:
         events += host.receive(good, 0.005)
         events += host.flush(1.0)
         assert [event.raw for event in events if isinstance(event, Received)] == [good], missing
+
+
+def test_so_many_streams_are_remembered_and_what_is_forgotten_cannot_be_replayed() -> None:
+    host = signed_codec()
+    streams = host._signing._streams
+    robot = signed_codec(system=1, component=1)
+    first, other = robot.encode(PING), signed_codec(system=2, component=1, now=NOW - 1).encode(PING)
+    assert reasons(host, first) == [None]
+    later = [signed_codec(system=100 + k // 250, component=k % 250, now=NOW + 1 + k).encode(PING) for k in range(STREAMS)]
+    assert reasons(host, *later) == [None] * STREAMS
+    assert len(streams) == STREAMS
+    assert reasons(host, first, other) == [RejectReason.TOO_OLD] * 2
+    assert reasons(host, signed_codec(system=1, component=1, now=NOW + 5000).encode(PING)) == [None]
+    assert len(streams) == STREAMS

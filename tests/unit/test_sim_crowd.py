@@ -177,6 +177,7 @@ def test_more_than_there_are_ids_is_refused(count: int, wire: str, most: int) ->
         Crowd(count, wire=wire)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "wire"), [(254, MAVLINK), (127, CAN)])
 def test_every_id_can_be_used(count: int, wire: str) -> None:
     heard = Line(Crowd(count, wire=wire, referee=False)).run(1.0, alive=False)

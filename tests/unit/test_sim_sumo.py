@@ -69,6 +69,7 @@ def rate(opponent: str, controller: Callable[[], Controller], bouts: int) -> tup
     return len(times) / bouts, sum(times) / max(1, len(times))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("opponent", "least", "most"),
     [

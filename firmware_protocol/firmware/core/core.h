@@ -150,7 +150,7 @@ enum {
     SIGNING_ADDRESS = HAL_NVM_SIZE - (MEMORY_SLOTS + 1) * 16 - 2 * SIGNING_SLOT_SIZE,
     RECORD_SIGNED = SIGNING_ADDRESS / RECORD_SIZE - 1,
 };
-void signing_start(struct junior *robot);
+void signing_start(struct junior *robot, bool held); /* held: the start input was on when the power came */
 void signing_tick(struct junior *robot);
 void signing_step(struct junior *robot);
 void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup);

@@ -17,7 +17,7 @@ uint64_t hal_uid(void *board);                    /* unique id of the board */
 uint16_t hal_eye(void *board, uint8_t side);      /* ADC counts 0..1023 */
 uint16_t hal_floor(void *board, uint8_t side);    /* ADC counts 0..1023 */
 uint8_t hal_arm(void *board, uint8_t side);       /* 1: switch closed, bouncing */
-uint8_t hal_start(void *board);                   /* start module: 1 go */
+uint8_t hal_start(void *board);                   /* start module: 1 go; asked from power-on on */
 uint16_t hal_battery(void *board);                /* mV */
 bool hal_has_encoders(void *board);
 bool hal_has_ground(void *board);

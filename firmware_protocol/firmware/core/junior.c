@@ -19,6 +19,10 @@ static void count_boot(struct junior *robot)
 
 void junior_power_on(struct junior *robot, void *board)
 {
+#if JUNIOR_SIGNING
+    bool held = hal_start(board) != 0;
+
+#endif
     memset(robot, 0, sizeof *robot);
     robot->board = board;
 #if JUNIOR_CAN
@@ -29,7 +33,7 @@ void junior_power_on(struct junior *robot, void *board)
     memory_load(robot);
     count_boot(robot);
 #if JUNIOR_SIGNING
-    signing_start(robot);
+    signing_start(robot, held);
 #endif
     robot->system = (uint8_t)params_get(robot, PARAM_SYS_ID);
     sensing_start(robot);

@@ -4,6 +4,11 @@
  * forward to what believed frames say. What is stored lies ahead of every time used so far, and is written before a frame
  * beyond it is believed: so a robot that was switched off believes nothing that it may have believed before.
  *
+ * No time lies beyond LIMIT: what is signed there is refused, and our own time stops there. Else one frame from the end of
+ * the 48 bits would shut out everybody, and for ever. What has come near it nevertheless is forgotten, but not the key, when
+ * the robot is switched on with its start input held: on at power-on, and still on when the boot has been counted, 20 ms or
+ * more later on an EEPROM. Whatever the input does then, contest.c looks at it as ever.
+ *
  * The key is kept twice, each with a checksum and a mark. The first copy is written first: a cut leaves the old key or the
  * new one. It is read from there whenever it is needed, and is nowhere in working memory.
  */
@@ -27,6 +32,8 @@ enum {
     AHEAD = 458,  /* how far ahead time is stored: 300 s */
     MARGIN = 46,  /* and how far it is kept ahead: 30 s */
 };
+
+#define LIMIT 4092978515U /* of a time's upper 32 bits: 2100-01-01 GMT, which is 0.41 s after they come to this */
 
 typedef char signing_fits[(RECORD_PARAMS + PARAM_COUNT) <= RECORD_SIGNED ? 1 : -1];
 
@@ -109,11 +116,17 @@ static void use_key(struct junior *robot, uint8_t slot)
     robot->signing.used = 0;
 }
 
+static uint32_t capped(uint32_t high)
+{
+    return high < LIMIT ? high : LIMIT;
+}
+
+/* Time that has come as far as `high`, which is LIMIT at most. */
 static void store_time(struct junior *robot, uint32_t high)
 {
     uint8_t bytes[4];
 
-    robot->signing.pending = high > UINT32_MAX - AHEAD ? UINT32_MAX : high + AHEAD;
+    robot->signing.pending = capped(high + AHEAD);
     memcpy(bytes, &robot->signing.pending, sizeof bytes);
     nvm_record_write(robot, RECORD_SIGNED, 0xFFFF, bytes);
 }
@@ -128,16 +141,21 @@ static void advance(struct stamp *stamp, uint32_t by)
     by += stamp->low;
     stamp->low = (uint16_t)by;
     stamp->high += by >> 16;
+    stamp->high = capped(stamp->high); /* there nothing is believed, whatever the lower bits */
 }
 
-void signing_start(struct junior *robot)
+void signing_start(struct junior *robot, bool held)
 {
     struct signing *signing = &robot->signing;
     uint8_t bytes[4];
     uint8_t slot;
 
-    if (nvm_record_read(robot, RECORD_SIGNED, 0xFFFF, bytes) == RECORD_GOOD) {
+    if (hal_start(robot->board) == 0) {
+        held = false; /* a spike */
+    }
+    if (!held && nvm_record_read(robot, RECORD_SIGNED, 0xFFFF, bytes) == RECORD_GOOD) {
         memcpy(&signing->durable, bytes, sizeof bytes);
+        signing->durable = capped(signing->durable);
     }
     signing->pending = signing->durable;
     signing->now.high = signing->durable;
@@ -152,7 +170,7 @@ void signing_start(struct junior *robot)
         nvm_flush(robot);
     }
     signing->slot = 0;
-    if (signing->on) {
+    if (signing->on || held) { /* a cut meanwhile leaves the time as it was, or this one */
         store_time(robot, signing->durable);
         nvm_flush(robot);
         signing->durable = signing->pending;
@@ -188,7 +206,7 @@ void signing_step(struct junior *robot)
         signing->job = SIGNING_IDLE;
         break;
     default:
-        if (signing->on && signing->now.high + MARGIN >= signing->durable && signing->durable != UINT32_MAX) {
+        if (signing->on && signing->now.high + MARGIN >= signing->durable) {
             store_time(robot, signing->now.high);
         }
         break;
@@ -208,7 +226,7 @@ void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup)
     memcpy(parts, &setup->initial_timestamp, sizeof parts);
     initial.high = parts[0] >> 16 | parts[1] << 16;
     initial.low = (uint16_t)parts[0];
-    if (parts[1] >> 16 == 0 && later(&initial, &signing->now)) {
+    if (parts[1] >> 16 == 0 && initial.high < LIMIT && later(&initial, &signing->now)) {
         signing->now = initial;
     }
     signing->slot = 1; /* the first copy is being written */
@@ -314,6 +332,7 @@ uint8_t signing_judge(struct junior *robot, const uint8_t *frame, uint8_t length
     }
     if (!later(&time, stream != NULL ? &stream->last : &signing->floor)
         || (stream == NULL && signing->now.high > OLDEST && time.high < signing->now.high - OLDEST)
+        || time.high >= LIMIT
         || !covered(robot, time.high)) { /* it is being stored: what is sent again is believed */
         count(&signing->replayed);
         return SIGNING_REFUSED;

@@ -186,10 +186,15 @@ void hal_reboot(void *board)
 
 void host_power_on(host_robot *host, uint64_t micros)
 {
+    host_power_on_cut(host, micros, -1);
+}
+
+void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes)
+{
     host->micros = micros;
     host->rx = NULL;
     host->rx_len = 0;
-    host->writes_left = -1;
+    host->writes_left = writes;
     host->writes = 0;
     host_slow_down(host, 0, 0, 0);
     host->tx_backlog = 0;

@@ -40,6 +40,9 @@ typedef struct {
 /* Boots: reads io.nvm, counts the boot, comes up disarmed. */
 void host_power_on(host_robot *host, uint64_t micros);
 
+/* The same, and non-volatile writes beyond this many bytes are lost, as when the power is cut while it boots. */
+void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes);
+
 /* Puts a signing key of 32 bytes into non-volatile memory, as who holds the board can; takes effect at power-on. */
 void host_give_key(host_robot *host, const uint8_t *key);
 
