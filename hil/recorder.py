@@ -188,7 +188,9 @@ class Recorder:
 
     def _rehearsed(self, system: int, ack: CommandAck) -> None:
         """A robot that was asked to have something fail says that it does."""
-        asked = self._failures.pop(system, None) if ack.command == Command.INJECT_FAILURE else None
+        if ack.command != Command.INJECT_FAILURE or ack.result == CommandResult.IN_PROGRESS:
+            return
+        asked = self._failures.pop(system, None)
         if asked is not None and ack.result == CommandResult.ACCEPTED:
             how = "ends" if asked.param2 == FailureType.OK else "begins"
             what = failure_in_words(asked.param1, asked.param2, asked.param3)
