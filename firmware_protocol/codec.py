@@ -46,8 +46,8 @@ class Codec(Protocol):
         """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
         ...
 
-    def flush(self, now: float) -> list[Received | Rejected]:
-        """Give up what has been incomplete for too long; `now` in s."""
+    def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
+        """Give up what has been incomplete for too long, or, where nothing will come any more, everything; `now` in s."""
         ...
 
 

@@ -219,11 +219,12 @@ class CanCodec:
         """Take frames from the wire; see `receive`."""
         return self.receive(pack_frames(frames), now)
 
-    def flush(self, now: float) -> list[Received | Rejected]:
+    def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
         """Give up what has been incomplete for too long. `receive` does it by itself; call this when nothing comes.
 
         Args:
             now: Time in s.
+            ended: Nothing will come any more: give everything up at once.
 
         Returns:
             Usually nothing; else rejections.
@@ -231,14 +232,15 @@ class CanCodec:
         events: list[Received | Rejected] = []
         self._events = events
         self._now = now
+        patience = float("-inf") if ended else PART_TIMEOUT
         while self._partials:  # the first is the one that was heard longest ago
             identifier = next(iter(self._partials))
-            if now - self._partials[identifier].heard <= PART_TIMEOUT:
+            if now - self._partials[identifier].heard <= patience:
                 break
             self._give_up(identifier)
         while self._digests:
             node = next(iter(self._digests))
-            if now - self._digests[node].heard <= PART_TIMEOUT:
+            if now - self._digests[node].heard <= patience:
                 break
             self._lose_digests(node)
         return events

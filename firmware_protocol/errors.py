@@ -13,6 +13,7 @@
      │    │    └── PeerGoneError        and it was waited for in vain
      │    ├── WrongRobotError           another robot answers in the place of the one that was lost
      │    └── RefusedError              it refused a command: `reason`
+     ├── FirmwareBuildError(ImportError)  the emulated robot's firmware was built from other sources: install again
      ├── FaultSpecError(ValueError)     a fault specification with something wrong in it: `path`
      └── EncodeError(ValueError)        a message of our own that the wire cannot carry
 
@@ -104,6 +105,10 @@ class RefusedError(PeerError):
         super().__init__(f"the robot refused {command}: {reason}")
         self.command = command
         self.reason = reason
+
+
+class FirmwareBuildError(HilError, ImportError):
+    """The build of the firmware that emulated robots run does not fit the rest of the package: it has to be made again."""
 
 
 class FaultSpecError(HilError, ValueError):

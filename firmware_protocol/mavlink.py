@@ -132,17 +132,18 @@ class MavlinkCodec:
             self._scan(self._buffer + data if self._buffer else bytes(data), events, final=False)
         return events
 
-    def flush(self, now: float) -> list[Received | Rejected]:
+    def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
         """Give up a partial frame if nothing has come for 20 ms. `receive` does it by itself; call this when nothing comes.
 
         Args:
             now: Time in s.
+            ended: Nothing will come any more: give it up at once.
 
         Returns:
             Usually nothing; else the rejection, and frames found in what had been held back.
         """
         events: list[Received | Rejected] = []
-        if (self._buffer or self._junk) and now - self._stamp > SILENCE:
+        if (self._buffer or self._junk) and (ended or now - self._stamp > SILENCE):
             self._scan(self._buffer, events, final=True)
             self._report(events)
         return events

@@ -28,8 +28,8 @@ from datetime import UTC, datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.events import RejectReason
-from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
+from firmware_protocol.events import Received, Rejected, RejectReason
+from firmware_protocol.mavlink_layout import FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.messages import ROBOT_COMPONENT, SetupSigning
 
 if TYPE_CHECKING:
@@ -54,6 +54,8 @@ _HASH_LENGTH: Final = 6
 _AT_SYSTEM: Final = 5
 _AT_ID: Final = 7
 _SETUP: Final = SetupSigning.ID.to_bytes(3, "little")
+_WITH_HEADER: Final = frozenset(RejectReason) - {RejectReason.NOISE, RejectReason.BAD_HEADER, RejectReason.UNKNOWN_MESSAGE}
+"""What is rejected for these reasons begins with the header of a frame that there can be."""
 
 
 class SigningKey:
@@ -236,24 +238,38 @@ def setup_signing(system: int, key: SigningKey | None, time: int) -> SetupSignin
     return SetupSigning(system, ROBOT_COMPONENT, tuple(secret), time if time < TIME_LIMIT else 0)
 
 
-def redacted(data: bytes) -> bytes:
-    """Wire data fit to be kept: where whole frames in it carry a key, payload and what follows from it are zero.
+def carries_key(event: Received | Rejected) -> bool:
+    """Whether a codec has found a SETUP_SIGNING, whole or damaged: its bytes are not fit to be kept.
 
     Args:
-        data: Bytes of a MAVLink link, as they were sent or came.
+        event: What the codec of a byte link has found.
+    """
+    if isinstance(event, Received):
+        return type(event.message) is SetupSigning
+    return event.reason in _WITH_HEADER and event.raw[_AT_ID:HEADER_LENGTH] == _SETUP
+
+
+def redacted(frame: bytes) -> bytes:
+    """A SETUP_SIGNING fit to be kept: all behind its header is zero.
+
+    Args:
+        frame: The frame, or as much of it as has come.
+    """
+    return frame[:HEADER_LENGTH] + bytes(max(0, len(frame) - HEADER_LENGTH))
+
+
+def may_carry_key(data: bytes) -> bool:
+    """Whether some SETUP_SIGNING may begin in here, and go on: what a codec has not judged yet.
+
+    Args:
+        data: Bytes of a MAVLink link.
     """
     at = data.find(_SETUP, _AT_ID)
-    if at < 0:
-        return data
-    kept = bytearray(data)
     while at >= 0:
-        start = at - _AT_ID
-        if data[start] == MARKER:
-            signature = SIGNATURE_LENGTH if data[start + 2] & FLAG_SIGNED else 0
-            end = min(len(data), start + HEADER_LENGTH + data[start + 1] + CHECKSUM_LENGTH + signature)
-            kept[start + HEADER_LENGTH : end] = bytes(max(0, end - start - HEADER_LENGTH))
+        if data[at - _AT_ID] == MARKER:
+            return True
         at = data.find(_SETUP, at + 1)
-    return bytes(kept)
+    return False
 
 
 def trouble(rejected: Mapping[RejectReason, int], signed: int, signing: Signing | None) -> str:

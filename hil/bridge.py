@@ -16,10 +16,13 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotAlive,
     RobotStatus,
+    SetupSigning,
     Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
+from firmware_protocol.signing import redacted
 from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
+from hil.redaction import Redaction
 from hil.reopening import Reopening
 
 if TYPE_CHECKING:
@@ -47,14 +50,17 @@ _LAST_WORDS: Final = 1.0
 
 
 class Tap(Protocol):
-    """Sees everything that passes the bridge, and changes nothing: the recorder is one."""
+    """Sees everything that passes the bridge, and changes nothing: the recorder is one.
+
+    Of wire bytes that carry a signing key all behind the frame's header is zero.
+    """
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
         """The bridge has begun a step: its one reading of the clock, and the chunks it has received."""
         ...
 
     def wire_rx(self, time: float, data: bytes) -> None:
-        """Bytes came; time is their stamp."""
+        """Bytes came; time is their stamp. Where a key may be in them, this waits until it is known."""
         ...
 
     def wire_tx(self, time: float, data: bytes) -> None:
@@ -161,6 +167,7 @@ class Bridge:
         self.host = session()
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
+        self._redaction = Redaction(link.wire)
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
@@ -234,10 +241,11 @@ class Bridge:
             self._taken_in = now
         if chunks:
             for stamp, data in chunks:
-                for tap in self._taps:
-                    tap.wire_rx(stamp, data)
-                self._take(self._codec.receive(data, stamp), events)
+                found = self._codec.receive(data, stamp)
+                self._pass(self._redaction.received(stamp, data, found))
+                self._take(found, events)
         elif rest := self._codec.flush(now):
+            self._pass(self._redaction.judged(rest))
             self._take(rest, events)
         self._hear_of_link(now, events)
         if self._reopening is not None:
@@ -304,6 +312,7 @@ class Bridge:
             self._pump.close()
         finally:
             self.link.close()
+            self._pass(self._redaction.ended(self._codec.flush(self.now, ended=True)))
 
     @property
     def pending(self) -> bool:
@@ -327,6 +336,18 @@ class Bridge:
             if peer.kept:
                 soonest = min(soonest, self._alive_due)
         return soonest
+
+    def _pass(self, chunks: Sequence[Chunk]) -> None:
+        """Tell the taps of bytes that came."""
+        for stamp, data in chunks:
+            for tap in self._taps:
+                tap.wire_rx(stamp, data)
+
+    def _give_up(self, now: float, events: list[Event]) -> None:
+        """Nothing more comes: what has come in part is no message."""
+        rest = self._codec.flush(now, ended=True)
+        self._pass(self._redaction.ended(rest))
+        self._take(rest, events)
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
@@ -408,6 +429,7 @@ class Bridge:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
             self._report(f"{error}; trying for {self.patience:g} s to open it again", now, events)
+        self._give_up(now, events)
         self.lost = self._cause = error
         self._failed = self._waiting = True
         for peer in self.peers.values():
@@ -499,7 +521,8 @@ class Bridge:
         if self._failed:
             return
         encode = self._codec.encode
-        data = b"".join([encode(message) for message in messages])
+        frames = [encode(message) for message in messages]
+        data = b"".join(frames)
         try:
             self.link.write(data)
         except LinkTimeoutError:
@@ -512,6 +535,9 @@ class Bridge:
                 self._failed = True
                 self._pump.drop(error)
             return
+        if any(isinstance(message, SetupSigning) for message in messages):
+            pairs = zip(messages, frames, strict=True)
+            data = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)
         for tap in self._taps:
             tap.wire_tx(now, data)
             for message in messages:
@@ -529,6 +555,7 @@ class Bridge:
         """The link is gone: tell everybody, once."""
         self._ended = error = self._explained(error, now)
         self._told = True
+        self._give_up(now, events)
         for peer in self.peers.values():
             for event in peer.closed(error, now):
                 events.append(event)

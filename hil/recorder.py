@@ -31,7 +31,6 @@ from firmware_protocol.messages import (
     SetupSigning,
     Statustext,
 )
-from firmware_protocol.signing import redacted
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
@@ -67,7 +66,7 @@ SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 class Recorder:
     """Writes everything that passes the bridge, and what the learner does, into a log.
 
-    A signing key that passes is left out: its frame is recorded with a payload of zeros.
+    What passes is recorded as the bridge tells it: of signing keys it tells nothing but zeros.
 
     Log times are the bridge's clock readings and the stamps of received chunks. A failure to write raises once; from then
     on the recorder is silent, so that the robot can be stopped through the same bridge.
@@ -143,16 +142,16 @@ class Recorder:
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """Bytes came over the link; time is their stamp, in s."""
-        self._writer.write(self._rx_channel, time, self._encode_rx(redacted(data)))
+        self._writer.write(self._rx_channel, time, self._encode_rx(data))
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """Bytes went out over the link; time is the bridge's, in s."""
-        self._writer.write(self._tx_channel, time, self._encode_tx(redacted(data)))
+        self._writer.write(self._tx_channel, time, self._encode_tx(data))
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded, or bytes were refused."""
         if isinstance(event, Rejected):
-            self._record("/wire/rejected", RejectedInput(event.reason.value, event.detail, redacted(event.raw)), event.time)
+            self._record("/wire/rejected", RejectedInput(event.reason.value, event.detail, event.raw), event.time)
             return
         message = event.message
         self._message(message, sender_suffix(event.system, event.component, event.sequence), event.time)
@@ -189,7 +188,9 @@ class Recorder:
 
     def _rehearsed(self, system: int, ack: CommandAck) -> None:
         """A robot that was asked to have something fail says that it does."""
-        asked = self._failures.pop(system, None) if ack.command == Command.INJECT_FAILURE else None
+        if ack.command != Command.INJECT_FAILURE or ack.result == CommandResult.IN_PROGRESS:
+            return
+        asked = self._failures.pop(system, None)
         if asked is not None and ack.result == CommandResult.ACCEPTED:
             how = "ends" if asked.param2 == FailureType.OK else "begins"
             what = failure_in_words(asked.param1, asked.param2, asked.param3)

@@ -85,6 +85,7 @@ class Piece:
 
     def place(self, x: float, y: float, angle: float) -> None:
         """Put it down, at rest; position in m, heading in rad."""
+        pymunk.Body.update_position(self.body, 0.0)  # forgets how the solver was about to part it from what it touched
         self.body.position = (x, y)
         self.body.angle = angle
         self.body.velocity = (0.0, 0.0)

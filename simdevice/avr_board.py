@@ -11,6 +11,7 @@ its control periods and the world's begin together.
 from __future__ import annotations
 
 import functools
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 import cffi
@@ -18,7 +19,7 @@ import cffi
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.mavlink import frame_size
 from firmware_protocol.mavlink_layout import MARKER
-from simdevice.avr_build import AvrFirmware, build
+from simdevice.avr_build import SHIM, AvrFirmware, build, shim_hash
 from simdevice.board import NVM_SIZE
 from simdevice.sensors import ADC_MAX
 
@@ -35,30 +36,22 @@ BATTERY_FULL_SCALE: Final = 10.0
 _STEPS: Final = ADC_MAX + 1
 _RAM_END: Final = 0x08FF
 _PAINT: Final = 0xC5
-_DECLARATIONS: Final = """
-typedef struct {
-    uint16_t counts[5];
-    uint8_t closed[2];
-    uint8_t start;
-    int16_t wheel[2];
-    uint8_t reset;
-    uint32_t busy;
-    uint32_t taken;
-    uint32_t tx_len;
-    uint8_t tx[1024];
-} avr_io;
-typedef struct avr_board avr_board;
-avr_board *avr_board_new(const char *elf, uint64_t uid);
-void avr_board_free(avr_board *board);
-avr_io *avr_board_io(avr_board *board);
-uint8_t *avr_board_nvm(avr_board *board);
-uint8_t *avr_board_memory(avr_board *board);
-uint16_t avr_board_address(avr_board *board, const char *name);
-void avr_board_cut(avr_board *board, int torn);
-int avr_board_boot(avr_board *board);
-int avr_board_run(avr_board *board, uint32_t cycles);
-int avr_board_step(avr_board *board, const uint8_t *rx, uint32_t length);
-"""
+_CHANNELS: Final = 5
+"""Inputs of the converter that something is wired to: eyes, floor, battery."""
+_STRUCT: Final = re.compile(r"^typedef struct \{[^{}]*\} avr_io;$", re.MULTILINE)
+_FUNCTION: Final = re.compile(r"^(?!static )\w+ \*?avr_board_\w+\([^()]*\)$", re.MULTILINE)
+
+
+def declarations(shim: str) -> str:
+    """What cffi is told of the shim: its struct and its functions, as they stand there.
+
+    Args:
+        shim: Text of simavr_shim.c.
+    """
+    struct, *more = _STRUCT.findall(shim)
+    assert not more, "simavr_shim.c has one struct avr_io"
+    functions = [f"{head};" for head in _FUNCTION.findall(shim)]
+    return "\n".join([struct.replace("CHANNELS", str(_CHANNELS)), "typedef struct avr_board avr_board;", *functions, ""])
 
 
 def battery_counts(voltage: float) -> int:
@@ -97,14 +90,19 @@ def _load(shim: Path) -> tuple[Any, Any]:
     """Load the shim.
 
     Raises:
-        LinkOpenError: simavr is not there any more, or is another version.
+        LinkOpenError: simavr is not there any more, or is another version; or the shim is one of other sources than ours.
     """
     ffi = cffi.FFI()
-    ffi.cdef(_DECLARATIONS)
+    ffi.cdef(declarations(SHIM.read_text(encoding="utf-8")))
+    remedy = f"Delete {shim.parent} and try again"
     try:
-        return ffi, ffi.dlopen(str(shim))
+        lib: Any = ffi.dlopen(str(shim))
     except OSError as error:
-        raise LinkOpenError("the AVR board", f"cannot load {shim}: {error}", f"Delete {shim.parent} and try again") from error
+        raise LinkOpenError("the AVR board", f"cannot load {shim}: {error}", remedy) from error
+    built_from = getattr(lib, "avr_board_built_from", None)
+    if built_from is None or built_from() != shim_hash(SHIM) or lib.avr_board_io_size() != ffi.sizeof("avr_io"):
+        raise LinkOpenError("the AVR board", f"{shim} was built for another version of this package", remedy)
+    return ffi, lib
 
 
 class AvrBoard:

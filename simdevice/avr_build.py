@@ -102,6 +102,15 @@ def _fingerprint(source: Path) -> str:
     return digest.hexdigest()[:16]
 
 
+def shim_hash(shim: Path) -> int:
+    """64 bits of a hash of the shim's source, compiled in and compared when it is loaded.
+
+    Args:
+        shim: The source.
+    """
+    return int.from_bytes(hashlib.sha256(shim.read_bytes()).digest()[:8], "big")
+
+
 def _make(source: Path, folder: Path) -> Path:
     """Compile in this folder; returns where what is to be kept is."""
     done = folder / "done"
@@ -110,7 +119,7 @@ def _make(source: Path, folder: Path) -> Path:
     _demand(_run("make", "-C", source, "avr", f"BUILD={build_folder}", f"PYTHON={sys.executable}", "MAKEFLAGS="))
     (build_folder / "avr" / "junior.elf").rename(done / "junior.elf")
     flags = ("-std=gnu11", "-O2", "-fPIC", "-shared", f"-I{source / 'targets' / 'avr'}")
-    _demand(_run("cc", *flags, "-o", done / "shim.so", SHIM, "-lsimavr"))
+    _demand(_run("cc", *flags, f"-DSHIM_HASH={shim_hash(SHIM):#x}ULL", "-o", done / "shim.so", SHIM, "-lsimavr"))
     return done
 
 

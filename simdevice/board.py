@@ -10,6 +10,9 @@ import importlib
 import struct
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
+from firmware_protocol.firmware.fit import check_layout, check_sources
+from firmware_protocol.firmware.host_io import FIELDS
+
 if TYPE_CHECKING:
     from simdevice.faults import Readings
     from simdevice.motors import Motors
@@ -17,7 +20,8 @@ if TYPE_CHECKING:
 NVM_SIZE: Final = 1024
 """Size of the EEPROM, in bytes (as on an ATmega328P)."""
 
-_INPUTS: Final = struct.Struct("@2H2HH2B2B2IIB")
+_LAST_INPUT: Final = [name for name, _ in FIELDS].index("start")
+_INPUTS: Final = struct.Struct("@" + "".join(code.upper() for _, code in FIELDS[: _LAST_INPUT + 1]))
 """The first fields of the C struct `host_io`, as the C compiler lays them out: eyes, floor, battery, arms, what is fitted,
 travel, ground, start. Counters of way are signed there; here their bits count, since they wrap."""
 _WRAP: Final = 0xFFFFFFFF
@@ -55,11 +59,10 @@ class Host(Protocol):
 
 
 def _load() -> Host:
-    """Import the extension module and check that its struct is the one packed here."""
+    """Import the extension module, and see that it is made from this version's sources and has its struct."""
     host = cast("Host", importlib.import_module("firmware_protocol.firmware._host"))
-    offset = host.ffi.offsetof
-    if offset("host_io", "start") != _INPUTS.size - 1 or offset("host_io", "travel_um") != struct.calcsize("@2H2HH2B2B0I"):
-        raise ImportError("the firmware's host build does not match this version of simdevice: build the package again")
+    check_sources(host.lib)
+    check_layout(host.ffi)
     return host
 
 
@@ -85,6 +88,7 @@ class Board:
 
     Raises:
         ValueError: The image has another size than the EEPROM.
+        FirmwareBuildError: The build is of another version.
     """
 
     def __init__(
@@ -99,6 +103,8 @@ class Board:
     ) -> None:
         if nvm is not None and len(nvm) != NVM_SIZE:
             raise ValueError(f"the EEPROM holds {NVM_SIZE} bytes, the image {len(nvm)}")
+        if host is not None:
+            check_layout(host.ffi)
         self._host = host if host is not None else _HOST
         self._uid = uid
         self._fitted = (int(encoders), int(ground_odometer))

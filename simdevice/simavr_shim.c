@@ -281,6 +281,17 @@ avr_board *avr_board_new(const char *elf, uint64_t uid)
     return board;
 }
 
+/* What the other side takes for an avr_io must be as large, and this file the one that it has read. */
+uint32_t avr_board_io_size(void)
+{
+    return sizeof(avr_io);
+}
+
+uint64_t avr_board_built_from(void)
+{
+    return SHIM_HASH;
+}
+
 avr_io *avr_board_io(avr_board *board)
 {
     return &board->io;

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
+import simdevice.board  # noqa: F401 - refuses a firmware that was built from other sources than are tested
 from simdevice import avr_build
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.generate.board import build_page, pins
 from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
+from firmware_protocol.generate.host import host_layout, host_stub
 from firmware_protocol.generate.reference import reference
 from firmware_protocol.generate.tables import tables
 from firmware_protocol.generate.vectors import can_text, golden_binary, golden_text
@@ -23,6 +24,8 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/dialect/junior.xml": dialect,
     "firmware_protocol/dialect/junior.dbc": can_database,
     "firmware_protocol/firmware/core/tables.h": tables,
+    "firmware_protocol/firmware/host_io.py": host_layout,
+    "firmware_protocol/firmware/_host.pyi": host_stub,
     "docs/protocol.md": reference,
     "docs/build.md": build_page,
     "docs/figures/wiring.svg": lambda: draw(pins()),

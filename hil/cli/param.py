@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tomli_w
 import typer
@@ -14,11 +14,15 @@ from rich.table import Table
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
-from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
 from hil.cli.session import others_beside
 from hil.connecting import connect
 from hil.files import replace_file
+from hil.parameter_loading import KNOWN, check_file, shortest
+from hil.parameter_loading import load as load_parameters
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def param(
@@ -27,7 +31,11 @@ def param(
     value: Annotated[float | None, typer.Argument(metavar="VALUE", help="New value.")] = None,
     *,
     save: Annotated[Path | None, typer.Option("--save", metavar="FILE.toml", help="Write all parameters to a file.")] = None,
-    load: Annotated[Path | None, typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file.")] = None,
+    load: Annotated[
+        Path | None,
+        typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file: all of them, or, if one fails, none."),
+    ] = None,
+    everything: Annotated[bool, typer.Option("--all", help="With --load: the robot's own SYS_ID too.")] = False,
     signing_key: common.SigningKeyOption = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -39,23 +47,25 @@ def param(
     """
     if name is not None and (save or load):
         raise common.UsageError("give a NAME, or --save or --load, not both")
-    wanted = _read(load) if load else {}
+    if everything and load is None:
+        raise common.UsageError("--all goes with --load")
+    wanted = check_file(load, *_read(load), everything=everything) if load else None
     console = common.consoles(as_json=as_json, quiet=quiet)
+    notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
+    warn = partial(notices.print, markup=False)
+    tell = common.teller(notices, quiet=quiet) or (lambda _: None)
     with connect(link, signing_key=signing_key) as junior:
-        if not quiet:
-            notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
-            common.tell_others(
-                junior.peer.system, others_beside(junior, parse_address(link)), link, partial(notices.print, markup=False)
-            )
+        common.tell_others(junior.peer.system, others_beside(junior, parse_address(link)), link, tell)
         try:
             if name is not None:
                 result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}
+            elif wanted is not None:
+                result = load_parameters(junior, wanted, tell=tell, warn=warn)
             else:
-                for key, number in wanted.items():
-                    junior.set_parameter(key, number)
                 result = junior.parameters()
         except RefusedError as error:
             raise common.UsageError(str(error)) from error
+    result = {key: shortest(number) for key, number in result.items()}
     if save:
         try:
             replace_file(save, tomli_w.dumps(result).encode())
@@ -64,35 +74,31 @@ def param(
     if as_json:
         common.print_json(result)
     elif name is not None:
-        typer.echo(f"{result[name]:g}")
+        typer.echo(result[name])
     elif not quiet:
         _show(console, result)
 
 
-def _read(path: Path) -> dict[str, float]:
-    read_only = {parameter.name for parameter in PARAMETERS if parameter.read_only}
+def _read(path: Path) -> tuple[str, Any]:
+    """Text of a file of parameters, and what it says."""
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        return text, tomllib.loads(text)
     except OSError as error:
         raise common.UsageError(f"cannot read {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise common.UsageError(f"{path} is no valid TOML: {error}") from error
-    for key, number in document.items():
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            raise common.UsageError(f"{path}: {key} must be a number, not {number!r}")
-    return {key: float(number) for key, number in document.items() if key not in read_only}
 
 
-def _show(console: Console, values: dict[str, float]) -> None:
-    known = {parameter.name: parameter for parameter in PARAMETERS}
+def _show(console: Console, values: Mapping[str, float]) -> None:
     table = Table(box=None)
     for head in ("parameter", "value", "unit", "default", "range", "what it does"):
         table.add_column(head, justify="right" if head in {"value", "default"} else "left")
     for key, number in values.items():
-        about = known.get(key)
+        about = KNOWN.get(key)
         if about is None:
-            table.add_row(key, f"{number:g}", "", "", "", "not known to this program")
+            table.add_row(key, str(number), "", "", "", "not known to this program")
             continue
         bounds = "read only" if about.read_only else f"{about.minimum:g} to {about.maximum:g}"
-        table.add_row(key, f"{number:g}", about.unit, f"{about.default:g}", bounds, about.text)
+        table.add_row(key, str(number), about.unit, f"{about.default:g}", bounds, about.text)
     console.print(table)

@@ -23,6 +23,7 @@ from firmware_protocol.wire import CAN, MAVLINK
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.pump import InlinePump, ThreadedPump
+from hil.redaction import Redaction
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from hil.bridge import Tap
-    from hil.pump import Pump
+    from hil.pump import Chunk, Pump
 
 M = TypeVar("M", bound="Message")
 
@@ -109,7 +110,10 @@ class Probe:
         self.lost = 0
         self.now = clock.now
         self._link = link
-        self._codec: Codec = codec or open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT, signing=signing)
+        ours = open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT, signing=signing if codec is None else None)
+        self._codec: Codec = codec or ours
+        self._judge = ours
+        self._redaction = Redaction(link.wire)
         self.signing = signing
         self._clients: dict[tuple[int, int], Codec] = {}
         self._taps = tuple(taps)
@@ -124,6 +128,7 @@ class Probe:
         """Close the link."""
         self._pump.close()
         self._link.close()
+        self._pass(self._redaction.ended(self._judge.flush(self.now(), ended=True)))
 
     # --- speaking ----------------------------------------------------------------------------------------------------
 
@@ -269,14 +274,21 @@ class Probe:
         for tap in self._taps:
             tap.step(self.now(), chunks)
         for stamp, data in chunks:
-            for tap in self._taps:
-                tap.wire_rx(stamp, data)
-            for event in self._codec.receive(data, stamp):
+            found = self._codec.receive(data, stamp)
+            judged = found if self._codec is self._judge else self._judge.receive(data, stamp)
+            self._pass(self._redaction.received(stamp, data, judged))
+            for event in found:
                 self._take(event)
         if not chunks and self._pump.error is not None:
             raise self._pump.error
         if self.system and self.now() - self._last > LOST_AFTER:
             raise PeerLostError(f"{self._link.url}: the robot has been silent for {LOST_AFTER:g} s")
+
+    def _pass(self, chunks: Sequence[Chunk]) -> None:
+        """Tell the taps of bytes that came."""
+        for stamp, data in chunks:
+            for tap in self._taps:
+                tap.wire_rx(stamp, data)
 
     def _take(self, event: Received | Rejected) -> None:
         for tap in self._taps:

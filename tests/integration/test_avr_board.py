@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import signal
 from typing import TYPE_CHECKING
@@ -32,8 +33,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import Action
 from hil.cli.app import run
-from simdevice import avr_build
-from simdevice.avr_board import CYCLES, AvrBoard, battery_counts, whole_frames
+from simdevice import avr_board, avr_build
+from simdevice.avr_board import CYCLES, AvrBoard, battery_counts, declarations, whole_frames
+from simdevice.avr_build import SHIM
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
@@ -295,3 +297,29 @@ def test_a_mistake_in_the_firmware_is_told(tmp_path: Path) -> None:
         file.write("int nonsense(void) { return 1 }\n")
     with pytest.raises(LinkOpenError, match="expected"):
         avr_build.build(source, tmp_path / "cache")
+
+
+def test_cffi_is_told_what_the_shim_says() -> None:
+    text = SHIM.read_text(encoding="utf-8")
+    told = declarations(text)
+    assert "uint16_t counts[5];" in told
+    assert len(re.findall(r"avr_board_\w+\(", told)) == len(
+        re.findall(r"^(?!static)\w.* \*?avr_board_\w+\(", text, re.MULTILINE)
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "channels"), [("uint8_t closed[2];", 5), ("uint16_t counts[CHANNELS];", 6)], ids=["source", "channels"]
+)
+def test_a_shim_with_another_struct_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, channels: int
+) -> None:
+    other = tmp_path / "simavr_shim.c"
+    text = SHIM.read_text(encoding="utf-8")
+    assert source in text
+    other.write_text(text if channels != 5 else text.replace(source, f"uint8_t tilt; {source}", 1), encoding="utf-8")
+    made = avr_build.build()
+    monkeypatch.setattr(avr_board, "SHIM", other)
+    monkeypatch.setattr(avr_board, "_CHANNELS", channels)
+    with pytest.raises(LinkOpenError, match="was built for another version of this package"):
+        avr_board._load.__wrapped__(made.shim)

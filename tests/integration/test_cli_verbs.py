@@ -188,9 +188,26 @@ def test_a_parameter_is_read_set_saved_and_loaded(capsys: pytest.CaptureFixture[
     assert run(["param", "sim://junior", "--save", "robot.toml", "--quiet"]) == 0
     saved = tomllib.loads((folder / "robot.toml").read_text())
     assert set(saved) == {parameter.name for parameter in PARAMETERS}
+    assert {"SPD_SLOW = 0.4", "SPD_MODERATE = 0.7", "EYE_L_ON = 250"} <= set((folder / "robot.toml").read_text().splitlines())
     (folder / "mine.toml").write_text("SPD_SLOW = 0.25\nMEM_SLOTS = 32\n")
     assert run(["param", "sim://junior", "--load", "mine.toml", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["SPD_SLOW"] == pytest.approx(0.25)
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["SPD_SLOW"] == 0.25
+    assert "changed: SPD_SLOW 0.4 -> 0.25" in captured.err
+    assert run(["param", "sim://junior", "--load", "robot.toml", "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_the_id_of_another_robot_is_loaded_only_when_asked_for(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    (folder / "other.toml").write_text("SYS_ID = 9\nSPD_SLOW = 0.3\n")
+    assert run(["param", "sim://junior", "--load", "other.toml", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert (json.loads(captured.out)["SYS_ID"], json.loads(captured.out)["SPD_SLOW"]) == (1, 0.3)
+    assert "left out: SYS_ID" in captured.err
+    assert run(["param", "sim://junior", "--load", "other.toml", "--all", "--json"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["SYS_ID"] == 9
+    assert "changed: SYS_ID 1 -> 9" in captured.err
 
 
 @pytest.mark.parametrize(
@@ -202,12 +219,17 @@ def test_a_parameter_is_read_set_saved_and_loaded(capsys: pytest.CaptureFixture[
         (["SPD_FAST", "fast"], "VALUE"),
         (["SPD_FAST", "--save", "x.toml"], "not both"),
         (["--load", "none.toml"], "none.toml"),
-        (["--load", "bad.toml"], "must be a number"),
+        (["--load", "bad.toml"], "bad.toml, line 1: SPD_FAST must be a number"),
+        (["--load", "range.toml"], "range.toml, line 2: SPD_FAST must be 0 to 1, not 9"),
+        (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER: do you mean SPD_FAST?"),
+        (["--all"], "--load"),
         (["--save", "/dev/null/x.toml"], "/dev/null/x.toml"),
     ],
 )
 def test_wrong_usage_of_param(capsys: pytest.CaptureFixture[str], folder: Path, arguments: list[str], named: str) -> None:
     (folder / "bad.toml").write_text("SPD_FAST = true\n")
+    (folder / "range.toml").write_text("SPD_SLOW = 0.3\nSPD_FAST = 9\n")
+    (folder / "unknown.toml").write_text("SPD_FASTER = 0.9\n")
     assert run(["param", "sim://junior", *arguments]) == 2
     said = capsys.readouterr().err
     assert named in said

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, PeerLostError
-from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received
+from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
+from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Heartbeat, Ping, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge import Bridge
@@ -349,3 +351,70 @@ def test_of_two_robots_one_in_anothers_place_does_not_close_the_link_for_the_oth
     rig.run(3.0)
     assert rig.bridge.peers[9].ready
     assert len(rig.cable.links) == 2
+
+
+class Cut(Plug):
+    """A link on which the last frame before the plug is pulled comes in part, and the rest of it never."""
+
+    part = b""
+
+    def read(self, timeout: float) -> bytes:
+        if self.part:
+            part, self.part = self.part, b""
+            return part
+        return super().read(timeout)
+
+
+def cut_rig(part: bytes, monkeypatch: pytest.MonkeyPatch) -> Rig:
+    """A rig that is ready, in which part of a frame has come when the plug is pulled."""
+    monkeypatch.setattr(sys.modules[__name__], "Plug", Cut)
+    rig = Rig()
+    rig.until(lambda: rig.ready).run(1.0)
+    rig.events.clear()
+    rig.cable.links[0].part = part  # type: ignore[attr-defined]
+    rig.once(0.005)
+    rig.cable.swap(None)
+    rig.once()
+    return rig
+
+
+def test_what_had_come_in_part_is_given_up_when_the_link_goes(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = MavlinkCodec(system=1, component=1).encode(Ping(5, 5, 255, 190))
+    rig = cut_rig(frame[:12], monkeypatch)
+    (rejected,) = [event for event in rig.events if isinstance(event, Rejected)]
+    assert (rejected.reason, rejected.raw) == (RejectReason.INCOMPLETE, frame[:12])
+    assert rig.kinds().index(Rejected) < rig.kinds().index(PeerLost)
+
+
+def test_the_rest_of_a_frame_on_the_link_that_is_back_is_no_frame(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = MavlinkCodec(system=1, component=1).encode(Ping(5, 5, 255, 190))
+    rig = cut_rig(frame[:12], monkeypatch)
+    rig.cable.plugged = rig.robot
+    good = rig.bridge._codec.good
+    events = rig.bridge._codec.receive(frame[12:], rig.cable.now())
+    assert events == []
+    assert rig.bridge._codec.good == good
+
+
+def test_frames_are_counted_from_0_on_the_link_that_is_back(rig: Rig) -> None:
+    rig.cable.swap(None)
+    rig.run(1.0)
+    rig.cable.plugged = rig.robot
+    heard: list[bytes] = []
+    opened = rig.cable.open
+
+    def listening() -> Plug:
+        link = opened()
+        write = link.write
+
+        def noting(data: bytes) -> None:
+            heard.append(data)
+            write(data)
+
+        link.write = noting  # type: ignore[method-assign]
+        return link
+
+    rig.cable.open = listening  # type: ignore[method-assign]
+    rig.until(lambda: rig.ready)
+    frames = split_frames(b"".join(heard))
+    assert [frame[4] for frame in frames[:4]] == [0, 1, 2, 3]

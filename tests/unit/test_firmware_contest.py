@@ -245,3 +245,16 @@ def test_maneuvers_of_a_contest_are_counted() -> None:
     bench.run(995, alive=False)
     bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
     assert bench.latest(RobotStatus).maneuvers == 10
+
+
+def test_a_contest_remembers_nothing_of_the_one_before() -> None:
+    bench = taught((ANY_STIMULUS, 1, Action.SF), (1, 1, Action.FF), (0, 1, Action.SB))
+    bench.eyes(left=True, right=False)
+    for _ in range(2):
+        start(bench)
+        bench.tick()
+        assert bench.wheels == (-400, -400), "previous: none"
+        bench.run(100, alive=False)
+        assert bench.wheels == (1000, 1000), "previous: left"
+        assert bench.ask(bench.contest_message(ContestCommand.STOP)) is Reason.NONE
+        bench.run(50)

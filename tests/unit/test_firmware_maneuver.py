@@ -118,6 +118,23 @@ def test_travel_over_the_ground_counts_while_an_arm_is_pressed() -> None:
     assert bench.result().travel == (0.012, -0.008, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("jump", "counts"), [(99_000, True), (-99_000, True), (101_000, False), (-101_000, False), (2_000_000, False)]
+)
+def test_a_ground_sensor_that_jumps_a_decimetre_in_a_tick_is_not_believed(jump: int, *, counts: bool) -> None:
+    bench = FirmwareBench().armed()
+    bench.tick(ParamSet(1, 1, "ARM_DEBOUNCE", 0.0))
+    bench.io.arm[0] = 1
+    bench.run(20)
+    bench.perform((Action.FF,), 0.1)
+    for i in range(21):
+        bench.io.ground_um += 1000 if i != 10 else jump
+        bench.tick(HOST)
+    way = bench.result().travel[0]
+    assert way is not None
+    assert way == pytest.approx(0.019 + (jump / 1e6 if counts else 0.0), abs=0.0011)
+
+
 def test_without_a_ground_odometer_travel_says_so() -> None:
     bench = FirmwareBench(ground=False).armed()
     bench.io.arm[0] = 1

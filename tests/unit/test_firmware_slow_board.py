@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import pytest
@@ -136,3 +137,21 @@ def test_a_robot_about_to_reboot_does_not_arm(bench: FirmwareBench) -> None:
     assert bench.command(Command.ARM_DISARM, 1.0) is CommandResult.TEMPORARILY_REJECTED, "it may take a moment"
     bench.power_on()
     bench.arm()
+
+
+@pytest.mark.parametrize("late", [45, 500, 5000])
+def test_a_stream_does_not_catch_up_in_a_burst_after_a_late_tick(late: int) -> None:
+    bench = FirmwareBench()
+    bench.run(1000)
+    bench.clear()
+    bench.now += late  # ms in which it did not get to its streams
+    counts = []
+    for _ in range(60):
+        before = len(bench.got(JuniorSensors))
+        bench.tick()
+        counts.append(len(bench.got(JuniorSensors)) - before)
+    assert max(counts) == 1
+    sent = [index for index, count in enumerate(counts) if count]
+    assert sent[0] == 0
+    assert all(b - a >= 3 for a, b in itertools.pairwise(sent)), "50 Hz, as ever"
+    assert len(sent) in {15, 16}

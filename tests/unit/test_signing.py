@@ -10,7 +10,7 @@ from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
-from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
+from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec
 from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
 from firmware_protocol.messages import Heartbeat, Ping, SetupSigning
 from firmware_protocol.signing import (
@@ -211,18 +211,12 @@ def test_a_key_is_never_shown() -> None:
 
 
 def test_redacted() -> None:
-    codec, signed = MavlinkCodec(system=255, component=190), signed_codec()
-    secret = setup_signing(1, KEY, NOW)
-    before, after = codec.encode(PING), codec.encode(Heartbeat(6, 8, 0, 0, 4))
-    for frame in (codec.encode(secret), signed.encode(secret)):
-        kept = redacted(before + frame + after)
-        assert len(kept) == len(before + frame + after)
-        assert KEY.secret[:4] not in kept
-        assert split_frames(kept)[0::2] == [before, after]
-        assert split_frames(kept)[1][:10] == frame[:10]
-        assert KEY.secret[:4] not in redacted(frame[:20])
-    ordinary = before + after + bytes((0, 1, 0)) * 5
-    assert redacted(ordinary) == ordinary
+    for codec in (MavlinkCodec(system=255, component=190), signed_codec()):
+        frame = codec.encode(setup_signing(1, KEY, NOW))
+        kept = redacted(frame)
+        assert kept == frame[:10] + bytes(len(frame) - 10)
+        assert redacted(frame[:20]) == kept[:20]
+        assert redacted(frame[:4]) == frame[:4]
 
 
 def test_signing_time() -> None:

@@ -61,7 +61,7 @@ void host_slow_down(host_robot *host, uint32_t nvm_per_tick, uint32_t tx_buffer,
 void host_be_busy(host_robot *host, uint16_t micros);
 
 /* For tests: a message over CAN without anything being done about it. Frames go to io.tx; returns io.tx_len. */
-uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, uint8_t length);
+uint32_t host_can_send(host_robot *host, uint16_t message, const uint8_t *payload, uint8_t length);
 /* Takes frames as in rx; returns the id of the last message that they complete, or -1. payload has room for 255 bytes. */
 int32_t host_can_take(host_robot *host, const uint8_t *rx, uint32_t rx_len, uint8_t *payload);
 

@@ -1,0 +1,82 @@
+"""Whether a robot that is lost is armed, nobody knows: `armed` says so, and never what it was."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+from scripted_robot import ScriptedRobot
+
+from firmware_protocol.errors import LinkClosedError, PeerLostError
+from firmware_protocol.links import MemoryLink
+from hil.bridge import Bridge
+from hil.junior import Junior
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+class Plug(MemoryLink):
+    """A link that can be pulled."""
+
+    pulled = False
+
+    def read(self, timeout: float) -> bytes:
+        if self.pulled:
+            raise LinkClosedError(self.url, "pulled")
+        return super().read(timeout)
+
+
+class Opener:
+    """Opens nothing any more."""
+
+    def __init__(self, robot: ScriptedRobot) -> None:
+        self._robot = robot
+
+    def open(self) -> Plug:
+        raise LinkClosedError("memory:", "still pulled")
+
+    def let_pass(self, duration: float) -> None:
+        end = self._robot.now() + duration
+        while self._robot.now() < end:
+            self._robot.step(b"")
+
+
+def silent(robot: ScriptedRobot, link: Plug) -> None:
+    del link
+    robot.silent = True
+
+
+def pulled(robot: ScriptedRobot, link: Plug) -> None:
+    del robot
+    link.pulled = True
+
+
+def restarted(robot: ScriptedRobot, link: Plug) -> None:
+    del link
+    robot.reboot()
+    robot.mute = lambda message: type(message).__name__ == "Heartbeat"
+
+
+@pytest.mark.parametrize("patience", [0.0, 10.0])
+@pytest.mark.parametrize("happens", [silent, pulled, restarted])
+def test_it_is_none(happens: Callable[[ScriptedRobot, Plug], None], patience: float) -> None:
+    robot = ScriptedRobot(uid=1)
+    link = Plug(robot)
+    sessions = iter(range(100, 200))
+    bridge = Bridge(link, robot, session=lambda: next(sessions), opener=Opener(robot), patience=patience)
+    junior = Junior(bridge, robot.now)
+    junior.find()
+    junior.arm()
+    assert junior.armed is True
+    happens(robot, link)
+    seen = []
+    end = robot.now() + 4.0
+    while robot.now() < end and junior.peer.ready:
+        try:
+            junior.step(0.05)
+        except (PeerLostError, LinkClosedError):
+            break
+    seen.append(junior.armed)
+    assert seen == [None]
+    assert not bool(junior.peer.kept)
