@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 import threading
 from enum import StrEnum
 from functools import partial
@@ -23,6 +22,7 @@ from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
 from hil.files import replace_file
 from hil.key_file import load_key, no_signatures
+from hil.memory_file import load_memory
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import SigningKey
@@ -97,7 +97,7 @@ def emulate(
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    nvm = _load(memory)
+    nvm = load_memory(memory, count) if memory else None
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
     endpoint = open_endpoint(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, public=public)
@@ -123,7 +123,7 @@ def emulate(
         raise
     except ValueError as error:
         endpoint.close()
-        raise common.UsageError(f"{memory}: {error}" if memory is not None and nvm is not None else str(error)) from error
+        raise common.UsageError(str(error)) from error
     served = world if faults is None else DisturbedWorld(world, spec, seed, wire=wire)
     with terminate_as_interrupt():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
@@ -137,7 +137,7 @@ def emulate(
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
                 console.print(_suggestion(endpoint.url, count, signing_key), markup=False)
-        sys.stdout.flush()
+        common.flush()
         try:
             server.run(threading.Event().is_set)
         finally:
@@ -168,12 +168,3 @@ def _read(faults: str) -> FaultSpec:
         return read_faults(faults)
     except FaultSpecError as error:
         raise common.UsageError(f"--faults: {error}") from error
-
-
-def _load(memory: Path | None) -> bytes | None:
-    if memory is None or not memory.exists():
-        return None
-    try:
-        return memory.read_bytes()
-    except OSError as error:
-        raise common.UsageError(f"cannot read {memory}: {error.strerror}") from error

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tomli_w
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from firmware_protocol.address import parse_address
@@ -18,7 +16,14 @@ from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
 from hil.cli.session import others_beside
 from hil.connecting import connect
+from hil.doors import Door
 from hil.files import replace_file
+from pal_advisor.fields import shown
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+DOOR = Door("parameter file", common.UsageError, largest=1 << 16)
 
 
 def param(
@@ -43,7 +48,7 @@ def param(
     console = common.consoles(as_json=as_json, quiet=quiet)
     with connect(link, signing_key=signing_key) as junior:
         if not quiet:
-            notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
+            notices = console if as_json else common.plain_console(stderr=True)  # stdout has values only
             common.tell_others(
                 junior.peer.system, others_beside(junior, parse_address(link)), link, partial(notices.print, markup=False)
             )
@@ -71,16 +76,11 @@ def param(
 
 def _read(path: Path) -> dict[str, float]:
     read_only = {parameter.name for parameter in PARAMETERS if parameter.read_only}
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise common.UsageError(f"cannot read {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise common.UsageError(f"{path} is no valid TOML: {error}") from error
-    for key, number in document.items():
+    document = DOOR.document(path, json=False)
+    for key, number in document.data.items():
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise common.UsageError(f"{path}: {key} must be a number, not {number!r}")
-    return {key: float(number) for key, number in document.items() if key not in read_only}
+            raise document.wrong(key, f"{key} must be a number, not {shown(number)}")
+    return {key: float(number) for key, number in document.data.items() if key not in read_only}
 
 
 def _show(console: Console, values: dict[str, float]) -> None:
