@@ -44,7 +44,7 @@ def param(
     """
     if name is not None and (save or load):
         raise common.UsageError("give a NAME, or --save or --load, not both")
-    wanted = _read(load) if load else {}
+    wanted = read_parameters(load) if load else {}
     console = common.consoles(as_json=as_json, quiet=quiet)
     with connect(link, signing_key=signing_key) as junior:
         if not quiet:
@@ -74,7 +74,18 @@ def param(
         _show(console, result)
 
 
-def _read(path: Path) -> dict[str, float]:
+def read_parameters(path: Path) -> dict[str, float]:
+    """Read a parameter file.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Values by name, those that are read only left out.
+
+    Raises:
+        UsageError: It can't be read, is no TOML, or a value is no number.
+    """
     read_only = {parameter.name for parameter in PARAMETERS if parameter.read_only}
     document = DOOR.document(path, json=False)
     for key, number in document.data.items():

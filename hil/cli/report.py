@@ -41,6 +41,8 @@ def report(
         raise common.UsageError(f"there is no log {log}")
     folder = out or log.with_name(f"{log.stem}-report")
     files = write_report(log, folder, max_chunk=max_chunk)
+    if files.health and not quiet:
+        common.plain_console(stderr=True).print(f"{log} is {files.health}")
     if as_json:
         common.print_json({"page": str(files.page), "pictures": [str(path) for path in files.pictures]})
     elif quiet:

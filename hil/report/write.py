@@ -56,6 +56,7 @@ class ReportFiles:
         layout: Layout for viewing the log in Foxglove.
         title: The report's headline.
         summary: What happened, in words.
+        health: What is wrong with the log, in words; empty where nothing is.
     """
 
     page: Path
@@ -63,6 +64,7 @@ class ReportFiles:
     layout: Path
     title: str
     summary: tuple[str, ...]
+    health: str = ""
 
 
 def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> ReportFiles:
@@ -97,7 +99,7 @@ def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> Re
     except OSError as error:
         raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
     paths = tuple(folder / f"{picture.name}.png" for picture in pictures)
-    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said))
+    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)
 
 
 def _sections(data: RunData) -> list[Section]:
