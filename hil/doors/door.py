@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hil.doors.parsing import DocumentError, decode, parse_json, parse_toml
 from hil.field_lines import line_of
@@ -17,6 +17,9 @@ from hil.field_lines import line_of
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
+
+LONGEST: Final = 400
+"""Letters that are said of what is wrong."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,7 @@ class Door:
         try:
             return decode(data)
         except DocumentError as error:
-            raise self._wrong(path, error.line, str(error)) from None
+            raise self.wrong(path, error.line, str(error)) from None
 
     def document(self, path: Path, *, json: bool | None = None) -> Document:
         """What a file of TOML or JSON says.
@@ -96,9 +99,17 @@ class Door:
             return Document(self, path, text, parse(text, infinite=self.infinite))
         except DocumentError as error:
             line = error.line or (line_of(text, error.path) if error.path else 0)
-            raise self._wrong(path, line, f"{error.path}: {error}" if error.path else str(error)) from None
+            raise self.wrong(path, line, f"{error.path}: {error}" if error.path else str(error)) from None
 
-    def _wrong(self, path: Path, line: int, what: str) -> Exception:
+    def wrong(self, path: Path, line: int, what: str) -> Exception:
+        """The door's error of a place in a file.
+
+        Args:
+            path: The file.
+            line: Where, from 1; 0 where that can't be told.
+            what: What is wrong there; of a long text the beginning is said.
+        """
+        what = what if len(what) <= LONGEST else what[: LONGEST - 1] + "…"
         return self.error(f"{path}{f', line {line}' if line else ''}: {what}")
 
 
@@ -125,5 +136,4 @@ class Document:
             field: Which, as `entries[3].actions[1]`; empty for the whole.
             what: What is wrong with it, its name included.
         """
-        line = line_of(self.text, field) if field else 0
-        return self.door.error(f"{self.path}{f', line {line}' if line else ''}: {what}")
+        return self.door.wrong(self.path, line_of(self.text, field) if field else 0, what)

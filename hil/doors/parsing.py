@@ -29,9 +29,14 @@ _LOOK: Final = 200
 """Bytes at the start from which an encoding without a mark is guessed."""
 _TOML_PLACE: Final = re.compile(r" \(at (?:line (\d+), column \d+|end of document)\)$")
 _TOML_TEXT: Final = re.compile(
-    r'"""(?:[^\\"]|\\.|"(?!""))*"""|' r"'''.*?'''|" r'"(?:[^"\n\\]|\\.)*"|' r"'[^'\n]*'|" r"#[^\n]*", re.DOTALL
+    r'"""(?:[^\\"]|\\.|"(?!""))*+(?:""")?|'
+    r"'''(?:(?!''').)*+(?:''')?|"
+    r'"(?:[^"\n\\]|\\.)*+"?|'
+    r"'[^'\n]*+'?|"
+    r"#[^\n]*+",
+    re.DOTALL,
 )
-"""Where dots do not part names: strings and comments."""
+"""Where dots do not part names: strings and comments, also such as do not end, or the search would begin again and again."""
 _DOTTED: Final = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{LONGEST_KEY}}}")
 _MANY_DIGITS: Final = re.compile(r"(?<!\d)[\d_]{40}")
 
