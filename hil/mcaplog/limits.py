@@ -27,6 +27,11 @@ class ReadLimits:
     chunk: int = LARGEST_CHUNK
     lifted: bool = False
 
+    @property
+    def entry(self) -> int:
+        """What an entry may have, in bytes: decoded it takes several times as much. Ours have less than 1 MiB."""
+        return self.chunk if self.lifted else self.chunk // 4
+
     def unpacked(self, size: int) -> float:
         """Bytes that all chunks may unpack to: 16 MiB, and 50 times the file. Our logs unpack to 3 times the file.
 

@@ -169,7 +169,9 @@ class LogReader:
                         if asked:
                             channels[channel] = topic, _unread if topic in unread else decoders.make(channel)
                     topic, decode = channels[channel]
-                    if decode is not _read_nothing:
+                    if len(record.content) > self._limits.entry:
+                        self._note(f"an entry of {topic[:40]} has {len(record.content):,} bytes and was left out: {remedy()}")
+                    elif decode is not _read_nothing:
                         yield LogEntry(topic, stamp / 1e9, *decode(record.content[_MESSAGE_HEAD.size :]))
                 elif record.opcode == Opcode.SCHEMA:
                     decoders.schema(record.content)

@@ -105,6 +105,19 @@ def test_what_is_too_large_in_the_file_itself_is_passed_over(tmp_path: Path) -> 
     assert "was left out: if the log is in order: --max-chunk 17" in reader.health()
 
 
+def test_an_entry_that_is_too_large_to_be_decoded_is_left_out(tmp_path: Path) -> None:
+    coaching_log(tmp_path / "good.mcap", budget=10)
+    records = records_of(tmp_path / "good.mcap")
+    event = next(content for opcode, content in records if opcode == Opcode.MESSAGE and b"coaching" in content)
+    path = tmp_path / "large.mcap"
+    path.write_bytes(log_of([packed([*records, (Opcode.MESSAGE, event + bytes(5 * MIB))])]))
+    reader = LogReader(path)
+    whole = len(list(LogReader(tmp_path / "good.mcap").entries()))
+    assert len(list(reader.entries())) == whole
+    assert "an entry of /events has" in reader.health()
+    list(LogReader(path, lifted(16)).entries())
+
+
 def test_a_limit_can_be_lifted(tmp_path: Path) -> None:
     path = tmp_path / "large.mcap"
     path.write_bytes(log_of([packed([(PRIVATE, bytes(20 * MIB))])] * 3))
