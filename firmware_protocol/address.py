@@ -17,6 +17,24 @@ EXAMPLES = (
     "can://socketcan/can0 or sim://junior"
 )
 DEFAULT_BAUD = 115200
+FASTEST_BAUD = 2**31 - 1
+"""No rate is greater, in bit/s: a system call takes no more."""
+
+
+def whole_number(text: str, most: int) -> int | None:
+    """A whole number as it stands in an address: digits and nothing else.
+
+    Args:
+        text: The text.
+        most: The greatest that will do.
+
+    Returns:
+        The number; None where it is none, or greater.
+    """
+    if not text.isascii() or not text.isdigit() or len(text.lstrip("0")) > len(str(most)):
+        return None
+    number = int(text.lstrip("0") or "0")
+    return number if number <= most else None
 
 
 @dataclass(frozen=True)
@@ -45,9 +63,10 @@ class Address:
             AddressError: The target is not `host:port`.
         """
         host, colon, port = self.target.rpartition(":")
-        if not colon or not host or not port.isascii() or not port.isdigit() or not 0 <= int(port) <= 65535:
+        number = whole_number(port, 65535)
+        if not colon or not host or number is None:
             raise AddressError(self.url, "the address is not host:port", f"Write it as {self.scheme}://127.0.0.1:5760")
-        return host.strip("[]"), int(port)
+        return host.strip("[]"), number
 
     def port_baud(self) -> tuple[str, int]:
         """The target as serial port and baud rate.
@@ -61,9 +80,10 @@ class Address:
         device, colon, baud = self.target.rpartition(":")
         if not colon or "/" in baud:
             device, baud = self.target, str(DEFAULT_BAUD)
-        if not device or not baud.isascii() or not baud.isdigit() or int(baud) == 0:
+        rate = whole_number(baud, FASTEST_BAUD)
+        if not device or not rate:
             raise AddressError(self.url, "the address is not PORT:BAUD", "Write it as serial:///dev/ttyACM0:115200")
-        return device, int(baud)
+        return device, rate
 
     def only(self, *known: str) -> None:
         """Check that every option is one of these.

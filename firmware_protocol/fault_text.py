@@ -219,5 +219,9 @@ def _entry(name: str, value: object, path: str) -> dict[str, object]:
         elif isinstance(one, bool) or not isinstance(one, int | float):
             raise FaultSpecError(f"{where}: fault {name!r} needs a number, not {one!r}", where)
         else:
-            entry[key] = _whole(float(one)) if (name, key) == ("stuck", "value") else float(one)
+            try:
+                number = float(one)
+            except OverflowError:
+                raise FaultSpecError(f"{where}: fault {name!r} needs a number of ordinary size", where) from None
+            entry[key] = _whole(number) if (name, key) == ("stuck", "value") else number
     return entry

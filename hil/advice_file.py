@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import tomli_w
 
 from firmware_protocol.errors import HilError
-from hil.field_lines import line_of
-from hil.files import read_document, replace_file
+from hil.doors import Door
+from hil.files import replace_file
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
@@ -23,6 +23,10 @@ HEADER = """\
 
 class AdviceFileError(HilError):
     """An advice file can't be read, or a field of it is wrong; the text names the file, the line and the field."""
+
+
+DOOR: Final = Door("advice file", AdviceFileError, largest=1 << 20)
+"""An entry takes 300 bytes, and there are 272 situations."""
 
 
 def save_advice(advice: Advice, path: Path) -> None:
@@ -55,10 +59,8 @@ def load_advice(path: Path) -> Advice:
     Raises:
         AdviceFileError: It can't be read, is no TOML or JSON, or a field is missing, unknown or wrong.
     """
-    text, data = read_document(path, AdviceFileError, kind="advice")
+    document = DOOR.document(path)
     try:
-        return Advice.from_dict(data)
+        return Advice.from_dict(document.data)
     except AdviceError as error:
-        line = line_of(text, error.path)
-        where = f"{path}, line {line}" if line else str(path)
-        raise AdviceFileError(f"{where}: {error}") from error
+        raise document.wrong(error.path, str(error)) from error

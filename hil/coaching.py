@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
-from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import Outcome
 from hil.bouts import MOST_LOSSES, Bout, check_engagement
+from hil.doors import Door
 from hil.files import replace_file
-from hil.ring import Engagement, Ring, RingError
+from hil.ring import UNKNOWN, Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
+from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers import GenerationRecord, ObjectiveError, Pal, PalSettings, Performance, StateError, Trial
 from pal_advisor.maneuvers.settings import Objective
 
@@ -28,6 +30,15 @@ CHECKPOINT_EVERY: Final = 10.0
 
 class CheckpointError(HilError):
     """A checkpoint can't be read, or belongs to another run."""
+
+
+DOOR: Final = Door(
+    "checkpoint",
+    CheckpointError,
+    largest=64 << 20,
+    missing="there is no checkpoint {path} to resume from: run without --resume first",
+)
+"""A run of 1,600 maneuvers takes 200 kB."""
 
 
 class Observer(Protocol):
@@ -364,18 +375,39 @@ def load_checkpoint(path: Path) -> Checkpoint:
     Raises:
         CheckpointError: It can't be read, is of another version, or is damaged.
     """
-    try:
-        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise CheckpointError(f"there is no checkpoint {path} to resume from: run without --resume first") from error
-    except OSError as error:
-        raise CheckpointError(f"cannot read the checkpoint {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise CheckpointError(f"{path} is no checkpoint: {error}") from error
+    document = DOOR.document(path, json=True)
+    data = document.data
     if not isinstance(data, dict) or data.get("version") != CHECKPOINT_VERSION:
         raise CheckpointError(f"{path} is no checkpoint of version {CHECKPOINT_VERSION}")
     try:
-        progress = Progress(int(data["bouts"]), int(data["wins"]), int(data["losses"]), float(data["robot_seconds"]))
-        return Checkpoint(Pal.from_state(data["pal"]), int(data["seed"]), str(data["opponent"]), progress)
-    except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, StateError) as error:
-        raise CheckpointError(f"the checkpoint {path} is damaged: {error}") from error
+        return _checkpoint(Fields(data))
+    except FieldError as error:
+        raise document.wrong("", f"this checkpoint is damaged: {error}") from error
+
+
+def _checkpoint(fields: Fields) -> Checkpoint:
+    """What a checkpoint says.
+
+    Raises:
+        FieldError: A field is missing, unknown or wrong.
+    """
+    fields.take("version")
+    progress = Progress(
+        bouts=fields.integer("bouts"),
+        wins=fields.integer("wins"),
+        losses=fields.integer("losses"),
+        robot_seconds=fields.number("robot_seconds", 0.0),
+    )
+    if progress.wins + progress.losses > progress.bouts + 1:  # the one under way is counted when it is left
+        raise fields.wrong("bouts", f"{progress.bouts} are fewer than were won and lost")
+    seed = fields.integer("seed", 0, 2**32 - 1)
+    opponent = fields.text("opponent")
+    known = [code.label for code in OpponentCode if code is not OpponentCode.KEEP]
+    if opponent not in {*known, UNKNOWN}:
+        raise fields.wrong("opponent", f"expected one of {', '.join(known)} or {UNKNOWN}, not {shown(opponent)}")
+    try:
+        pal = Pal.from_state(fields.take("pal"))
+    except StateError as error:
+        raise fields.wrong("pal", str(error)) from error
+    fields.done()
+    return Checkpoint(pal, seed, opponent, progress)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firmware_protocol.address import Address, parse_address
+from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
@@ -355,6 +355,7 @@ def number_option(address: Address, name: str) -> int | None:
     text = address.options.get(name)
     if text is None:
         return None
-    if not text.isascii() or not text.isdigit() or int(text) >= 2**32:
-        raise AddressError(address.url, f"{name} is a whole number, not {text!r}")
-    return int(text)
+    number = whole_number(text, 2**32 - 1)
+    if number is None:
+        raise AddressError(address.url, f"{name} is a whole number, 0 to {2**32 - 1}, not {text[:40]!r}")
+    return number

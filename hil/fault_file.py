@@ -7,10 +7,11 @@ from typing import Final
 
 from firmware_protocol.errors import FaultSpecError
 from firmware_protocol.faults import FaultSpec
-from hil.field_lines import line_of
-from hil.files import read_document
+from hil.doors import Door
 
 _SUFFIXES: Final = (".toml", ".json")
+DOOR: Final = Door("fault file", FaultSpecError, largest=1 << 16, infinite=True)
+"""A fault takes 60 bytes; one without an end lasts for an infinite time."""
 
 
 def read_faults(text: str) -> FaultSpec:
@@ -43,9 +44,8 @@ def load_faults(path: Path) -> FaultSpec:
     Raises:
         FaultSpecError: It can't be read, is no TOML or JSON, or something in it is wrong; the text says in which line.
     """
-    text, table = read_document(path, FaultSpecError, kind="fault file", named="the fault file ")
+    document = DOOR.document(path)
     try:
-        return FaultSpec.from_table(table)
+        return FaultSpec.from_table(document.data)
     except FaultSpecError as error:
-        line = line_of(text, error.path) if error.path else 0
-        raise FaultSpecError(f"{path}{f', line {line}' if line else ''}: {error}", error.path) from error
+        raise FaultSpecError(str(document.wrong(error.path, str(error))), error.path) from error

@@ -17,7 +17,7 @@ def line_of(text: str, path: str) -> int:
     """
     lines = text.splitlines()
     start, within = 0, _top(lines)
-    for name, index in re.findall(r"(\w+)(?:\[(\d+)\])?", path):
+    for name, index in re.findall(r"([\w-]+)(?:\[(\d+)\])?", path):
         header = re.compile(rf'^\s*(?:\[+{re.escape(name)}\]+|\[[\w.]*\b{re.escape(name)}\]|"?{re.escape(name)}"?\s*[=:])')
         found = [number for number in within if header.match(lines[number])]
         if not found:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.errors import AddressError, HilError
 from firmware_protocol.signing import KEY_LENGTH, Signing, SigningKey, signing_time, virtual_time
 from firmware_protocol.wire import MAVLINK
+from hil.doors import Door
 
 if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
@@ -19,12 +20,13 @@ if TYPE_CHECKING:
 
 _OTHERS: Final = 0o077
 """What nobody but the owner may do with a key file."""
-_LARGEST: Final = 1000
-"""No key file is larger, in bytes."""
 
 
 class KeyFileError(HilError):
     """A key file can't be used; the text says why, and never what is in it."""
+
+
+DOOR: Final = Door("key file", KeyFileError, largest=1000)
 
 
 def create_key(path: Path) -> SigningKey:
@@ -65,15 +67,15 @@ def load_key(path: Path) -> SigningKey:
     Raises:
         KeyFileError: It can't be read, others can read it, or it holds something else.
     """
+
+    def secret(status: os.stat_result) -> str:
+        if os.name == "posix" and status.st_mode & _OTHERS:
+            return f"others than its owner can use {path}: a key must be secret. Run: chmod 600 {path}"
+        return ""
+
+    text = DOOR.text(path, allowed=secret)
     try:
-        with path.open("rb") as stream:
-            if os.name == "posix" and os.fstat(stream.fileno()).st_mode & _OTHERS:
-                raise KeyFileError(f"others than its owner can use {path}: a key must be secret. Run: chmod 600 {path}")
-            text = stream.read(_LARGEST)
-    except OSError as error:
-        raise KeyFileError(f"cannot read the key file {path}: {error.strerror}") from error
-    try:
-        return SigningKey(bytes.fromhex(text.decode("ascii").strip()))
+        return SigningKey(bytes.fromhex(text.strip()))
     except ValueError:  # whose text shows what is in the file
         reason = f"{path} is no key file: it must hold {2 * KEY_LENGTH} hexadecimal digits, not all 0. Make one: hil keygen"
     raise KeyFileError(reason)

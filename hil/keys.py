@@ -30,6 +30,11 @@ Keys = str
 ARROWS = {"\x1b[A": "^", "\x1b[B": "v", "\x1b[C": ">", "\x1b[D": "<"}
 
 
+def _terminal() -> bool:
+    """Standard input is there, and is a terminal."""
+    return sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
+
+
 @contextmanager
 def pressed_keys() -> Iterator[Callable[[], Keys]]:
     """Switch the terminal to single keys, and back on the way out.
@@ -37,7 +42,7 @@ def pressed_keys() -> Iterator[Callable[[], Keys]]:
     Yields:
         A function that returns what was pressed since it was last called, and never waits.
     """
-    if not (_POSIX and sys.stdin.isatty()):
+    if not (_POSIX and _terminal()):
         yield lambda: ""
         return
     descriptor = sys.stdin.fileno()

@@ -5,12 +5,13 @@ from __future__ import annotations
 import difflib
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from firmware_protocol.errors import HilError, RefusedError
 from firmware_protocol.parameters import PARAMETERS
+from hil.doors import Door
 from hil.field_lines import line_of
 
 if TYPE_CHECKING:
@@ -89,8 +90,25 @@ def shortest(value: float) -> int | float:
     return float(np.format_float_scientific(single, unique=True))
 
 
-def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wanted:  # noqa: ANN401 - whatever a file holds
-    """Check all that can be checked without the robot.
+DOOR: Final = Door("parameter file", ParameterLoadError, largest=1 << 16)
+
+
+def read_parameters(path: Path, *, everything: bool = False) -> Wanted:
+    """Read a file of parameters, and check all that can be checked without the robot.
+
+    Args:
+        path: The file.
+        everything: The robot's identity is to be set too.
+
+    Raises:
+        ParameterLoadError: It can't be read or is no TOML, or an entry is no number, or one that no robot takes.
+    """
+    read = DOOR.document(path, json=False)
+    return check_file(path, read.text, read.data, everything=everything)
+
+
+def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wanted:
+    """Check what a file says; see `read_parameters`.
 
     Args:
         path: The file.

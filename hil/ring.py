@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 SETTLE = 0.05
 """Time after a reset before the robot is asked what it senses, in s: its debouncing and thresholds forget the last bout."""
+UNKNOWN = "unknown"
+"""What an opponent is called of whom nobody says who it is."""
 
 
 class RingError(HilError):
@@ -155,7 +157,7 @@ class OpenRing:
     def __init__(self, junior: Junior, opponent: str | None = None) -> None:
         self.refereed = False
         self._junior = junior
-        self.opponent = opponent or "unknown"
+        self.opponent = opponent or UNKNOWN
 
     def begin(self, seed: int) -> Stimulus:  # noqa: ARG002 - nobody places anything here
         """Take the situation as it is."""

@@ -13,7 +13,7 @@ import socket
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.address import Address, parse_address
+from firmware_protocol.address import FASTEST_BAUD, Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.links.tcp import notice_half_open
 from firmware_protocol.wire import MAVLINK
@@ -383,13 +383,14 @@ def open_endpoint(text: str, *, public: bool = False, signing: Signing | None = 
     """
     name, _, baud = text.partition(":")
     if name in {"pty", "slcan"} and not baud.startswith("//"):
-        if baud and not (baud.isascii() and baud.isdigit() and int(baud)):
+        rate = whole_number(baud, FASTEST_BAUD) if baud else 0
+        if baud and not rate:
             raise AddressError(text, "the rate is not a positive number", f"Write it as {name}:115200")
         if name == "slcan":
             from simdevice.can_endpoints import SLCAN_BAUD, SlcanEndpoint  # noqa: PLC0415 - made of what is here
 
-            return SlcanEndpoint(int(baud) if baud else SLCAN_BAUD)
-        return PtyEndpoint(int(baud) if baud else DEFAULT_BAUD)
+            return SlcanEndpoint(rate or SLCAN_BAUD)
+        return PtyEndpoint(rate or DEFAULT_BAUD)
     address: Address = parse_address(text)
     if address.scheme == "can":
         from simdevice.can_endpoints import CanEndpoint  # noqa: PLC0415

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import serial
 
+from firmware_protocol.address import whole_number
 from firmware_protocol.can_frame import CanFrame, split_records
 from firmware_protocol.can_layout import LAST_NODE
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
@@ -311,8 +312,17 @@ def open_can(address: Address) -> CanLink:
             bus: can.BusABC = MulticastBus(channel, **options)
         else:
             bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **options)
-    except (can.CanError, OSError, ImportError, ValueError, TypeError, AttributeError, NotImplementedError) as error:
-        refused = isinstance(error, (ValueError, TypeError))
+    except (
+        can.CanError,
+        OSError,
+        ImportError,
+        ArithmeticError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        NotImplementedError,
+    ) as error:
+        refused = isinstance(error, (ArithmeticError, ValueError, TypeError))
         remedy = "Correct the options of the address" if refused else _remedy(interface, channel, error)
         raise LinkOpenError(url, f"cannot open the CAN bus: {str(error).rstrip('.')}", remedy) from error
     return CanLink(url, bus, interface)
@@ -322,8 +332,8 @@ def _check_options(address: Address, interface: str, options: dict[str, Any]) ->
     """See that an address asks for a robot that can be on a bus, and for nothing that would be overlooked."""
     for name in ("node", "system"):
         text = address.options.get(name, "1")
-        if not (text.isascii() and text.isdigit() and 1 <= int(text) <= LAST_NODE):
-            raise AddressError(address.url, f"{name} is 1 to {LAST_NODE} on a CAN bus, not {text!r}")
+        if not whole_number(text, LAST_NODE):
+            raise AddressError(address.url, f"{name} is 1 to {LAST_NODE} on a CAN bus, not {text[:40]!r}")
     if interface not in _STRICT:
         return
     kind = can.interface._get_class_for_interface(interface)  # noqa: SLF001 - no public way to ask

@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from hil.cli import common
+from hil.cli.arguments import Command
 from hil.cli.bout import bout
 from hil.cli.check import check
 from hil.cli.coach import coach
@@ -35,7 +36,7 @@ app = typer.Typer(
     epilog="Exit status: 0 done, 1 ran and fell short, 2 wrong usage, 3 no robot or link lost, 130 interrupted.",
 )
 for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, report):
-    app.command(context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+    app.command(cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol

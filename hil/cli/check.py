@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.wire import CAN, MAVLINK
@@ -139,8 +140,7 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
 
 def _tell(console: Console, verdict: Verdict) -> None:
     word = f"{verdict.outcome.value:8}"
-    console.print(f"{verdict.check.name:{_NAME_WIDTH}}  [{_COLOURS[verdict.outcome]}]{word}[/]  ", end="")
-    console.print(verdict.detail, markup=False)
+    console.print(f"{verdict.check.name:{_NAME_WIDTH}}  ", Text(word, _COLOURS[verdict.outcome]), f"  {verdict.detail}", sep="")
     if verdict.outcome is Outcome.FAILED:
         console.print(f"{'':{_NAME_WIDTH}}  demanded: {verdict.check.demands} ({verdict.check.rule})", markup=False)
 

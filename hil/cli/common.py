@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import shlex
 import sys
-import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
@@ -17,6 +17,7 @@ from rich.console import Console
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.messages import OpponentCode
+from hil.cli.arguments import load_config
 from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
 
@@ -45,11 +46,12 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
     Returns:
         The same, for typer.
     """
-    errors = Console(stderr=True, highlight=False, soft_wrap=True)
+    errors = plain_console(stderr=True)
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
+            _check_numbers(kwargs)
             status = command(*args, **kwargs)
         except KeyboardInterrupt:
             errors.print("Interrupted.")
@@ -77,43 +79,6 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
         raise typer.Exit(status or EXIT_DONE)
 
     return run
-
-
-def load_config(context: typer.Context, path: Path | None) -> Path | None:
-    """Take option values from a TOML file; what stands on the command line wins.
-
-    A table named as the sub-command holds its options; keys outside any table apply where they fit.
-
-    Args:
-        context: The sub-command being parsed.
-        path: The file.
-
-    Returns:
-        The path, unchanged.
-
-    Raises:
-        typer.BadParameter: The file can't be read, is no TOML, or has a key that is no option of the sub-command.
-    """
-    if path is None:
-        return None
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise typer.BadParameter(f"cannot read {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise typer.BadParameter(f"{path} is no valid TOML: {error}") from error
-    names = {parameter.name: parameter for parameter in context.command.params if parameter.name}
-    table = document.get(str(context.info_name), {})
-    if not isinstance(table, dict):
-        raise typer.BadParameter(f"{path}: [{context.info_name}] must be a table")
-    general = {key: value for key, value in document.items() if not isinstance(value, dict)}
-    options = {key.replace("-", "_"): value for key, value in (general | table).items()}
-    unknown = sorted(set(options) - set(names))
-    if unknown:
-        known = ", ".join(sorted(name.replace("_", "-") for name in names if name != "config"))
-        raise typer.BadParameter(f"{path}: unknown option {unknown[0]!r}; known are {known}")
-    context.default_map = {**(context.default_map or {}), **options}
-    return path
 
 
 LinkArgument = Annotated[
@@ -156,6 +121,17 @@ RECONNECT = 30.0
 """How long a lost robot is waited for, in s, where nothing else is said: time to plug it in again or to change a battery."""
 
 OPPONENTS = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
+
+
+def _check_numbers(options: dict[str, Any]) -> None:
+    """See that every option with a number has one.
+
+    Raises:
+        UsageError: One is NaN or infinite, which passes every bound.
+    """
+    for name, value in options.items():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise UsageError(f"{name.replace('_', '-')}: expected a number, not {value}")
 
 
 def check_opponent(name: str) -> str:
@@ -232,7 +208,17 @@ def consoles(*, as_json: bool, quiet: bool = False) -> Console:
     Returns:
         A console.
     """
-    return Console(stderr=as_json, quiet=quiet and as_json, highlight=False, soft_wrap=True)
+    return plain_console(stderr=as_json, quiet=quiet and as_json)
+
+
+def plain_console(*, stderr: bool, quiet: bool = False) -> Console:
+    """A console that prints every text as it is, in tables too: no brackets or colons in a name are markup.
+
+    Args:
+        stderr: It prints to stderr, not to stdout.
+        quiet: It prints nothing.
+    """
+    return Console(stderr=stderr, quiet=quiet, highlight=False, soft_wrap=True, markup=False, emoji=False)
 
 
 def teller(console: Console, *, quiet: bool) -> Callable[[str], None] | None:
@@ -246,6 +232,22 @@ def teller(console: Console, *, quiet: bool) -> Callable[[str], None] | None:
 
 
 def print_json(document: dict[str, Any] | list[Any]) -> None:
-    """Print one JSON document to stdout."""
-    sys.stdout.write(json.dumps(document, indent=2, allow_nan=False) + "\n")
-    sys.stdout.flush()
+    """Print one JSON document to stdout, where there is one; JSON has no word for NaN and infinity: they are null."""
+    if sys.stdout is not None:
+        sys.stdout.write(json.dumps(_finite(document), indent=2, allow_nan=False) + "\n")
+    flush()
+
+
+def flush() -> None:
+    """See that what was printed is out, where there is a stdout."""
+    if sys.stdout is not None:
+        sys.stdout.flush()
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401 - whatever JSON holds
+    """The same, with None for every number that is none."""
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 import threading
 from enum import StrEnum
 from functools import partial
@@ -24,6 +23,7 @@ from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
 from hil.files import replace_file
 from hil.key_file import calendar, load_key, no_signatures
+from hil.memory_file import load_memory
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import SigningKey
@@ -106,7 +106,7 @@ def emulate(
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    nvm = _load(memory, board, forget_time=forget_time)
+    nvm = _load(memory, board, count, forget_time=forget_time)
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
     endpoint = _open(f"pty:{CROWD_BAUD}" if link == "pty" and count > 1 else link, key, public=public)
@@ -130,7 +130,7 @@ def emulate(
         raise
     except ValueError as error:
         endpoint.close()
-        raise common.UsageError(f"{memory}: {error}" if memory is not None and nvm is not None else str(error)) from error
+        raise common.UsageError(str(error)) from error
     served = world if faults is None else DisturbedWorld(world, spec, seed, wire=wire)
     with terminate_as_interrupt():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
@@ -144,7 +144,7 @@ def emulate(
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)
             if not quiet:
                 console.print(_suggestion(endpoint.url, count, signing_key), markup=False)
-        sys.stdout.flush()
+        common.flush()
         try:
             server.run(threading.Event().is_set)
         finally:
@@ -190,14 +190,9 @@ def _read(faults: str) -> FaultSpec:
         raise common.UsageError(f"--faults: {error}") from error
 
 
-def _load(memory: Path | None, board: BoardName, *, forget_time: bool) -> bytes | None:
+def _load(memory: Path | None, board: BoardName, count: int, *, forget_time: bool) -> bytes | None:
     if forget_time and board is not BoardName.HOST:
         raise common.UsageError("the firmware of this board is built without signing: leave --forget-time out")
     if forget_time and memory is None:
         raise common.UsageError("a new robot has no time to forget: --forget-time is for the one that --memory FILE keeps")
-    if memory is None or not memory.exists():
-        return None
-    try:
-        return memory.read_bytes()
-    except OSError as error:
-        raise common.UsageError(f"cannot read {memory}: {error.strerror}") from error
+    return None if memory is None else load_memory(memory, count)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import tomli_w
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from firmware_protocol.address import parse_address
@@ -18,11 +16,13 @@ from hil.cli import common
 from hil.cli.session import others_beside
 from hil.connecting import connect
 from hil.files import replace_file
-from hil.parameter_loading import KNOWN, check_file, shortest
+from hil.parameter_loading import KNOWN, read_parameters, shortest
 from hil.parameter_loading import load as load_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from rich.console import Console
 
 
 def param(
@@ -49,9 +49,9 @@ def param(
         raise common.UsageError("give a NAME, or --save or --load, not both")
     if everything and load is None:
         raise common.UsageError("--all goes with --load")
-    wanted = check_file(load, *_read(load), everything=everything) if load else None
+    wanted = read_parameters(load, everything=everything) if load else None
     console = common.consoles(as_json=as_json, quiet=quiet)
-    notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
+    notices = console if as_json else common.plain_console(stderr=True)  # stdout has values only
     warn = partial(notices.print, markup=False)
     tell = common.teller(notices, quiet=quiet) or (lambda _: None)
     with connect(link, signing_key=signing_key) as junior:
@@ -77,17 +77,6 @@ def param(
         typer.echo(result[name])
     elif not quiet:
         _show(console, result)
-
-
-def _read(path: Path) -> tuple[str, Any]:
-    """Text of a file of parameters, and what it says."""
-    try:
-        text = path.read_text(encoding="utf-8")
-        return text, tomllib.loads(text)
-    except OSError as error:
-        raise common.UsageError(f"cannot read {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise common.UsageError(f"{path} is no valid TOML: {error}") from error
 
 
 def _show(console: Console, values: Mapping[str, float]) -> None:

@@ -16,6 +16,16 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Where to; beside the log if left out.")
     ] = None,
+    max_chunk: Annotated[
+        int | None,
+        typer.Option(
+            "--max-chunk",
+            metavar="MIB",
+            min=1,
+            max=2048,
+            help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
+        ),
+    ] = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -30,7 +40,9 @@ def report(
     if not log.is_file():
         raise common.UsageError(f"there is no log {log}")
     folder = out or log.with_name(f"{log.stem}-report")
-    files = write_report(log, folder)
+    files = write_report(log, folder, max_chunk=max_chunk)
+    if files.health and not quiet:
+        common.plain_console(stderr=True).print(f"{log} is {files.health}")
     if as_json:
         common.print_json({"page": str(files.page), "pictures": [str(path) for path in files.pictures]})
     elif quiet:

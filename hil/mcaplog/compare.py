@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from mcap.opcode import Opcode
 
+from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader, RawRecord
 from hil.mcaplog.writer import RUN
 
@@ -33,7 +34,8 @@ def differences(first: Path, second: Path, *, limit: int = 20) -> list[str]:
     Raises:
         LogError: One of them cannot be opened or is not a log.
     """
-    one, two = LogReader(first), LogReader(second)
+    limits = ReadLimits(chunk=1 << 28, lifted=True)  # who compares logs has made them
+    one, two = LogReader(first, limits), LogReader(second, limits)
     found: list[str] = []
     for number, (a, b) in enumerate(zip_longest(one.records(), two.records())):
         if len(found) >= limit:

@@ -238,6 +238,7 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
     names = [own[0].name if index in zeros else field.name for index, field in enumerate(own)]
     get = attrgetter(*names, own[0].name)  # one more, for a tuple even of one
     tuples = [index for index, field in enumerate(own) if field.count]
+    counted = [(index, field.count) for index, field in enumerate(own) if field.count > 0]
     nullable = [index for index, field in enumerate(own) if field.nullable]
     make = schema.python
 
@@ -248,6 +249,9 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
             values[index] = 0
         for index in tuples:
             values[index] = tuple(values[index])
+        for index, count in counted:
+            if len(values[index]) != count:
+                raise ValueError(f"{len(values[index])} elements, not {count}")
         for index in nullable:
             value = values[index]
             if index in tuples:

@@ -108,6 +108,20 @@ RENAMED_TOPICS: Final[dict[str, str]] = {
 SINCE_2_0: Final = frozenset({"target_system", "target_component", "host"})
 """Fields that logs of protocol 1.0 do not have where they are read as those of 2.0: they are 0 then, not filled in."""
 
+
+def matches(field: Field, found: Any) -> bool:  # noqa: ANN401 - protobuf's own, whichever it is made of
+    """Whether a field is in a log as this program has it.
+
+    Args:
+        field: As this program has it.
+        found: The field of this name in the log's descriptor; None where there is none.
+    """
+    if found is None:
+        return field.name in SINCE_2_0
+    repeated = found.is_repeated if hasattr(found, "is_repeated") else found.label == found.LABEL_REPEATED
+    return bool(found.type == _PROTO_TYPES[field.kind] and bool(repeated) == bool(field.count))
+
+
 _MESSAGE_SCHEMAS: Final[dict[type[Message], Schema]] = {}
 _RECORD_SCHEMAS: Final[dict[type, Schema]] = {}
 

@@ -28,6 +28,10 @@ OUTCOME_COLORS: Final = {
     BoutOutcome.WIN: GREEN, BoutOutcome.LOSS: VERMILLION, BoutOutcome.DRAW: GREY, BoutOutcome.UNDECIDED: GREY,
 }  # fmt: skip
 PANELS: Final = 6
+LONGEST: Final = 600.0
+"""No bout is drawn beyond this time, in s."""
+MOST_ROWS: Final = 12
+"""Series of which the times are drawn."""
 MARGIN: Final = 0.08
 """What is shown beyond the border, in m."""
 
@@ -124,8 +128,9 @@ def _nose(axes: Axes, pose: NDArray[np.float64], color: str) -> None:
 
 
 def _every_second(times: NDArray[np.float64]) -> NDArray[np.intp]:
-    marks = np.arange(1.0, times[-1], 1.0)
-    return np.unique(np.searchsorted(times, marks))
+    marks = np.arange(1.0, min(times[-1], LONGEST), 1.0)
+    at = np.unique(np.searchsorted(times, marks))
+    return at[at < len(times)]
 
 
 def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
@@ -139,9 +144,9 @@ def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
     """
     rows: dict[str, list[float]] = {}
     for bout in bouts:
-        if bout.outcome is BoutOutcome.WIN:
+        if bout.outcome is BoutOutcome.WIN and 0.0 <= bout.duration <= LONGEST:
             rows.setdefault(f"{bout.series or 'bouts'}, against {bout.opponent_name}", []).append(bout.duration)
-    rows = {name: times for name, times in rows.items() if len(times) >= 5}
+    rows = {name[:100]: times for name, times in list(rows.items())[:MOST_ROWS] if len(times) >= 5}
     if not rows:
         return None
     longest = max(max(times) for times in rows.values())

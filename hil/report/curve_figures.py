@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import Stimulus
-from hil.report.learning_figures import Category, eyes_of, mark_phases, sort_key
-from hil.report.style import BLUE, EYE_STYLES, GREEN, INK, PURPLE, VERMILLION, figure, whole_numbers
+from hil.report.learning_figures import Category, eyes_of, known, mark_phases, sort_key
+from hil.report.style import BLUE, EYE_STYLES, GREEN, INK, PURPLE, VERMILLION, drawable, figure, whole_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -32,13 +32,15 @@ Steps = dict[Category, list["StepRecord"]]
 
 
 def by_phase(generations: Sequence[StepRecord]) -> dict[int, Steps]:
-    """Steps by phase and category, in order.
+    """Steps by phase and category, in order; those that this program does not know are left out.
 
     Args:
         generations: Steps as recorded.
     """
     found: dict[int, Steps] = {}
     for step in generations:
+        if step.phase not in PHASES or not known((step.previous, step.current)):
+            continue
         found.setdefault(step.phase, {}).setdefault((step.previous, step.current), []).append(step)
     return {phase: {key: found[phase][key] for key in sorted(found[phase], key=sort_key)} for phase in sorted(found)}
 
@@ -99,7 +101,7 @@ def fitness_by_maneuvers(data: RunData) -> Figure | None:
         mark_phases(axes, data, labels=axes is panels[0])
         axes.set_title(title[:1].upper() + title[1:], fontsize=9)
         axes.set_ylabel("Best fitness" if title else "Best fitness in the generation")
-        axes.set_xlim(0, max(len(data.trials), data.generations[-1].used))
+        axes.set_xlim(0, max(len(data.trials), drawable([data.generations[-1].used])[0], 1))
     panels[-1].set_xlabel("Maneuvers performed, all categories together")
     _legend(drawn, panels.tolist(), single=len(rows) == 1)
     return drawn
@@ -134,7 +136,7 @@ def _variant(category: Category, plain: str) -> dict[str, Any]:
 
 
 def _draw(axes: Axes, x: Sequence[float], y: Sequence[float], style: dict[str, Any]) -> None:
-    axes.plot(x, y, markevery=max(1, len(x) // 12), **style)
+    axes.plot(drawable(x), drawable(y), markevery=max(1, len(x) // 12), **style)
 
 
 def _legend(drawn: Figure, panels: Sequence[Axes], *, single: bool) -> None:

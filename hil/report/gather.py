@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
+from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -22,9 +22,11 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire import Message
+from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
 from hil.protagonist import Protagonist
+from hil.report.learnt import Learnt, read_learnt
 from hil.report.link import LinkQuality, LinkWatcher
 
 if TYPE_CHECKING:
@@ -41,6 +43,13 @@ SENSORS: Final = "/junior/sensors"
 UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})
 """Topics of which only the frames are counted at first; the sensors are read where there is nothing else to report on."""
 
+FARTHEST: Final = 1e4
+"""Places farther away than this, in m, are none, and times longer, in s."""
+MOST_PARAMETERS: Final = 500
+MOST_ODDITIES: Final = 20
+_PHASES: Final = frozenset(Phase)
+_OUTCOMES: Final = frozenset(BoutOutcome)
+
 
 @dataclass(frozen=True)
 class BoutPath:
@@ -50,10 +59,10 @@ class BoutPath:
         number: In this log, from 1.
         series: Title of the series it belongs to; empty where the log names none.
         opponent: As in REFEREE_STATE.
-        outcome: How it ended; UNDECIDED where it was broken off.
+        outcome: How it ended; UNDECIDED where it was broken off, or where nobody knows what the referee said.
         duration: In s.
         used: Maneuvers the learner had had performed when it began.
-        times: Time since the bout began, in s; shape (n,).
+        times: Time since the bout began, in s, where both poses are places in the arena; shape (n,).
         junior: x, y in m and heading in rad; shape (n, 3).
         other: The opponent's, likewise.
     """
@@ -123,12 +132,13 @@ class RunData:
         generations: Steps of the learner, in order.
         trials: Maneuvers performed for the learner, in order.
         trial_times: Their log times, in s.
-        advice: The advice as last recorded; None where there was none.
+        advice: The advice as last recorded; None where there was none that could be read.
         bouts: Bouts, in order.
         link: How good the link was.
         sensors: What the robot sensed.
         events: Log times in s and events.
         parameters: The robot's parameters, as last told.
+        oddities: What the log holds that this program does not know or can't draw, in words.
     """
 
     path: Path
@@ -140,12 +150,13 @@ class RunData:
     generations: list[StepRecord] = field(default_factory=list)
     trials: list[TrialRecord] = field(default_factory=list)
     trial_times: list[float] = field(default_factory=list)
-    advice: dict[str, Any] | None = None
+    advice: Learnt | None = None
     bouts: list[BoutPath] = field(default_factory=list)
     link: LinkQuality = field(default_factory=LinkQuality)
     sensors: SensorTrack | None = None
     events: list[tuple[float, EventRecord]] = field(default_factory=list)
     parameters: dict[str, float] = field(default_factory=dict)
+    oddities: list[str] = field(default_factory=list)
 
     @property
     def duration(self) -> float:
@@ -158,11 +169,12 @@ class RunData:
         return bool(self.generations or self.trials)
 
 
-def gather(path: Path) -> RunData:
+def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B008 - frozen
     """Read a log.
 
     Args:
         path: The log.
+        limits: What it may unpack to.
 
     Returns:
         What there is in it, up to damage.
@@ -170,15 +182,15 @@ def gather(path: Path) -> RunData:
     Raises:
         LogError: It cannot be opened or is not a log.
     """
-    reader = LogReader(path)
+    reader = LogReader(path, limits)
     gatherer = _Gatherer(path)
     for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD):
         gatherer.take(entry)
     data = gatherer.finish()
     if not data.learnt and not data.bouts:
-        data.sensors = _sensors(LogReader(path), gatherer.robot.system, gatherer.wheels)
+        data.sensors = _sensors(LogReader(path, limits), gatherer.robot.system, gatherer.wheels)
     data.metadata, data.health = reader.metadata, reader.health()
-    data.whole = not reader.truncated and not reader.damage
+    data.whole = not (reader.truncated or reader.damage or reader.stopped)
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
     data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
     return data
@@ -204,6 +216,8 @@ class _Gatherer:
         self._series = ""
         self._bout: list[RefereeState] = []
         self._bout_used = 0
+        self._advice = ""
+        self._odd: Counter[str] = Counter()
         self.wheels: list[tuple[float, JuniorWheels]] = []
         self.robot = Protagonist()
 
@@ -233,7 +247,7 @@ class _Gatherer:
         elif isinstance(value, StepRecord):
             data.generations.append(value)
         elif isinstance(value, AdviceRecord):
-            data.advice = _object(value.json)
+            self._advice = value.json
         elif isinstance(value, EventRecord):
             if value.kind == SERIES:
                 self._end_bout()
@@ -256,12 +270,14 @@ class _Gatherer:
             return
         if isinstance(message, RefereeState):
             self._referee(message)
-        elif isinstance(message, ParamValue) and message.param_id:
+        elif isinstance(message, ParamValue) and message.param_id and len(self._data.parameters) < MOST_PARAMETERS:
             self._data.parameters[message.param_id] = message.param_value
 
     def _referee(self, state: RefereeState) -> None:
         if self._bout and (state.bout != self._bout[-1].bout or state.elapsed < self._bout[-1].elapsed):
             self._end_bout()
+        if state.phase not in _PHASES:
+            self._odd[f"phase {state.phase} of a bout, which this program does not know"] += 1
         if state.phase == Phase.IDLE or (state.phase == Phase.OVER and not self._bout):
             return
         if not self._bout:
@@ -275,17 +291,27 @@ class _Gatherer:
         if not states:
             return
         last = states[-1]
+        if last.outcome not in _OUTCOMES:
+            self._odd[f"outcome {last.outcome} of a bout, which this program does not know: it counts as broken off"] += 1
+        rows = np.array(
+            [(state.elapsed, *state.junior, state.junior_heading, *state.opponent, state.opponent_heading) for state in states],
+            dtype=np.float64,
+        )
+        good = np.isfinite(rows).all(axis=1) & (np.abs(rows) < FARTHEST).all(axis=1)
+        if not good.all():
+            self._odd["poses that are no place in an arena, left out of the pictures"] += int(np.count_nonzero(~good))
+        rows = rows[good]
         self._data.bouts.append(
             BoutPath(
                 number=len(self._data.bouts) + 1,
                 series=self._series,
                 opponent=last.opponent_code,
-                outcome=BoutOutcome(last.outcome),
+                outcome=BoutOutcome(last.outcome) if last.outcome in _OUTCOMES else BoutOutcome.UNDECIDED,
                 duration=last.elapsed,
                 used=self._bout_used,
-                times=np.array([state.elapsed for state in states]),
-                junior=np.array([(*state.junior, state.junior_heading) for state in states]),
-                other=np.array([(*state.opponent, state.opponent_heading) for state in states]),
+                times=rows[:, 0],
+                junior=rows[:, 1:4],
+                other=rows[:, 4:7],
             )
         )
 
@@ -293,6 +319,9 @@ class _Gatherer:
         """What has been taken."""
         self._end_bout()
         data = self._data
+        if self._advice:
+            data.advice, data.oddities = read_learnt(self._advice)
+        data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
         data.start, data.end = self._span or (0.0, 0.0)
         return data
@@ -308,16 +337,8 @@ def _sensors(reader: LogReader, system: int | None, wheels: Sequence[tuple[float
         times=np.array([time for time, _ in readings]),
         eye=np.array([message.eye for message in messages], dtype=np.float64),
         floor=np.array([message.floor for message in messages], dtype=np.float64),
-        battery=np.array([message.battery for message in messages]),
+        battery=np.array([message.battery for message in messages], dtype=np.float64),
         flags=np.array([message.flags for message in messages], dtype=np.int64),
         wheel_times=np.array([time for time, _ in wheels]),
-        wheels=np.array([(*message.speed, message.duration) for _, message in wheels]).reshape(-1, 3),
+        wheels=np.array([(*message.speed, message.duration) for _, message in wheels], dtype=np.float64).reshape(-1, 3),
     )
-
-
-def _object(text: str) -> dict[str, Any] | None:
-    try:
-        found = json.loads(text)
-    except ValueError:
-        return None
-    return found if isinstance(found, dict) else None

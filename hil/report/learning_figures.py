@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from matplotlib.patches import Rectangle
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import Action, Speed, Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus
 from hil.report.style import BLUE, GREEN, GREY, INK, PALE, VERMILLION, bare, figure
 
 if TYPE_CHECKING:
@@ -18,8 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hil.report.gather import BoutPath, RunData
+    from pal_advisor.maneuvers import AdviceEntry
 
 PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
+MOST_STRIPS: Final = 64
+"""Maneuvers drawn."""
 WINDOW: Final = 20
 """Bouts that the running share of wins is taken over."""
 SPEEDS: Final = {
@@ -33,23 +36,40 @@ Category = tuple[str, str]
 """Previous stimulus or `any`, current stimulus."""
 
 
+_CODES: Final = {Stimulus(code).label: code for code in range(16)}
+
+
+def situation(entry: AdviceEntry) -> Category:
+    """The category that an entry of advice is for."""
+    return "any" if entry.previous == ANY_STIMULUS else Stimulus(entry.previous).label, Stimulus(entry.current).label
+
+
+def known(category: Category) -> bool:
+    """Both stimuli are ones that this program knows: only these are drawn."""
+    return category[1] in _CODES and (category[0] == "any" or category[0] in _CODES)
+
+
 def eyes_of(category: Category) -> int:
     """What the eyes see in a category, 0..3."""
-    return int(Stimulus.from_label(category[1])) & 3
+    return _CODES[category[1]] & 3
 
 
 def category_name(category: Category) -> str:
     """A category in a legend: `left`, or `right, before: left`."""
+    if not known(category):
+        return f"{category[0][:40]}, {category[1][:40]} (not known)"
     previous, current = category
     current = current.replace("+", ", ").replace("-", " ")
     return current if previous == "any" else f"{current}, before: {previous}"
 
 
 def sort_key(category: Category) -> tuple[int, int, int]:
-    """Order of categories: by eyes (both first), then arms, then what was before."""
+    """Order of categories: by eyes (both first), then arms, then what was before; those not known are last."""
+    if not known(category):
+        return 1, 0, 0
     previous, current = category
-    code = int(Stimulus.from_label(current))
-    return -(code & 3), code >> 2, -1 if previous == "any" else int(Stimulus.from_label(previous))
+    code = _CODES[current]
+    return -(code & 3), code >> 2, -1 if previous == "any" else _CODES[previous]
 
 
 def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:
@@ -97,13 +117,13 @@ def maneuver_strips(data: RunData) -> Figure | None:
     Returns:
         The picture; None without advice.
     """
-    entries = sorted((data.advice or {}).get("entries", ()), key=lambda entry: sort_key((entry["previous"], entry["current"])))
-    if not entries:
+    if data.advice is None or not data.advice.entries:
         return None
+    entries = sorted(data.advice.entries, key=lambda entry: sort_key(situation(entry)))[:MOST_STRIPS]
     drawn = figure(9.0, 0.55 + 1.1 * len(entries))
     panels = drawn.subplots(len(entries), 1, squeeze=False, sharex=True)[:, 0]
-    period = float(data.advice["settings"]["period"]) if data.advice else 1.0
-    longest = max(len(entry["actions"]) for entry in entries)
+    period = data.advice.period
+    longest = max(len(entry.actions) for entry in entries)
     for axes, entry in zip(panels, entries, strict=True):
         _strip(axes, entry, _speeds(data.parameters), period, longest)
     last = panels[-1]
@@ -114,14 +134,14 @@ def maneuver_strips(data: RunData) -> Figure | None:
     return drawn
 
 
-def _strip(axes: Axes, entry: dict[str, Any], speeds: dict[Speed, float], period: float, longest: int) -> None:
+def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: float, longest: int) -> None:
     bare(axes)
     lanes = {"L": 1.1, "R": -1.1}
     for lane, middle in lanes.items():
         axes.axhline(middle, xmax=1.0, color="#C8C8C8", linewidth=0.8, zorder=1)
         axes.text(-0.02 * longest * period, middle, lane, ha="right", va="center", fontsize=8, color="#555555")
-    for index, name in enumerate(entry["actions"]):
-        spec = Action[name].spec
+    for index, action in enumerate(entry.actions):
+        spec = action.spec
         start = index * period
         for lane, direction in (("L", spec.left), ("R", spec.right)):
             height = direction * speeds[spec.speed]
@@ -129,21 +149,22 @@ def _strip(axes: Axes, entry: dict[str, Any], speeds: dict[Speed, float], period
             axes.add_patch(
                 Rectangle((start + 0.03 * period, lanes[lane]), 0.94 * period, height, color=color, linewidth=0, zorder=2)
             )
-        axes.text(start + period / 2, 2.35, name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
+        axes.text(start + period / 2, 2.35, action.name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
         axes.axvline(start + period, color=PALE, linewidth=0.8, zorder=0)
     axes.set_xlim(-0.001, longest * period)
     axes.set_ylim(-2.3, 3.5)
     axes.tick_params(axis="x", length=0)
-    name = category_name((entry["previous"], entry["current"])).replace(", ", ",\n")
+    name = category_name(situation(entry)).replace(", ", ",\n")
     axes.set_ylabel(name, rotation=0, ha="right", va="center", labelpad=24, fontsize=10, fontweight="bold")
-    words = f"fitness {entry['fitness']:.1f}\ntried {entry['evaluations']} times, phase {entry['phase']}"
-    if entry["names"]:
-        words += "\n" + "\n".join(entry["names"])
+    words = f"fitness {entry.fitness:.1f}\ntried {entry.evaluations} times, phase {entry.phase}"
+    if entry.names:
+        words += "\n" + "\n".join(name[:40] for name in entry.names[:4])
     axes.annotate(words, (1.02, 0.5), xycoords="axes fraction", va="center", fontsize=8, color="#444444", annotation_clip=False)
 
 
 def _speeds(parameters: dict[str, float]) -> dict[Speed, float]:
-    return {speed: parameters.get(_SPEED_PARAMETERS.get(speed, ""), usual) for speed, usual in SPEEDS.items()}
+    told = {speed: parameters.get(_SPEED_PARAMETERS.get(speed, ""), usual) for speed, usual in SPEEDS.items()}
+    return {speed: value if 0.0 <= value <= 1.0 else SPEEDS[speed] for speed, value in told.items()}
 
 
 def mark_phases(axes: Axes, data: RunData, *, labels: bool = True) -> None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.messages import CommandLong, RobotAck, RobotStatus, Timesync
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message
+
+MOST_GAPS: Final = 1_000_000
+"""Lost frames whose times are kept."""
 
 
 @dataclass
@@ -95,7 +98,8 @@ class LinkWatcher:
             quality.lost = max(0, quality.lost - 1)
         else:
             quality.lost += step - 1
-            quality.gaps.extend([time] * (step - 1))
+            if len(quality.gaps) < MOST_GAPS:
+                quality.gaps.extend([time] * (step - 1))
             self._last[sender] = frame
 
     def sent(self, message: Message | None, topic: str, time: float) -> None:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hil.report.gather import RunData, SensorTrack
 
 BINS: Final = 120
+MOST_EVENTS: Final = 200
+"""Events marked."""
 MOST_POINTS: Final = 4000
 """Points a line is thinned to."""
 _FLAGS: Final = (
@@ -131,10 +133,9 @@ def sensors_over_time(data: RunData) -> Figure | None:
     battery.set_xlabel("Log time (s)")
     battery.set_xlim(track.times[0], track.times[-1])
     battery.margins(y=0.3)
-    for when, event in data.events:
-        if event.kind in {"link", "safety"}:
-            for axes in (eyes, floor, wheels, flags, battery):
-                axes.axvline(when, color=AMBER, linewidth=1.0, zorder=0)
+    for when in [when for when, event in data.events if event.kind in {"link", "safety"}][:MOST_EVENTS]:
+        for axes in (eyes, floor, wheels, flags, battery):
+            axes.axvline(when, color=AMBER, linewidth=1.0, zorder=0)
     return drawn
 
 

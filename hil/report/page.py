@@ -45,7 +45,7 @@ class Section:
     """
 
     title: str
-    text: Sequence[str] = ()
+    text: list[str] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     folded: list[Table] = field(default_factory=list)

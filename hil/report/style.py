@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from contextlib import contextmanager
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
@@ -12,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -37,6 +39,7 @@ EYE_STYLES: Final[dict[int, dict[str, Any]]] = {
 solid; none is thin and grey."""
 
 _RC: Final[dict[Any, Any]] = {
+    "text.parse_math": False,  # a dollar sign in a name is one
     "font.family": "DejaVu Sans",
     "font.size": 9.0,
     "axes.titlesize": 10.0,
@@ -64,15 +67,30 @@ _RC: Final[dict[Any, Any]] = {
     "figure.dpi": 100,
 }
 DPI: Final = 160
+LARGEST: Final = 1e9
+"""No number farther from 0 is drawn."""
 
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Settings of matplotlib for the time of drawing, those of the caller left alone."""
-    with mpl.rc_context():
+    """Settings of matplotlib for the time of drawing, those of the caller left alone.
+
+    What a log holds may be odd, and matplotlib warns of much that a reader of the report can see for himself.
+    """
+    with mpl.rc_context(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         mpl.rcdefaults()
         mpl.rcParams.update(_RC)
         yield
+
+
+def drawable(values: Iterable[float]) -> list[float]:
+    """Numbers that an axis can hold; the others are left out of a line.
+
+    Args:
+        values: Numbers, whatever they are.
+    """
+    return [value if -LARGEST <= value <= LARGEST else math.nan for value in values]
 
 
 def whole_numbers(axis: Axis) -> None:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.report.bout_figures import OUTCOME_WORDS
-from hil.report.learning_figures import category_name, sort_key
+from hil.report.learning_figures import Category, category_name, situation, sort_key
+from hil.report.learnt import Learnt
 from hil.statistics import Rate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hil.mcaplog.records import StepRecord, TrialRecord
     from hil.report.gather import BoutPath, RunData
+    from pal_advisor.maneuvers import AdviceEntry
 
 OBJECTIVES: Final = {
     "contact": "seeing, holding and coming into contact (Liu & Wu 2001, Eq. 10.1)",
@@ -23,13 +26,17 @@ OBJECTIVES: Final = {
     "outcome": "gaining ground, bringing the opponent nearer to the border, and winning",
 }
 OUTCOME_COLUMNS: Final = (BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW, BoutOutcome.UNDECIDED)
+MOST_ROWS: Final = 300
+LONGEST_CELL: Final = 2000
+MOST_NAMED: Final = 10
+"""Series and opponents told of in words."""
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table; of many rows it has the first, of a long text the beginning.
 
     Attributes:
         title: What it shows.
@@ -42,6 +49,18 @@ class Table:
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     numbers: frozenset[int] = frozenset()
+
+    def __post_init__(self) -> None:
+        more = len(self.rows) - MOST_ROWS
+        rows = tuple(tuple(shortened(cell) for cell in row) for row in self.rows[:MOST_ROWS])
+        if more > 0:
+            rows = (*rows, (f"… and {more:,} more", *("" for _ in self.head[1:])))
+        object.__setattr__(self, "rows", rows)
+
+
+def shortened(text: str, most: int = LONGEST_CELL) -> str:
+    """The beginning of a text, where it is long."""
+    return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def title_of(data: RunData) -> str:
@@ -77,8 +96,11 @@ def summary(data: RunData) -> list[str]:
     said = []
     if data.learnt:
         said += [_effort(data), _progress(data)]
-    for (series, opponent), bouts in _series(played_bouts(data)).items():
+    series_played = _series(played_bouts(data))
+    for (series, opponent), bouts in list(series_played.items())[:MOST_NAMED]:
         said.append(_played(series, opponent, bouts))
+    if len(series_played) > MOST_NAMED:
+        said.append(f"There were {len(series_played) - MOST_NAMED:,} more series of bouts: see the table.")
     if not data.learnt and not data.bouts:
         said.append(_watched(data))
     said.append(_link_words(data))
@@ -88,12 +110,12 @@ def summary(data: RunData) -> list[str]:
 
 
 def _effort(data: RunData) -> str:
-    settings = (data.advice or {}).get("settings", {})
-    budget = settings.get("budget")
-    objective = str((data.advice or {}).get("objective") or data.metadata.get("config", {}).get("objective", ""))
+    advice = data.advice or Learnt()
+    budget = advice.budget
+    objective = advice.objective or data.metadata.get("config", {}).get("objective", "")[:60]
     bouts = coaching_bouts(data)
     performed = sum(trial.duration for trial in data.trials)
-    of = f" of a budget of {budget:,}" if isinstance(budget, int) and budget != len(data.trials) else ""
+    of = f" of a budget of {budget:,}" if budget is not None and budget != len(data.trials) else ""
     text = f"Junior performed {len(data.trials):,} maneuvers{of}"
     text += f" in {len(bouts):,} bouts" if bouts else ""
     text += f", {performed / 60:.1f} minutes of robot time." if performed >= 60 else f", {performed:.0f} s of robot time."
@@ -120,7 +142,7 @@ def _played(series: str, opponent: str, bouts: Sequence[BoutPath]) -> str:
     over = [bout for bout in bouts if bout.outcome is not BoutOutcome.UNDECIDED]
     wins = [bout.duration for bout in over if bout.outcome is BoutOutcome.WIN]
     low, high = Rate(len(wins), len(over)).ci95
-    name = series[:1].upper() + series[1:] if series else "Bouts"
+    name = shortened(series[:1].upper() + series[1:], 100) if series else "Bouts"
     text = f"{name}, against {opponent}: {len(wins)} of {len(over)} won"
     if over:
         text += f", {len(wins) / len(over):.1%} (95% interval {low:.1%} to {high:.1%})"
@@ -158,29 +180,29 @@ def _link_words(data: RunData) -> str:
 
 def learnt_table(data: RunData) -> Table | None:
     """The advice, a row for each situation."""
-    entries = (data.advice or {}).get("entries") or []
+    entries = data.advice.entries if data.advice else ()
     if not entries:
         return None
     rows = tuple(
         (
             _situation(entry),
-            " ".join(entry["actions"]),
-            ", ".join(entry["names"]) or "—",
-            f"{entry['fitness']:.2f}",
-            str(entry["evaluations"]),
-            str(entry["phase"]),
+            " ".join(action.name for action in entry.actions),
+            ", ".join(entry.names) or "—",
+            f"{entry.fitness:.2f}",
+            str(entry.evaluations),
+            str(entry.phase),
         )
-        for entry in sorted(entries, key=lambda entry: sort_key((entry["previous"], entry["current"])))
+        for entry in sorted(entries, key=lambda entry: sort_key(situation(entry)))
     )
     head = ("When Junior’s eyes see it", "It does", "Known as", "Fitness", "Tried", "Phase")
     return Table("What Junior learnt", head, rows, frozenset({3, 4, 5}))
 
 
-def _situation(entry: dict[str, Any]) -> str:
+def _situation(entry: AdviceEntry) -> str:
     words = {0: "with neither", 1: "with the left", 2: "with the right", 3: "with both"}
-    code = int(Stimulus.from_label(entry["current"]))
+    code = entry.current
     arms = {0: "", 1: ", left arm touching", 2: ", right arm touching", 3: ", both arms touching"}[code >> 2]
-    before = "" if entry["previous"] == "any" else f" (before: {entry['previous']})"
+    before = "" if entry.previous == ANY_STIMULUS else f" (before: {situation(entry)[0]})"
     return words[code & 3] + arms + before
 
 
@@ -188,11 +210,15 @@ def effort_table(data: RunData) -> Table | None:
     """How much each category was practised."""
     if not data.trials:
         return None
-    categories = sorted({(trial.previous, trial.current) for trial in data.trials}, key=sort_key)
+    practised: dict[Category, list[TrialRecord]] = {}
+    for trial in data.trials:
+        practised.setdefault((trial.previous, trial.current), []).append(trial)
+    made: dict[Category, list[StepRecord]] = {}
+    for step in data.generations:
+        made.setdefault((step.previous, step.current), []).append(step)
     rows = []
-    for category in categories:
-        trials = [trial for trial in data.trials if (trial.previous, trial.current) == category]
-        steps = [step for step in data.generations if (step.previous, step.current) == category]
+    for category in sorted(practised, key=sort_key):
+        trials, steps = practised[category], made.get(category, [])
         first = [step for step in steps if step.phase == steps[0].phase]
         rows.append(
             (
@@ -271,6 +297,13 @@ def event_table(data: RunData, most: int = 40) -> Table | None:
     return Table(title, ("Log time", "Kind", "What happened"), rows)
 
 
+def oddity_table(data: RunData) -> Table | None:
+    """What the log holds that could not be understood or drawn."""
+    if not data.oddities:
+        return None
+    return Table("What this program could make nothing of", ("What the log holds",), tuple((text,) for text in data.oddities))
+
+
 def metadata_tables(data: RunData) -> list[Table]:
     """The log's metadata, a table each."""
     names = {"config": "Configuration", "robot": "Robot", "run": "This run"}
@@ -300,8 +333,8 @@ def _series(bouts: Sequence[BoutPath]) -> dict[tuple[str, str], list[BoutPath]]:
 
 def _opponents(data: RunData) -> list[str]:
     seen = list(dict.fromkeys(bout.opponent_name for bout in data.bouts))
-    told = str((data.advice or {}).get("opponent") or "")
-    return seen or ([told] if told else [])
+    told = data.advice.opponent if data.advice else ""
+    return [*seen[:MOST_NAMED], "others"] if len(seen) > MOST_NAMED else seen or ([told] if told else [])
 
 
 def _time(seconds: float) -> str:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import dataclass
+from functools import partial
 from importlib.resources import as_file, files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
 from hil.mcaplog.errors import LogError
+from hil.mcaplog.limits import lifted
 from hil.report.bout_figures import choose, times_to_win, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import RunData, gather
-from hil.report.learning_figures import maneuver_strips, wins_over_run
+from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
 from hil.report.style import png, styled
@@ -25,18 +27,23 @@ from hil.report.words import (
     learnt_table,
     link_table,
     metadata_tables,
+    oddity_table,
     played_bouts,
+    shortened,
     summary,
     title_of,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from matplotlib.figure import Figure
 
 PAGE = "report.html"
 LAYOUT = "junior.layout.json"
+UNDRAWABLE: Final = (ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError, ValueError)
+"""What matplotlib raises on numbers that make no picture."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +56,7 @@ class ReportFiles:
         layout: Layout for viewing the log in Foxglove.
         title: The report's headline.
         summary: What happened, in words.
+        health: What is wrong with the log, in words; empty where nothing is.
     """
 
     page: Path
@@ -56,14 +64,16 @@ class ReportFiles:
     layout: Path
     title: str
     summary: tuple[str, ...]
+    health: str = ""
 
 
-def write_report(log: Path, folder: Path) -> ReportFiles:
+def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> ReportFiles:
     """Report on a log.
 
     Args:
         log: The log, whole or cut off.
         folder: Where the report goes; made where it does not exist.
+        max_chunk: The log is in order, and its chunks unpack to up to this many MiB; None: the usual limits hold.
 
     Returns:
         The files written.
@@ -71,7 +81,7 @@ def write_report(log: Path, folder: Path) -> ReportFiles:
     Raises:
         LogError: The log cannot be read, or the report cannot be written.
     """
-    data = gather(log)
+    data = gather(log, lifted(max_chunk))
     with styled():
         sections = _sections(data)
     said = summary(data)
@@ -89,7 +99,7 @@ def write_report(log: Path, folder: Path) -> ReportFiles:
     except OSError as error:
         raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
     paths = tuple(folder / f"{picture.name}.png" for picture in pictures)
-    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said))
+    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)
 
 
 def _sections(data: RunData) -> list[Section]:
@@ -97,8 +107,11 @@ def _sections(data: RunData) -> list[Section]:
     if not data.learnt and not data.bouts:
         found.insert(0, _sensed(data))
     about = Section("About this run")
+    if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
+        data.oddities.append("Trials of situations that this program does not know are counted, and not drawn.")
     events = event_table(data)
-    about.tables = [events] if events else []
+    odd = oddity_table(data)
+    about.tables = [table for table in (events, odd) if table]
     about.folded = metadata_tables(data)
     return [*found, about]
 
@@ -110,7 +123,7 @@ def _learnt(data: RunData) -> Section:
         _add(
             section,
             "maneuvers",
-            maneuver_strips(data),
+            partial(maneuver_strips, data),
             "The best maneuver for each thing the eyes see: how fast the left (L) and the right wheel (R) turn in each action.",
         )
         section.tables.append(table)
@@ -122,21 +135,21 @@ def _learning(data: RunData) -> Section:
     _add(
         section,
         "fitness",
-        fitness_by_generation(data),
+        partial(fitness_by_generation, data),
         "Best fitness by generation. A category makes a step when all of its maneuvers are rated, so situations that come up "
         "often make many steps, and the curves have different lengths.",
     )
     _add(
         section,
         "learning",
-        fitness_by_maneuvers(data),
+        partial(fitness_by_maneuvers, data),
         "The same against the maneuvers performed. In the exam (grey) the best of each category are tested again.",
     )
     if data.learnt:
         _add(
             section,
             "wins",
-            wins_over_run(data, coaching_bouts(data)),
+            partial(wins_over_run, data, coaching_bouts(data)),
             "Share of bouts won during coaching, with maneuvers on trial; each tick above is a bout.",
         )
     effort = effort_table(data)
@@ -149,27 +162,27 @@ def _bouts(data: RunData) -> Section:
     table = bout_table(data)
     if table is None:
         return section
+    section.tables.append(table)
     if data.learnt:
         early = choose(coaching_bouts(data), learnt=True)
         _add(
             section,
             "trajectories",
-            trajectories(early),
+            partial(trajectories, early),
             f"Bouts of the coaching, first, middle and last ({chosen_caption(early)}), seen from above. "
             "Dashed: where they started; filled: where they ended.",
         )
     played = played_bouts(data)
     first = [bout for bout in played if bout.series == played[0].series]
     shown = choose(first, learnt=False)
-    name = first[0].series if first and first[0].series else "bouts"
+    name = shortened(first[0].series, 100) if first and first[0].series else "bouts"
     _add(
         section,
         "bouts",
-        trajectories(shown),
+        partial(trajectories, shown),
         f"A few {name} ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
     )
-    _add(section, "times", times_to_win(played), "How long it took to win.")
-    section.tables.append(table)
+    _add(section, "times", partial(times_to_win, played), "How long it took to win.")
     return section
 
 
@@ -178,7 +191,7 @@ def _link(data: RunData) -> Section:
     _add(
         section,
         "link",
-        link_quality(data),
+        partial(link_quality, data),
         "Left: frames from the robot over the run. Right: how long an acknowledgement or a time comparison took, where the "
         "question had to be asked only once.",
     )
@@ -190,13 +203,19 @@ def _sensed(data: RunData) -> Section:
     section = Section("Sensors and wheels")
     marked = any(event.kind in {"link", "safety"} for _, event in data.events)
     lines = " Amber lines mark events of the link and of safety." if marked else ""
-    _add(section, "sensors", sensors_over_time(data), f"What Junior sensed, and what its wheels were told.{lines}")
+    _add(section, "sensors", partial(sensors_over_time, data), f"What Junior sensed, and what its wheels were told.{lines}")
     return section
 
 
-def _add(section: Section, name: str, drawn: Figure | None, caption: str) -> None:
-    if drawn is not None:
-        section.pictures.append(Picture(name, png(drawn), caption))
+def _add(section: Section, name: str, draw: Callable[[], Figure | None], caption: str) -> None:
+    """Add a picture, or say why there is none: what a log holds never costs the report."""
+    try:
+        drawn = draw()
+        picture = None if drawn is None else Picture(name, png(drawn), caption)
+    except UNDRAWABLE as error:
+        section.text.append(f"The picture “{name}” can’t be drawn from what the log holds: {shortened(str(error), 200)}.")
+    else:
+        section.pictures += [picture] if picture else []
 
 
 def _subtitle(data: RunData) -> str:
@@ -207,7 +226,7 @@ def _subtitle(data: RunData) -> str:
         run.get("started", "").replace("T", " ")[:16],
         run.get("command", ""),
     ]
-    return " · ".join(part for part in parts if part)
+    return " · ".join(shortened(part, 300) for part in parts if part)
 
 
 def _numbers(data: RunData) -> list[tuple[str, str]]:
@@ -224,7 +243,7 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
         decided = [bout for bout in counted if bout.outcome is not BoutOutcome.UNDECIDED]
         if decided:
             wins = sum(bout.outcome is BoutOutcome.WIN for bout in decided)
-            found.append((f"{wins / len(decided):.1%}", f"won, {series}" if series else "of the bouts won"))
+            found.append((f"{wins / len(decided):.1%}", f"won, {shortened(series, 60)}" if series else "of the bouts won"))
     if data.duration:
         long = data.duration >= 120
         found.append((f"{data.duration / 60:.1f} min" if long else f"{data.duration:.1f} s", "of log time"))

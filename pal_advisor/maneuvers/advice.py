@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus
+from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers.settings import Objective, PalSettings, SettingsError
 
 if TYPE_CHECKING:
@@ -14,20 +15,14 @@ if TYPE_CHECKING:
 ADVICE_VERSION: Final = 1
 ANY: Final = "any"
 """In a file, "whatever the previous stimulus was"."""
+MOST_SEED: Final = 2**32 - 1
+"""The greatest seed."""
 EYES: Final = 3
 """The bits of a stimulus that are eyes."""
 
 
-class AdviceError(ValueError):
-    """An advice has a field that is missing or wrong.
-
-    Attributes:
-        path: Which field, as `entries[3].actions[1]`.
-    """
-
-    def __init__(self, path: str, message: str) -> None:
-        super().__init__(f"{path}: {message}")
-        self.path = path
+class AdviceError(FieldError):
+    """An advice has a field that is missing or wrong."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +61,39 @@ class AdviceEntry:
             "parents": list(self.parents),
             "names": list(self.names),
         }
+
+    @classmethod
+    def from_dict(cls, data: object, path: str = "") -> AdviceEntry:
+        """The inverse of `to_dict`.
+
+        Args:
+            data: Plain values.
+            path: What the entry is within the whole, as `entries[3]`.
+
+        Raises:
+            AdviceError: A field is missing, unknown or wrong; its `path` says which.
+        """
+        fields = Fields(data, path, AdviceError)
+        previous = fields.text("previous")
+        current = fields.text("current")
+        actions = fields.texts("actions")
+        if not 1 <= len(actions) <= MAX_ACTIONS:
+            raise fields.wrong("actions", f"1 to {MAX_ACTIONS} actions, not {len(actions)}")
+        for index, name in enumerate(actions):
+            if name not in Action.__members__:
+                raise fields.wrong(f"actions[{index}]", f"no action is called {shown(name)}")
+        entry = cls(
+            previous=ANY_STIMULUS if previous == ANY else _stimulus(previous, fields.at("previous")),
+            current=_stimulus(current, fields.at("current")),
+            actions=tuple(Action[name] for name in actions),
+            fitness=fields.number("fitness"),
+            evaluations=fields.integer("evaluations"),
+            phase=fields.integer("phase", 1, 2) if fields.has("phase") else 1,
+            parents=fields.texts("parents") if fields.has("parents") else (),
+            names=fields.texts("names") if fields.has("names") else (),
+        )
+        fields.done()
+        return entry
 
 
 @dataclass(frozen=True)
@@ -136,19 +164,19 @@ class Advice:
         Raises:
             AdviceError: A field is missing, unknown or wrong; its `path` says which.
         """
-        reader = _Reader(data, "")
-        version = reader.take("version", int)
+        fields = Fields(data, "", AdviceError)
+        version = fields.integer("version")
         if version != ADVICE_VERSION:
             raise AdviceError("version", f"{version} is not known; this program reads {ADVICE_VERSION}")
-        settings = _settings(reader.take("settings", dict))
-        objective = reader.take("objective", str)
+        settings = _settings(fields.take("settings"))
+        objective = fields.text("objective")
         if objective != settings.objective:
             raise AdviceError("objective", f"{objective!r} differs from settings.objective, {settings.objective.value!r}")
-        opponent = reader.take("opponent", str, "")
-        seed = reader.take("seed", int, -1)
-        raw = reader.take("entries", list)
-        reader.done()
-        entries = tuple(_entry(item, f"entries[{index}]") for index, item in enumerate(raw))
+        opponent = fields.text("opponent") if fields.has("opponent") else ""
+        seed = fields.integer("seed", 0, MOST_SEED) if fields.has("seed") else None
+        raw = list(fields.items("entries"))
+        fields.done()
+        entries = tuple(AdviceEntry.from_dict(item, path) for path, item in raw)
         if not entries:
             raise AdviceError("entries", "there is none")
         seen: set[tuple[int, int]] = set()
@@ -156,7 +184,7 @@ class Advice:
             if (entry.previous, entry.current) in seen:
                 raise AdviceError(f"entries[{index}]", f"a second entry for {_label(entry.previous)}, {_label(entry.current)}")
             seen.add((entry.previous, entry.current))
-        return cls(settings, entries, opponent, None if seed < 0 else seed)
+        return cls(settings, entries, opponent, seed)
 
 
 def make_maneuver(actions: tuple[Action, ...], settings: PalSettings) -> Maneuver:
@@ -171,78 +199,20 @@ def make_maneuver(actions: tuple[Action, ...], settings: PalSettings) -> Maneuve
     )
 
 
-class _Reader:
-    """Takes fields from a table, and names the wrong one."""
-
-    def __init__(self, data: object, path: str) -> None:
-        if not isinstance(data, dict):
-            raise AdviceError(path or "advice", f"expected a table, not {data!r}")
-        self._data = dict(data)
-        self._path = path
-
-    def at(self, name: str) -> str:
-        return f"{self._path}.{name}" if self._path else name
-
-    def take(self, name: str, kind: type, default: object = None) -> Any:  # noqa: ANN401
-        if name not in self._data:
-            if default is None:
-                raise AdviceError(self.at(name), "missing")
-            return default
-        value = self._data.pop(name)
-        if kind is float and type(value) is int:
-            value = float(value)
-        if type(value) is not kind:
-            raise AdviceError(self.at(name), f"expected {kind.__name__}, not {value!r}")
-        return value
-
-    def strings(self, name: str) -> tuple[str, ...]:
-        values = self.take(name, list, [])
-        for index, value in enumerate(values):
-            if not isinstance(value, str):
-                raise AdviceError(f"{self.at(name)}[{index}]", f"expected a text, not {value!r}")
-        return tuple(values)
-
-    def done(self) -> None:
-        for name in self._data:
-            raise AdviceError(self.at(str(name)), "no field has this name")
-
-
-def _settings(data: dict[str, Any]) -> PalSettings:
+def _settings(data: object) -> PalSettings:
+    if not isinstance(data, dict):
+        raise AdviceError("settings", f"expected a table, not {shown(data)}")
     try:
         return PalSettings.from_dict(data)
     except SettingsError as error:
         raise AdviceError(f"settings.{error.field}", str(error).partition(": ")[2]) from error
 
 
-def _entry(data: object, path: str) -> AdviceEntry:
-    reader = _Reader(data, path)
-    previous = reader.take("previous", str)
-    current = reader.take("current", str)
-    actions = reader.strings("actions")
-    if not 1 <= len(actions) <= MAX_ACTIONS:
-        raise AdviceError(reader.at("actions"), f"1 to {MAX_ACTIONS} actions, not {len(actions)}")
-    for index, name in enumerate(actions):
-        if name not in Action.__members__:
-            raise AdviceError(f"{reader.at('actions')}[{index}]", f"no action is called {name!r}")
-    entry = AdviceEntry(
-        previous=ANY_STIMULUS if previous == ANY else _stimulus(previous, reader.at("previous")),
-        current=_stimulus(current, reader.at("current")),
-        actions=tuple(Action[name] for name in actions),
-        fitness=reader.take("fitness", float),
-        evaluations=reader.take("evaluations", int),
-        phase=reader.take("phase", int, 1),
-        parents=reader.strings("parents"),
-        names=reader.strings("names"),
-    )
-    reader.done()
-    return entry
-
-
 def _stimulus(label: str, path: str) -> int:
     try:
         return int(Stimulus.from_label(label))
     except ValueError as error:
-        raise AdviceError(path, str(error)) from error
+        raise AdviceError(path, str(error) if len(label) <= 60 else f"unknown stimulus {shown(label)}") from error
 
 
 def _label(code: int) -> str:

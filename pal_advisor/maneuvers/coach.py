@@ -8,22 +8,27 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver
+from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers.advice import EYES, Advice, AdviceEntry, make_maneuver
 from pal_advisor.maneuvers.credit import Trace, Waiting
+from pal_advisor.maneuvers.evidence import read_codes
 from pal_advisor.maneuvers.fitness import Performance, fitness, full_rate
 from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population
-from pal_advisor.maneuvers.settings import PalSettings
+from pal_advisor.maneuvers.settings import PalSettings, SettingsError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 STATE_VERSION: Final = 1
 BIT_GENERATORS: Final = ("PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64")
+_MT_WORDS: Final = 624
+_STATE_LIMITS: Final = {"has_uint32": 1, "uinteger": 2**32 - 1, "pos": _MT_WORDS, "buffer_pos": 4}
+"""Greatest values in the state of a generator."""
 
 
-class StateError(ValueError):
-    """A saved state can't be gone on from."""
+class StateError(FieldError):
+    """A saved state can't be gone on from: a field is missing, unknown or wrong."""
 
 
 @dataclass(frozen=True)
@@ -304,30 +309,114 @@ class Pal:
         """The inverse of `state_dict`.
 
         Raises:
-            StateError: The state is of another version or damaged.
+            StateError: The state is of another version, or a field of it is missing, unknown or wrong.
         """
-        if state.get("version") != STATE_VERSION:
-            raise StateError(f"state of version {state.get('version')!r}; this program goes on from {STATE_VERSION}")
-        try:
-            pal = cls(PalSettings.from_dict(state["settings"]), _generator(state["rng"]))
-            pal.used = int(state["used"])
-            pal._asked = int(state["asked"])
-            pal.history = [GenerationRecord(**{**item, "category": tuple(item["category"])}) for item in state["history"]]
-            pal._greedy = bool(state["greedy"])
-            pal._trace.restore(state["trace"])
-            for item in state["populations"]:
-                pal._populations[tuple(item["category"])] = Population.from_dict(item)
-        except (KeyError, TypeError, ValueError) as error:
-            raise StateError(f"the saved state is damaged: {error!r}") from error
+        fields = Fields(state, "", StateError)
+        version = fields.take("version")
+        if version != STATE_VERSION:
+            raise fields.wrong("version", f"{shown(version)} is not known; this program goes on from {STATE_VERSION}")
+        pal = cls(_settings(fields.take("settings")), _generator(fields.take("rng")))
+        pal.used = fields.integer("used", 0, pal.settings.budget)
+        pal._asked = fields.integer("asked", pal.used)
+        pal.history = [_step(item, at) for at, item in fields.items("history")]
+        pal._greedy = fields.flag("greedy")
+        trace = list(fields.items("trace"))
+        for at, item in fields.items("populations"):
+            population = Fields(item, at, StateError)
+            category = _category(population, arms=pal.settings.arms_in_stimulus)
+            if category in pal._populations:
+                raise population.wrong("category", f"a second population of {list(category)}")
+            pal._populations[category] = Population.from_fields(population, StateError, pal.settings)
+        fields.done()
+        pal._trace.restore([pal._waiting(item, at) for at, item in trace])
         return pal
 
+    def _waiting(self, data: object, path: str) -> Waiting:
+        """A performance that waits for credit."""
+        fields = Fields.row(data, ("category", "genome", "performed", "fitness", "age"), path, StateError)
+        category = _category(fields, arms=self.settings.arms_in_stimulus)
+        if category not in self._populations:
+            raise fields.wrong("category", f"there is no population of {list(category)}")
+        genome = read_codes(fields, "genome", self.settings.actions, self.settings.actions)
+        performed = fields.integer("performed", 1, len(genome))
+        return Waiting(category, genome, performed, fields.number("fitness"), fields.number("age", 0.0))
 
-def _generator(state: Mapping[str, Any]) -> np.random.Generator:
-    if state["bit_generator"] not in BIT_GENERATORS:
-        raise StateError(f"unknown generator {state['bit_generator']!r}")
-    bits = getattr(np.random, state["bit_generator"])()
-    bits.state = {**state}
+
+def _settings(data: object) -> PalSettings:
+    if not isinstance(data, dict):
+        raise StateError("settings", f"expected a table, not {shown(data)}")
+    try:
+        return PalSettings.from_dict(data)
+    except SettingsError as error:
+        raise StateError(f"settings.{error.field}", str(error).partition(": ")[2]) from error
+
+
+def _category(fields: Fields, *, arms: bool = True) -> Category:
+    """The situation that a field `category` names."""
+    value = fields.take("category")
+    most = 15 if arms else EYES
+    if not isinstance(value, list) or len(value) != 2 or any(type(code) is not int for code in value):
+        raise fields.wrong("category", f"expected [previous, current], as codes of stimuli, not {shown(value)}")
+    for index, code in enumerate(value):
+        if not 0 <= code <= most and (index or code != ANY_STIMULUS):
+            or_any = "" if index else f", or {ANY_STIMULUS} for any"
+            raise fields.wrong(f"category[{index}]", f"expected a stimulus, 0 to {most}{or_any}, not {shown(code)}")
+    return value[0], value[1]
+
+
+def _step(data: object, path: str) -> GenerationRecord:
+    """A GP step that was made."""
+    fields = Fields(data, path, StateError)
+    record = GenerationRecord(
+        category=_category(fields),
+        phase=fields.integer("phase", 1, 2),
+        generation=fields.integer("generation"),
+        used=fields.integer("used"),
+        evaluations=fields.integer("evaluations"),
+        best=fields.number("best"),
+        mean=fields.number("mean"),
+        maneuver=fields.text("maneuver"),
+    )
+    fields.done()
+    return record
+
+
+def _generator(state: object) -> np.random.Generator:
+    """A source of chance that goes on where another stood.
+
+    Every part of its state is compared with that of a new one: numpy believes whatever it is given.
+    """
+    fields = Fields(state, "rng", StateError)
+    name = fields.take("bit_generator")
+    if name not in BIT_GENERATORS:
+        raise fields.wrong("bit_generator", f"no generator is called {shown(name)}")
+    bits = getattr(np.random, name)()
+    given = {"bit_generator": name, **_numbers(fields, _plain(bits.state))}
+    try:
+        bits.state = given
+    except (OverflowError, ValueError) as error:
+        raise fields.wrong("state", f"no state of {name}: {shown(str(error))}") from error
     return np.random.Generator(bits)
+
+
+def _numbers(fields: Fields, like: Mapping[str, Any]) -> dict[str, Any]:
+    """The state of a generator, whole numbers of the right count and size."""
+    found: dict[str, Any] = {}
+    for name, value in like.items():
+        if name == "bit_generator":
+            continue
+        if isinstance(value, dict):
+            found[name] = _numbers(fields.table(name), value)
+        elif isinstance(value, list):
+            item = fields.elements(name)
+            if len(item.names) != len(value):
+                raise fields.wrong(name, f"expected {len(value)} numbers, not {len(item.names)}")
+            word = np.iinfo(np.uint32 if len(value) == _MT_WORDS else np.uint64)
+            found[name] = np.array([item.integer(at, 0, int(word.max)) for at in item.names], dtype=word.dtype)
+        else:
+            found[name] = fields.integer(name, 0, _STATE_LIMITS.get(name, 2**128 - 1))
+    fields.done()
+    return found
 
 
 def _plain(value: Any) -> Any:  # noqa: ANN401

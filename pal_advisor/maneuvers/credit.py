@@ -92,6 +92,6 @@ class Trace:
         """State as plain values."""
         return [[list(w.category), list(w.genome), w.performed, w.fitness, w.age] for w in self._waiting]
 
-    def restore(self, data: Iterable[Any]) -> None:
-        """The inverse of `to_list`."""
-        self._waiting = deque(Waiting(tuple(category), tuple(genome), *rest) for category, genome, *rest in data)
+    def restore(self, performances: Iterable[Waiting]) -> None:
+        """Go on with performances that a saved run left, oldest first."""
+        self._waiting = deque(performances)

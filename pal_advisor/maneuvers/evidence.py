@@ -11,7 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.vocabulary import ACTIONS, Action
+from firmware_protocol.vocabulary import ACTIONS, MAX_ACTIONS, Action
+from pal_advisor.fields import HUGE, MOST, FieldError, Fields, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,6 +24,9 @@ UNKNOWN: Final = 0.1
 ENOUGH: Final = 5
 """Repetitions needed to tell the spread of repetitions from that of all performances."""
 LEAST_SPREAD: Final = 1e-6
+SUM: Final = HUGE * MOST
+"""No sum of fitness is greater, and below no sum of squares."""
+SQUARES: Final = HUGE * HUGE * MOST
 
 _MOTIONS = {(spec.speed, spec.left, spec.right): action for action, spec in ACTIONS.items()}
 _SAME: Final = tuple(int(_MOTIONS[spec.speed, spec.left, spec.right]) for spec in (ACTIONS[action] for action in Action))
@@ -169,12 +173,59 @@ class Evidence:
         return [self.count, self._total, self._squares, nodes]
 
     @classmethod
-    def from_list(cls, data: Sequence[Any]) -> Evidence:
-        """The inverse of `to_list`."""
+    def from_list(
+        cls, data: object, path: str = "evidence", error: type[FieldError] = FieldError, actions: int = MAX_ACTIONS
+    ) -> Evidence:
+        """The inverse of `to_list`.
+
+        Args:
+            data: Plain values.
+            path: What they are within the whole.
+            error: The error of a field.
+            actions: Actions a maneuver has.
+
+        Raises:
+            FieldError: A field is missing or wrong; of the kind given.
+        """
+        fields = Fields.row(data, ("count", "total", "squares", "nodes"), path, error)
         evidence = cls()
-        evidence.count, evidence._total, evidence._squares, nodes = data
-        evidence._nodes = {tuple(path): _Node(*values) for path, *values in nodes}
+        evidence.count = fields.integer("count")
+        evidence._total, evidence._squares = fields.number("total", -SUM, SUM), fields.number("squares", 0.0, SQUARES)
+        for at, item in fields.items("nodes"):
+            node = Fields.row(item, ("path", "ended", "total", "squares", "gone_on", "sum_all"), at, error)
+            codes = read_codes(node, "path", 1, actions)
+            if codes != _path(codes):
+                raise node.wrong("path", f"no motion has these codes: {list(codes)}")
+            evidence._nodes[codes] = _Node(
+                ended=node.integer("ended"),
+                total=node.number("total", -SUM, SUM),
+                squares=node.number("squares", 0.0, SQUARES),
+                gone_on=node.integer("gone_on"),
+                sum_all=node.number("sum_all", -SUM, SUM),
+            )
         return evidence
+
+
+def read_codes(fields: Fields, name: str, least: int, most: int) -> tuple[int, ...]:
+    """Action codes from a list.
+
+    Args:
+        fields: The table that they are a field of.
+        name: The field.
+        least: How many there are at least.
+        most: How many at most.
+
+    Raises:
+        FieldError: They are no such list; of the fields' kind.
+    """
+    codes = fields.take(name)
+    if not isinstance(codes, list) or not least <= len(codes) <= most:
+        count = f"{least}" if least == most else f"{least} to {most}"
+        raise fields.wrong(name, f"expected a list of {count} action codes, not {shown(codes)}")
+    for index, code in enumerate(codes):
+        if type(code) is not int or not 0 <= code < len(_SAME):
+            raise fields.wrong(f"{name}[{index}]", f"expected an action code, 0 to {len(_SAME) - 1}, not {shown(code)}")
+    return tuple(codes)
 
 
 def _path(codes: Sequence[int]) -> tuple[int, ...]:

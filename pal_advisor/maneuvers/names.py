@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -9,7 +10,9 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.vocabulary import Action, ActionTally, Family, Maneuver
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
+
+    from pal_advisor.fields import Fields
 
 CONTROL_PERIOD: Final = 0.005
 """Time between two samples of the firmware, in s."""
@@ -71,9 +74,13 @@ class Engagement:
         ]  # fmt: skip
 
     @classmethod
-    def from_list(cls, data: Iterable[int]) -> Engagement:
-        """The inverse of `to_list`."""
-        return cls(*data)
+    def from_fields(cls, fields: Fields) -> Engagement:
+        """The inverse of `to_list`, from its elements by the names of the attributes."""
+        return cls(*(fields.integer(name) for name in SUMS))
+
+
+SUMS: Final = tuple(field.name for field in dataclasses.fields(Engagement))
+"""The names of the sums, in order."""
 
 
 def names(actions: Sequence[Action], engagement: Engagement) -> list[str]:

@@ -10,13 +10,15 @@ import numpy as np
 
 from firmware_protocol.vocabulary import BASIC_ACTIONS, FINE_ACTIONS, Action
 from pal_advisor.evolution import Genes, breed
-from pal_advisor.maneuvers.evidence import Estimate, Evidence
-from pal_advisor.maneuvers.names import Engagement
+from pal_advisor.fields import Fields
+from pal_advisor.maneuvers.evidence import Estimate, Evidence, read_codes
+from pal_advisor.maneuvers.names import SUMS, Engagement
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.vocabulary import ActionTally
+    from pal_advisor.fields import FieldError
     from pal_advisor.maneuvers.settings import PalSettings
 
 Genome = tuple[int, ...]
@@ -58,10 +60,27 @@ class Candidate:
         return [list(self.genome), parents, self.phase, self.performed, self.engagement.to_list()]
 
     @classmethod
-    def from_list(cls, data: Sequence[Any]) -> Candidate:
-        """The inverse of `to_list`."""
-        genome, parents, phase, performed, engagement = data
-        return cls(tuple(genome), tuple(map(tuple, parents)), phase, performed, Engagement.from_list(engagement))
+    def from_list(cls, data: object, path: str, error: type[FieldError], actions: int) -> Candidate:
+        """The inverse of `to_list`.
+
+        Args:
+            data: Plain values.
+            path: What they are within the whole.
+            error: The error of a field.
+            actions: Actions a maneuver has.
+
+        Raises:
+            FieldError: A field is missing or wrong; of the kind given.
+        """
+        fields = Fields.row(data, ("genome", "parents", "phase", "performed", "engagement"), path, error)
+        parents = fields.elements("parents")
+        return cls(
+            read_codes(fields, "genome", actions, actions),
+            tuple(read_codes(parents, at, actions, actions) for at in parents.names),
+            fields.integer("phase", 1, 2),
+            fields.integer("performed"),
+            Engagement.from_fields(Fields.row(fields.take("engagement"), SUMS, fields.at("engagement"), error)),
+        )
 
 
 class Population:
@@ -205,13 +224,30 @@ class Population:
         }
 
     @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Population:
-        """The inverse of `to_dict`."""
+    def from_fields(cls, fields: Fields, error: type[FieldError], settings: PalSettings) -> Population:
+        """The inverse of `to_dict`.
+
+        Args:
+            fields: The fields of the plain values.
+            error: The error of a field.
+            settings: How to coach.
+
+        Raises:
+            FieldError: A field is missing or wrong; of the kind given.
+        """
         population = cls()
-        population.phase = data["phase"]
-        population.generation = data["generation"]
-        population.members = [tuple(genome) for genome in data["members"]]
-        candidates = [Candidate.from_list(item) for item in data["archive"]]
-        population.archive = {candidate.genome: candidate for candidate in candidates}
-        population.evidence = Evidence.from_list(data["evidence"])
+        population.phase = fields.integer("phase", 1, 2)
+        population.generation = fields.integer("generation")
+        members = fields.elements("members")
+        population.members = [read_codes(members, at, settings.actions, settings.actions) for at in members.names]
+        if len(population.members) != settings.population:
+            raise fields.wrong("members", f"expected {settings.population}, not {len(population.members)}")
+        for at, item in fields.items("archive"):
+            candidate = Candidate.from_list(item, at, error, settings.actions)
+            population.archive[candidate.genome] = candidate
+        for index, genome in enumerate(population.members):
+            if genome not in population.archive:
+                raise fields.wrong(f"members[{index}]", "it is not in the archive")
+        population.evidence = Evidence.from_list(fields.take("evidence"), fields.at("evidence"), error, settings.actions)
+        fields.done()
         return population

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict, dataclass, fields
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from firmware_protocol.vocabulary import MAX_ACTIONS
+from pal_advisor.fields import is_number, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
 Phases = Literal["multi", "basic", "fine"]
 """Both phases; the basic actions alone; the fine actions alone, from the beginning."""
+
+MOST_MEMBERS: Final = 10_000
+"""No population is larger."""
+MOST_BUDGET: Final = 10_000_000
+"""No budget is greater."""
+MOST_WORTH: Final = 1e6
+"""No weight and no time is greater, so that every fitness is a number."""
+_KINDS: Final = {int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
 
 
 class SettingsError(ValueError):
@@ -120,26 +128,26 @@ class PalSettings:
         self._require("phases", self.phases in get_args(Phases), f"one of {', '.join(get_args(Phases))}")
         self._require("actions", 1 <= self.actions <= MAX_ACTIONS, f"1 to {MAX_ACTIONS}")
         self._require("period", 0.02 <= self.period <= 5.0, "0.02 to 5 s")
-        self._require("population", self.population >= 2, "2 or more")
+        self._require("population", 2 <= self.population <= MOST_MEMBERS, f"2 to {MOST_MEMBERS}")
         self._require("elite", 0 <= self.elite < self.population, "less than the population, and not negative")
-        for name in ("budget", "exam_best", "tournament", "rounds"):
-            self._require(name, getattr(self, name) >= 1, "1 or more")
+        for name, most in (("budget", MOST_BUDGET), ("exam_best", MOST_MEMBERS), ("tournament", MOST_MEMBERS), ("rounds", 30)):
+            self._require(name, 1 <= getattr(self, name) <= most, f"1 to {most}")
         for name in ("crossover", "mutation", "in_family", "exam_share", "phase_share", "greedy"):
             self._require(name, 0.0 <= getattr(self, name) <= 1.0, "0 to 1")
         self._require("credit", 0.0 <= self.credit < 1.0, "0 to less than 1")
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, float):
-                self._require(field.name, math.isfinite(value) and value >= 0.0, "a number, not negative")
+                self._require(field.name, 0.0 <= value <= MOST_WORTH, f"a number, 0 to {MOST_WORTH:g}")
         self._require(
             "action_weights",
-            len(self.action_weights) in {0, self.actions} and all(math.isfinite(w) and w >= 0.0 for w in self.action_weights),
-            f"none, or {self.actions} numbers, not negative",
+            len(self.action_weights) in {0, self.actions} and all(0.0 <= w <= MOST_WORTH for w in self.action_weights),
+            f"none, or {self.actions} numbers, 0 to {MOST_WORTH:g}",
         )
 
     def _require(self, name: str, condition: bool, wanted: str) -> None:  # noqa: FBT001
         if not condition:
-            raise SettingsError(name, f"{getattr(self, name)!r} won't do; wanted: {wanted}")
+            raise SettingsError(name, f"{shown(getattr(self, name))} won't do; wanted: {wanted}")
 
     def to_dict(self) -> dict[str, Any]:
         """Settings as plain values."""
@@ -157,7 +165,7 @@ class PalSettings:
         known = {field.name for field in fields(cls)}
         for name, value in data.items():
             if name not in known:
-                raise SettingsError(str(name), "no setting has this name")
+                raise SettingsError(str(name)[:60], "no setting has this name")
             values[name] = _plain(name, value, getattr(defaults, name))
         return cls(**values)
 
@@ -165,19 +173,15 @@ class PalSettings:
 def _plain(name: str, value: object, default: object) -> object:
     """The value as the type of the default."""
     if isinstance(default, tuple):
-        if not isinstance(value, list | tuple) or not all(_is_number(item) for item in value):
-            raise SettingsError(name, f"expected a list of numbers, not {value!r}")
+        if not isinstance(value, list | tuple) or not all(is_number(item) for item in value):
+            raise SettingsError(name, f"expected a list of numbers, not {shown(value)}")
         return tuple(float(item) for item in value)
     if isinstance(default, Objective):
-        if value not in set(Objective):
-            raise SettingsError(name, f"expected one of {', '.join(Objective)}, not {value!r}")
+        if not isinstance(value, str) or value not in set(Objective):
+            raise SettingsError(name, f"expected one of {', '.join(Objective)}, not {shown(value)}")
         return Objective(str(value))
-    if isinstance(default, float) and _is_number(value):
+    if isinstance(default, float) and is_number(value):
         return float(value)  # type: ignore[arg-type]
     if type(value) is not type(default):
-        raise SettingsError(name, f"expected {type(default).__name__}, not {value!r}")
+        raise SettingsError(name, f"expected {_KINDS[type(default)]}, not {shown(value)}")
     return value
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

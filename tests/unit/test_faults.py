@@ -241,7 +241,7 @@ def test_what_is_wrong_in_text_is_named(text: str, said: str) -> None:
         ("[[battery]]\nat = 1\n", "line 1: battery[0]: fault 'battery' needs its 'voltage'"),
         ("drop = 'much'\n", "line 1: drop: fault 'drop' needs a number"),
         ("drop = true\n", "line 1: drop: fault 'drop' needs a number"),
-        ("drop = \n", "Invalid value (at line 1"),
+        ("drop = \n", "line 1: this is no valid TOML: Invalid value"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_named_with_its_line(toml: str, said: str, tmp_path: Path) -> None:
@@ -256,13 +256,13 @@ def test_what_is_wrong_in_a_file_is_named_with_its_line(toml: str, said: str, tm
 def test_files_that_are_none(tmp_path: Path) -> None:
     with pytest.raises(FaultSpecError, match="cannot read the fault file"):
         read_faults(f"@{tmp_path / 'nothing'}")
-    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
+    (tmp_path / "binary.toml").write_bytes(b"drop\xff")
     with pytest.raises(FaultSpecError, match="no text file"):
         read_faults(str(tmp_path / "binary.toml"))
     (tmp_path / "list.json").write_text("[1, 2]", encoding="utf-8")
     with pytest.raises(FaultSpecError, match="table of names"):
         read_faults(str(tmp_path / "list.json"))
-    (tmp_path / "deep.json").write_text("[" * 100_000, encoding="utf-8")
+    (tmp_path / "deep.json").write_text("[" * 50_000, encoding="utf-8")
     with pytest.raises(FaultSpecError, match="nested too deeply"):
         read_faults(str(tmp_path / "deep.json"))
 
