@@ -78,6 +78,6 @@ def test_emulate_serves_several_and_keeps_their_memories(printed: pytest.Capture
             assert robots.end() == 130
     assert (tmp_path / "all.bin").stat().st_size == 3 * 1024
     assert run(["emulate", "junior", "--count", "2", "--link", "tcp://127.0.0.1:0", "--memory", "all.bin"]) == 2
-    assert "all.bin: the EEPROMs of 2 robots hold 2048 bytes, the image 3072" in printed.readouterr().err
+    assert "all.bin is no memory image of 2 robots: expected 2048 bytes, not 3072" in printed.readouterr().err
     assert run(["emulate", "junior", "--count", "200", "--link", "can://virtual/many"]) == 2
     assert "1 to 127 robots can share this line, not 200" in printed.readouterr().err
