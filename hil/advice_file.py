@@ -9,7 +9,8 @@ import tomli_w
 
 from firmware_protocol.errors import HilError
 from hil.field_lines import line_of
-from hil.files import read_document, replace_file
+from hil.files import read_document
+from hil.outputs import write_output
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
@@ -25,20 +26,31 @@ class AdviceFileError(HilError):
     """An advice file can't be read, or a field of it is wrong; the text names the file, the line and the field."""
 
 
-def save_advice(advice: Advice, path: Path) -> None:
+def advice_text(advice: Advice, *, as_json: bool = False) -> str:
+    """An advice as a file holds it.
+
+    Args:
+        advice: What was learnt.
+        as_json: JSON; else TOML.
+    """
+    data = advice.to_dict()
+    return json.dumps(data, indent=2) + "\n" if as_json else HEADER + tomli_w.dumps(data)
+
+
+def save_advice(advice: Advice, path: Path, *, overwrite: bool = False) -> None:
     """Write an advice file, whole or not at all.
 
     Args:
         advice: What was learnt.
         path: Where to; `.json` writes JSON, anything else TOML.
+        overwrite: One that exists is replaced.
 
     Raises:
+        OutputExistsError: There is one, and it may not be replaced.
         AdviceFileError: It can't be written.
     """
-    data = advice.to_dict()
-    text = json.dumps(data, indent=2) + "\n" if path.suffix == ".json" else HEADER + tomli_w.dumps(data)
     try:
-        replace_file(path, text.encode())
+        write_output(path, advice_text(advice, as_json=path.suffix == ".json").encode(), overwrite=overwrite)
     except OSError as error:
         raise AdviceFileError(f"cannot write {path}: {error.strerror}") from error
 

@@ -7,12 +7,12 @@ import json
 import shlex
 import sys
 import tomllib
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
@@ -29,6 +29,7 @@ EXIT_DONE = 0
 EXIT_FELL_SHORT = 1
 EXIT_USAGE = 2
 EXIT_NO_ROBOT = 3
+EXIT_FILE = 4
 EXIT_INTERRUPTED = 130
 
 
@@ -45,38 +46,52 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
     Returns:
         The same, for typer.
     """
-    errors = Console(stderr=True, highlight=False, soft_wrap=True)
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             status = command(*args, **kwargs)
         except KeyboardInterrupt:
-            errors.print("Interrupted.")
+            complain("Interrupted.", program=False)
             status = EXIT_INTERRUPTED
-        except AddressError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_USAGE
-        except RefusedError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_FELL_SHORT
-        except (LinkError, PeerError) as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_NO_ROBOT
-        except DeployError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_FELL_SHORT
-        except (UsageError, HilError) as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_USAGE
         except BrokenPipeError:  # who reads our output has had enough; typer ends without a word
             raise
+        except (UsageError, HilError) as error:
+            complain(str(error))
+            status = status_of(error)
         except OSError as error:
-            errors.print(f"hil: {error.filename or 'the output'} cannot be written or read: {error.strerror}", markup=False)
-            status = EXIT_FELL_SHORT
+            complain(f"{error.filename or 'the output'} cannot be written or read: {error.strerror}")
+            status = EXIT_FILE
         raise typer.Exit(status or EXIT_DONE)
 
     return run
+
+
+def status_of(error: BaseException) -> int:
+    """The exit status that an error ends a sub-command with.
+
+    Args:
+        error: The error.
+    """
+    if isinstance(error, AddressError):
+        return EXIT_USAGE
+    if isinstance(error, RefusedError | DeployError):
+        return EXIT_FELL_SHORT
+    if isinstance(error, LinkError | PeerError):
+        return EXIT_NO_ROBOT
+    if isinstance(error, OSError) or (isinstance(error.__cause__, OSError) and isinstance(error, HilError)):
+        return EXIT_FILE
+    return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
+
+
+def complain(text: str, *, program: bool = True) -> None:
+    """Say on stderr what went wrong.
+
+    Args:
+        text: What.
+        program: Say who says so.
+    """
+    Console(stderr=True, highlight=False, soft_wrap=True).print(f"hil: {text}" if program else text, markup=False)
 
 
 def load_config(context: typer.Context, path: Path | None) -> Path | None:
@@ -133,7 +148,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print the resu
 SeedOption = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Seed of every random choice.")]
 LogOption = Annotated[
     Path | None,
-    typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; a time-stamped file under ./logs/ if left out."),
+    typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; log.mcap in the run's folder if left out."),
 ]
 SigningKeyOption = Annotated[
     Path | None,
@@ -141,6 +156,11 @@ SigningKeyOption = Annotated[
         "--signing-key", metavar="FILE", help="Key file: sign what is sent, believe what is signed (hil keygen makes one)."
     ),
 ]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="The run's folder, made by it; runs/DATE-TIME-VERB-WHAT if left out."),
+]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace named outputs that exist, when the new are whole.")]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
 ReconnectOption = Annotated[
     float,
@@ -175,6 +195,17 @@ def check_opponent(name: str) -> str:
     return name
 
 
+def url_of(link: str | None, opponent: str | None, seed: int) -> str:
+    """The address of the robot.
+
+    Args:
+        link: As given; None is an emulated robot in this process.
+        opponent: Its opponent; None is `flat-light`.
+        seed: Its seed.
+    """
+    return link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
+
+
 def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:
     """Say which robot was taken, and how to take another, where several are on the link and the user named none.
 
@@ -190,36 +221,13 @@ def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[
         tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
 
 
-def log_path(verb: str, log: Path | None, *, no_log: bool) -> Path | None:
-    """Where this run's log goes.
+def literal(text: str) -> Text:
+    """Text that is shown as it is, whatever brackets are in it.
 
     Args:
-        verb: Name of the sub-command, part of the default name.
-        log: What the user asked for.
-        no_log: No log is wanted.
-
-    Returns:
-        A path whose folder exists, or None.
-
-    Raises:
-        UsageError: Both `--log` and `--no-log`, or the folder can't be made.
+        text: The text.
     """
-    if no_log:
-        if log is not None:
-            raise UsageError("--log and --no-log exclude each other")
-        return None
-    if log is None:
-        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
-        log = Path("logs") / f"{stamp}-{verb}.mcap"
-        number = 2
-        while log.exists():
-            log = Path("logs") / f"{stamp}-{verb}-{number}.mcap"
-            number += 1
-    try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"cannot make the folder {log.parent}: {error.strerror}") from error
-    return log
+    return Text(text)
 
 
 def consoles(*, as_json: bool, quiet: bool = False) -> Console:

@@ -18,7 +18,7 @@ from firmware_protocol.parameters import PARAMETERS
 from hil.cli import common
 from hil.cli.session import others_beside
 from hil.connecting import connect
-from hil.files import replace_file
+from hil.outputs import OutputError, check_output, write_output
 
 
 def param(
@@ -27,6 +27,7 @@ def param(
     value: Annotated[float | None, typer.Argument(metavar="VALUE", help="New value.")] = None,
     *,
     save: Annotated[Path | None, typer.Option("--save", metavar="FILE.toml", help="Write all parameters to a file.")] = None,
+    overwrite: common.OverwriteOption = False,
     load: Annotated[Path | None, typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file.")] = None,
     signing_key: common.SigningKeyOption = None,
     as_json: common.JsonOption = False,
@@ -39,6 +40,8 @@ def param(
     """
     if name is not None and (save or load):
         raise common.UsageError("give a NAME, or --save or --load, not both")
+    if save:
+        check_output(save, overwrite=overwrite)
     wanted = _read(load) if load else {}
     console = common.consoles(as_json=as_json, quiet=quiet)
     with connect(link, signing_key=signing_key) as junior:
@@ -58,9 +61,9 @@ def param(
             raise common.UsageError(str(error)) from error
     if save:
         try:
-            replace_file(save, tomli_w.dumps(result).encode())
+            write_output(save, tomli_w.dumps(result).encode(), overwrite=overwrite)
         except OSError as error:
-            raise common.UsageError(f"cannot write {save}: {error.strerror}") from error
+            raise OutputError(f"cannot write {save}: {error.strerror}") from error
     if as_json:
         common.print_json(result)
     elif name is not None:
