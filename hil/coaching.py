@@ -380,7 +380,7 @@ def load_checkpoint(path: Path) -> Checkpoint:
     try:
         data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise CheckpointError(f"there is no checkpoint {path} to resume from: run without --resume first") from error
+        raise CheckpointError(f"there is no checkpoint {path} to go on from") from error
     except OSError as error:
         raise CheckpointError(f"cannot read the checkpoint {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:

@@ -136,7 +136,7 @@ def bout(
             console.print(f"Log: {run.log}", markup=False)
     if short:
         console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
-    return run.status
+    return run.ended()
 
 
 def _controller(advice: Path | None, name: ControllerName | None, seed: int) -> Controller:

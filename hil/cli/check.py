@@ -113,7 +113,7 @@ def check(
             )
         if run.log is not None and not quiet:
             console.print(f"Log: {run.log}", markup=False)
-    return run.status
+    return run.ended()
 
 
 def _chosen(only: list[str] | None) -> list[Check]:

@@ -137,7 +137,7 @@ def coach(
     clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
-    saved = begun.named() if link else begun.named() or begun.newest(opponent=opponent)
+    saved = begun.named() or (None if link else begun.newest(opponent=opponent))
     if saved is not None:
         opponent = saved.opponent if saved.opponent in common.OPPONENTS else opponent
         seed = saved.seed
@@ -193,8 +193,7 @@ def coach(
             run.describe(opponent=coaching.ring.opponent)
             try:
                 coaching.coach()
-                trials = held_out if held_out is not None else HELD_OUT_LOCKSTEP if session.lockstep else HELD_OUT_REAL_TIME
-                tally, random = coaching.held_out(trials)
+                tally, random = coaching.held_out(held_out)
             except (HilError, KeyboardInterrupt):
                 coaching.tell_how_to_resume(link, signing_key)
                 raise
@@ -214,9 +213,7 @@ def coach(
     if short:
         none = ": there were none" if tally is None else ""
         console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
-    for text in run.failures:
-        common.complain(text)
-    return run.status
+    return run.ended()
 
 
 def _settings(objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool) -> PalSettings:
@@ -274,7 +271,7 @@ class _Begun:
         """
         if self._from is not None:
             return self._load(runs.file_of(self._from, runs.CHECKPOINT))
-        if self._checkpoint is not None and self._checkpoint.exists():
+        if self._checkpoint is not None:
             return self._load(self._checkpoint)
         return None
 
@@ -291,12 +288,9 @@ class _Begun:
         """
         if not self.wanted:
             return None
-        gone_on_from: set[Path] = set()
-        for run in runs.all_runs():
-            if run.record.verb != "coach":
-                continue
-            if run.record.resumed_from:
-                gone_on_from.add(Path(run.record.resumed_from).resolve())
+        found = [run for run in runs.all_runs() if run.record.verb == "coach"]
+        gone_on_from = {Path(run.record.resumed_from).resolve() for run in found if run.record.resumed_from}
+        for run in found:
             here = robot is None and not run.record.link
             fits = here and opponent in {None, run.record.opponent} if robot is None else run.record.robot == robot != ""
             if not fits or run.state == runs.RUNNING or run.checkpoint.resolve() in gone_on_from:
@@ -428,8 +422,10 @@ class _Run:
             f"What was learnt so far is in {self._files.checkpoint}. To go on: {shlex.join(command)}", markup=False
         )
 
-    def held_out(self, trials: int) -> tuple[Tally | None, Tally | None]:
-        """Play bouts from fresh poses: by the advice, and in lock-step at random for comparison."""
+    def held_out(self, trials: int | None) -> tuple[Tally | None, Tally | None]:
+        """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
+        if trials is None:
+            trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
         advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)

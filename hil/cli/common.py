@@ -7,12 +7,13 @@ import json
 import shlex
 import sys
 import tomllib
+from contextvars import ContextVar
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
 from rich.console import Console
-from rich.text import Text
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
@@ -21,7 +22,7 @@ from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Mapping
 
 P = ParamSpec("P")
 
@@ -37,6 +38,10 @@ class UsageError(Exception):
     """A wrong option or configuration file; the text says what to change."""
 
 
+OPTIONS: ContextVar[Mapping[str, object]] = ContextVar("OPTIONS", default=MappingProxyType({}))
+"""Every option of the sub-command that runs, as it was resolved."""
+
+
 def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
     """Turn every ending of a sub-command into a message and an exit status; a user's mistake shows no traceback.
 
@@ -49,6 +54,7 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        OPTIONS.set(kwargs)
         try:
             status = command(*args, **kwargs)
         except KeyboardInterrupt:
@@ -79,7 +85,8 @@ def status_of(error: BaseException) -> int:
         return EXIT_FELL_SHORT
     if isinstance(error, LinkError | PeerError):
         return EXIT_NO_ROBOT
-    if isinstance(error, OSError) or (isinstance(error.__cause__, OSError) and isinstance(error, HilError)):
+    file = error if isinstance(error, OSError) else error.__cause__ if isinstance(error, HilError) else None
+    if isinstance(file, OSError) and not isinstance(file, FileExistsError):  # what is there already was asked for wrongly
         return EXIT_FILE
     return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
 
@@ -219,15 +226,6 @@ def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[
         named = f"{'robot' if len(others) == 1 else 'robots'} {', '.join(map(str, sorted(others)))}"
         another = shlex.quote(with_system(url, min(others)))
         tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
-
-
-def literal(text: str) -> Text:
-    """Text that is shown as it is, whatever brackets are in it.
-
-    Args:
-        text: The text.
-    """
-    return Text(text)
 
 
 def consoles(*, as_json: bool, quiet: bool = False) -> Console:

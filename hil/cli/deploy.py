@@ -102,7 +102,7 @@ def deploy(
         common.print_json({"advice": str(advice), "run": run.folder, "log": str(run.log) if run.log else None, **document})
     elif run.log and not quiet:
         console.print(f"Log: {run.log}", markup=False)
-    return run.status
+    return run.ended()
 
 
 def _follow(session: Session, console: Console, countdown: float, seed: int, *, quiet: bool) -> Contest:

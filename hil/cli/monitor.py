@@ -96,7 +96,7 @@ def monitor(
         run.finish({})
     if as_json:
         common.print_json(document)
-    return run.status
+    return run.ended()
 
 
 @dataclass(frozen=True)

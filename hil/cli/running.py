@@ -12,8 +12,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
@@ -106,6 +104,12 @@ class ActiveRun:
         """The exit status: that of the run itself, unless it is done and an output that was asked for is not whole."""
         status = common.EXIT_DONE if self._status is None else self._status
         return common.EXIT_FILE if self.failures and status == common.EXIT_DONE else status
+
+    def ended(self) -> int:
+        """Say once more what could not be written; the exit status."""
+        for text in self.failures:
+            common.complain(text)
+        return self.status
 
     def failed(self, text: str) -> None:
         """Something that was asked for can't be written: told at once, and at the end.
@@ -242,10 +246,12 @@ def versions() -> dict[str, str]:
 
 def _options() -> dict[str, Any]:
     """Every option of the sub-command as it was resolved."""
-    context = click.get_current_context(silent=True)
-    if context is None:
-        return {}
-    return {name: str(value) if isinstance(value, Path) else value for name, value in context.params.items()}
+    given = common.OPTIONS.get()
+    return {
+        name: str(value) if isinstance(value, Path) else value
+        for name, value in given.items()
+        if value is None or isinstance(value, str | int | float | Path | list)
+    }
 
 
 def _now() -> datetime:

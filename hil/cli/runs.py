@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
 from hil import runs as folders
 from hil.cli import common
@@ -55,7 +54,8 @@ def runs(
     elif not found:
         console.print(f"There are no runs in {folders.RUNS}.")
     else:
-        console.print(_table(found))
+        for line in _lines(found):
+            console.print(line, markup=False)
 
 
 def _old(found: list[Run], keep: int) -> list[Run]:
@@ -96,16 +96,15 @@ def _size(size: float) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-def _table(found: list[Run]) -> Table:
-    table = Table(box=None)
-    for head in ("when", "verb", "what", "state", "result", "size", "folder"):
-        table.add_column(head, justify="right" if head == "size" else "left", overflow="fold")
+def _lines(found: list[Run]) -> list[str]:
+    """A table in which no line is broken, so that a folder can be copied out of it."""
+    rows = [("when", "verb", "what", "state", "size", "result", "folder")]
     for run in found:
         record = run.record
         when = record.started.replace("T", " ")[:19]
-        cells = (when, record.verb, record.what, run.state, _result(run), _size(run.size), str(run.folder))
-        table.add_row(*map(common.literal, cells))
-    return table
+        rows.append((when, record.verb, record.what, run.state, _size(run.size), _result(run), str(run.folder)))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _plain(run: Run) -> dict[str, object]:

@@ -69,7 +69,7 @@ def test_bouts_are_counted_in_a_table(capsys: pytest.CaptureFixture[str]) -> Non
     said = capsys.readouterr().out
     assert "5 bouts against curved-light, controller: chase" in said
     assert "95 % interval" in said
-    (log,) = Path("logs").glob("*-bout.mcap")
+    (log,) = Path("runs").glob("*-bout-curved-light/log.mcap")
     assert str(log) in said
     reader = LogReader(log)
     ended = [entry.value for entry in reader.entries({"/events"}) if entry.value.kind == "bout"]
@@ -155,9 +155,8 @@ def test_junk_is_no_advice(capsys: pytest.CaptureFixture[str], folder: Path, suf
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ([], "--advice FILE"),
-        (["--advice", "none.toml"], "none.toml"),
-        (["--advice", "."], "."),
+        ([], "there is no run of hil coach with advice.toml"),
+        (["--advice", "."], "there is no advice.toml in ."),
         (["--controller", "cheat"], "cheat"),
         (["--controller", "chase", "--trials", "0"], "--trials"),
         (["--controller", "chase", "sim://junior?referee=0"], "needs a referee"),
@@ -166,6 +165,11 @@ def test_junk_is_no_advice(capsys: pytest.CaptureFixture[str], folder: Path, suf
 def test_wrong_usage_of_bout(capsys: pytest.CaptureFixture[str], arguments: list[str], named: str) -> None:
     assert run(["bout", "--no-log", *arguments]) == 2
     assert named in capsys.readouterr().err
+
+
+def test_a_file_that_cannot_be_read_has_a_status_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bout", "--no-log", "--advice", "none.toml"]) == 4
+    assert "none.toml" in capsys.readouterr().err
 
 
 # --- param -----------------------------------------------------------------------------------------------------------
