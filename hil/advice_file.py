@@ -9,7 +9,7 @@ import tomli_w
 
 from firmware_protocol.errors import HilError
 from hil.doors import Door
-from hil.files import replace_file
+from hil.outputs import write_output
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
@@ -29,20 +29,31 @@ DOOR: Final = Door("advice file", AdviceFileError, largest=1 << 20)
 """An entry takes 300 bytes, and there are 272 situations."""
 
 
-def save_advice(advice: Advice, path: Path) -> None:
+def advice_text(advice: Advice, *, as_json: bool = False) -> str:
+    """An advice as a file holds it.
+
+    Args:
+        advice: What was learnt.
+        as_json: JSON; else TOML.
+    """
+    data = advice.to_dict()
+    return json.dumps(data, indent=2) + "\n" if as_json else HEADER + tomli_w.dumps(data)
+
+
+def save_advice(advice: Advice, path: Path, *, overwrite: bool = False) -> None:
     """Write an advice file, whole or not at all.
 
     Args:
         advice: What was learnt.
         path: Where to; `.json` writes JSON, anything else TOML.
+        overwrite: One that exists is replaced.
 
     Raises:
+        OutputExistsError: There is one, and it may not be replaced.
         AdviceFileError: It can't be written.
     """
-    data = advice.to_dict()
-    text = json.dumps(data, indent=2) + "\n" if path.suffix == ".json" else HEADER + tomli_w.dumps(data)
     try:
-        replace_file(path, text.encode())
+        write_output(path, advice_text(advice, as_json=path.suffix == ".json").encode(), overwrite=overwrite)
     except OSError as error:
         raise AdviceFileError(f"cannot write {path}: {error.strerror}") from error
 

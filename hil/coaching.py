@@ -11,7 +11,7 @@ from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import Outcome
 from hil.bouts import MOST_LOSSES, Bout, check_engagement
 from hil.doors import Door
-from hil.files import replace_file
+from hil.outputs import replace_file
 from hil.ring import UNKNOWN, Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
 from pal_advisor.fields import FieldError, Fields, shown
@@ -19,6 +19,7 @@ from pal_advisor.maneuvers import GenerationRecord, ObjectiveError, Pal, PalSett
 from pal_advisor.maneuvers.settings import Objective
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from firmware_protocol.vocabulary import Maneuver, Stimulus
@@ -130,10 +131,12 @@ class Coaching:
         progress: How far a resumed run is.
         save_on_cut: Save in the middle of a bout when the run is cut: nothing learnt is lost, but the cut shows. In
             real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
+        on_unsaved: Is told, in words, when a checkpoint can't be written; coaching goes on. None: that ends it.
 
     Attributes:
         progress: How far the run is.
         pal: The adviser.
+        unsaved: The last checkpoint could not be written.
     """
 
     def __init__(
@@ -146,8 +149,11 @@ class Coaching:
         observers: tuple[Observer, ...] = (),
         progress: Progress | None = None,
         save_on_cut: bool = False,
+        on_unsaved: Callable[[str], None] | None = None,
     ) -> None:
         self.pal = pal
+        self.unsaved = False
+        self._on_unsaved = on_unsaved
         self.progress = progress or Progress()
         self._ring = ring
         self._seed = seed
@@ -319,7 +325,14 @@ class Coaching:
         try:
             replace_file(self._checkpoint, json.dumps(document, separators=(",", ":")).encode())
         except OSError as error:
-            raise CheckpointError(f"cannot write the checkpoint {self._checkpoint}: {error.strerror}") from error
+            text = f"cannot write the checkpoint {self._checkpoint}: {error.strerror}"
+            if self._on_unsaved is None:
+                raise CheckpointError(text) from error
+            if not self.unsaved:
+                self._on_unsaved(text)
+            self.unsaved = True
+        else:
+            self.unsaved = False
 
 
 def new_pal(settings: PalSettings, seed: int) -> Pal:

@@ -107,7 +107,7 @@ def read_parameters(path: Path, *, everything: bool = False) -> Wanted:
     return check_file(path, read.text, read.data, everything=everything)
 
 
-def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wanted:
+def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wanted:  # noqa: ANN401 - whatever a file holds
     """Check what a file says; see `read_parameters`.
 
     Args:

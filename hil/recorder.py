@@ -43,7 +43,7 @@ from hil.scene import SceneClock, places, shapes
 from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from enum import IntEnum
     from pathlib import Path
     from types import TracebackType
@@ -79,8 +79,11 @@ class Recorder:
         lockstep: The link is in lock-step.
         system: MAVLink system id of the host.
         component: MAVLink component id of the host.
+        overwrite: A file that exists is replaced, when the log is whole.
+        on_failure: Is told, in words, when the disk does not take any more, and the run goes on without a log.
 
     Raises:
+        OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created.
     """
 
@@ -94,9 +97,17 @@ class Recorder:
         lockstep: bool,
         system: int = HOST_SYSTEM,
         component: int = HOST_COMPONENT,
+        overwrite: bool = False,
+        on_failure: Callable[[str], None] | None = None,
     ) -> None:
         self.path = path
-        self._writer = LogWriter(path, run=run, flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME)
+        self._writer = LogWriter(
+            path,
+            run=run,
+            flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
+            overwrite=overwrite,
+            on_failure=on_failure,
+        )
         self._writer.metadata("config", config)
         self._now = 0.0
         self._step_channel = self._writer.channel("/bridge/step", record_schema(BridgeStep))
@@ -310,6 +321,10 @@ class Recorder:
             LogError: The disk does not take the rest.
         """
         self._writer.close()
+
+    def discard(self) -> None:
+        """Leave no log: nothing has been said."""
+        self._writer.discard()
 
     def _record(self, topic: str, record: object, time: float) -> None:
         found = self._records.get(topic)

@@ -102,6 +102,6 @@ def coaching_summary(
     lines.append("")
     kinds = ("advice", "report", "log", "checkpoint")
     lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
-    if tally is not None:
+    if tally is not None and files.get("advice"):
         lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
     return lines

@@ -1,7 +1,7 @@
 """Collects the sub-commands and turns every ending into an exit status.
 
 Exit status: 0 done, 1 the job ran and fell short, 2 wrong usage or configuration, 3 no robot or link lost for good,
-130 interrupted.
+4 a file could not be read or written, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from hil.cli.monitor import monitor
 from hil.cli.param import param
 from hil.cli.ports import ports
 from hil.cli.report import report
+from hil.cli.runs import runs
 
 app = typer.Typer(
     name="hil",
@@ -33,9 +34,9 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    epilog="Exit status: 0 done, 1 ran and fell short, 2 wrong usage, 3 no robot or link lost, 130 interrupted.",
+    epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
-for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, report):
+for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, report, runs):
     app.command(cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 
 

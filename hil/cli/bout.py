@@ -10,9 +10,11 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from hil import runs
 from hil.advice_file import load_advice
 from hil.bouts import Bout, Tally, play
 from hil.cli import common
+from hil.cli.running import running
 from hil.cli.session import Session, open_session
 from hil.controllers import AdviceController, ChaseController, Controller, RandomController
 from hil.ring import Ring, RingError, open_ring
@@ -38,7 +40,12 @@ def bout(
     link: common.LinkArgument = None,
     *,
     advice: Annotated[
-        Path | None, typer.Option("--advice", metavar="FILE", help="Advice file to play by (hil coach writes one).")
+        Path | None,
+        typer.Option(
+            "--advice",
+            metavar="RUN|FILE",
+            help="Advice to play by, or the run that made it; the newest of the opponent if left out.",
+        ),
     ] = None,
     controller: Annotated[
         ControllerName | None, typer.Option("--controller", help="Who chooses: the advice (default), or a yardstick.")
@@ -54,36 +61,55 @@ def bout(
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
+    out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
+    overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
 ) -> int:
     """Play bouts by an advice file, or by a yardstick, and count them.
 
-    Example: hil bout --advice flat-light.advice.toml --opponent flat-light --trials 200
+    Example: hil bout --opponent flat-light --trials 200
     """
-    player = _controller(advice, controller, seed)
-    if opponent is None and link is None:
-        learnt_against = load_advice(advice).opponent if advice else ""
-        opponent = learnt_against if learnt_against in common.OPPONENTS else "flat-light"
     if opponent is not None:
         common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
     name = str(controller or ControllerName.ADVICE)
+    if controller in {None, ControllerName.ADVICE}:
+        given, advice = advice, runs.file_of(advice, runs.ADVICE, verbs=("coach",), opponent=opponent)
+        if given != advice and not quiet:
+            console.print(f"Advice: {advice}", markup=False)
+    player = _controller(advice, controller, seed)
+    if opponent is None and link is None:
+        learnt_against = load_advice(advice).opponent if advice else ""
+        opponent = learnt_against if learnt_against in common.OPPONENTS else "flat-light"
     described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
-    path = common.log_path("bout", log, no_log=no_log)
-    with open_session(
-        link,
-        opponent=opponent,
-        seed=seed,
-        log=path,
-        config=described,
-        reconnect=reconnect,
-        tell=common.teller(console, quiet=quiet),
-        signing_key=signing_key,
-    ) as session:
+    url = common.url_of(link, opponent, seed)
+    with (
+        running(
+            "bout",
+            opponent or "robot",
+            url=url,
+            emulated_here=link is None,
+            opponent=opponent or "",
+            seed=seed,
+            signing_key=signing_key,
+            out=out,
+            log=log,
+            no_log=no_log,
+            overwrite=overwrite,
+        ) as run,
+        open_session(
+            url,
+            run=run,
+            config=described,
+            reconnect=reconnect,
+            tell=common.teller(console, quiet=quiet),
+            signing_key=signing_key,
+        ) as session,
+    ):
         ring = open_ring(session.junior, opponent)
         title = TITLES[controller or ControllerName.ADVICE]
         seeds = [bout_seed(seed, Branch.BOUTS, number) for number in range(1, trials + 1)]
@@ -91,18 +117,26 @@ def bout(
             ring.opponent,
             _play(session, console, player, ring, seeds, title=title, quiet=quiet),
         )
-        session.finish({"controller": name, **tally.to_dict()})
-    document = {"controller": name, "seed": seed, "log": str(path) if path else None, **tally.to_dict()}
+        short = require is not None and tally.win_rate.value < require
+        result = {"controller": name, **tally.to_dict()}
+        session.finish(result)
+        run.finish(result, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
+    document = {
+        "controller": name,
+        "seed": seed,
+        "run": run.folder,
+        "log": str(run.log) if run.log else None,
+        **tally.to_dict(),
+    }
     if as_json:
         common.print_json(document)
     else:
         console.print(_table(name, tally))
-        if path and not quiet:
-            console.print(f"Log: {path}", markup=False)
-    if require is not None and tally.win_rate.value < require:
+        if run.log and not quiet:
+            console.print(f"Log: {run.log}", markup=False)
+    if short:
         console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
-        return common.EXIT_FELL_SHORT
-    return common.EXIT_DONE
+    return run.ended()
 
 
 def _controller(advice: Path | None, name: ControllerName | None, seed: int) -> Controller:
@@ -113,7 +147,7 @@ def _controller(advice: Path | None, name: ControllerName | None, seed: int) -> 
             return RandomController(generator(seed, Branch.CONTROLLER))
         case ControllerName.ADVICE:
             if advice is None:
-                raise common.UsageError("give an advice file with --advice FILE, or --controller chase or random")
+                raise common.UsageError("give an advice with --advice RUN|FILE, or --controller chase or random")
             return AdviceController(load_advice(advice))
 
 

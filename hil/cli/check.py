@@ -13,6 +13,7 @@ from rich.text import Text
 from firmware_protocol.address import parse_address
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli import common
+from hil.cli.running import running
 from hil.cli.session import open_recorder, terminate_as_interrupt
 from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
 from hil.connecting import DEFAULT_URL, number_option, open_address
@@ -44,8 +45,10 @@ def check(
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
+    out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
+    overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -61,7 +64,6 @@ def check(
     if listing:
         _list(chosen or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
-    path = common.log_path("check", log, no_log=no_log or (log is None and not moving))
     url = link or f"{DEFAULT_URL}?seed={seed}"
     address = parse_address(url)
     key = load_key(signing_key) if signing_key else None
@@ -71,14 +73,27 @@ def check(
             _tell(console, verdict)
 
     with ExitStack() as stack:
+        run = stack.enter_context(
+            running(
+                "check",
+                "emulated" if link is None else "robot",
+                url=url,
+                emulated_here=link is None,
+                seed=seed,
+                out=out,
+                log=log,
+                no_log=no_log or (log is None and out is None and not moving),
+                overwrite=overwrite,
+            )
+        )
         stack.enter_context(terminate_as_interrupt())
         wire, clock, session = open_address(address, key)
         stack.callback(wire.close)
         signing = open_signing(key, wire, clock)
         taps = []
-        if path is not None:
+        if run.log is not None:
             config_told = {"verb": "check", "moving": moving, "seed": seed}
-            taps.append(stack.enter_context(open_recorder(path, url, config_told, lockstep=wire.lockstep)))
+            taps.append(stack.enter_context(open_recorder(run, run.log, url, config_told, lockstep=wire.lockstep)))
         node = number_option(address, "node" if "node" in address.options else "system")
         robot = Subject(wire, clock, session=session, system=system or node, taps=taps, signing=signing)
         stack.callback(robot.close)
@@ -86,6 +101,8 @@ def check(
         if not quiet and not system:
             common.tell_others(robot.system, robot.others, url, partial(console.print, markup=False))
         verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)
+        failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)
+        run.finish({"summary": _summary(verdicts)}, common.EXIT_FELL_SHORT if failed else common.EXIT_DONE)
     if as_json:
         common.print_json([_plain(verdict) for verdict in verdicts])
     else:
@@ -95,10 +112,9 @@ def check(
                 f"On the way {robot.lost} frames were lost and {robot.spoilt} pieces damaged: on a bad line a check may fail "
                 "that the robot would pass."
             )
-        if path is not None and not quiet:
-            console.print(f"Log: {path}", markup=False)
-    failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)
-    return common.EXIT_FELL_SHORT if failed else common.EXIT_DONE
+        if run.log is not None and not quiet:
+            console.print(f"Log: {run.log}", markup=False)
+    return run.ended()
 
 
 def _chosen(only: list[str] | None) -> list[Check]:

@@ -11,14 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from firmware_protocol.errors import HilError
-from hil.advice_file import save_advice
+from hil import runs
+from hil.advice_file import AdviceFileError, advice_text, save_advice
 from hil.bouts import Tally, play
 from hil.cli import common
 from hil.cli.progress import CoachingDisplay
+from hil.cli.running import ActiveRun, running
 from hil.cli.session import Session, open_session
 from hil.clock import MonotonicClock
 from hil.coaching import Checkpoint, CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
 from hil.controllers import AdviceController, Controller, RandomController
+from hil.mcaplog import LogError
+from hil.outputs import free_folder
 from hil.ring import Ring, open_ring
 from hil.seeds import Branch, bout_seed, generator
 from hil.summary import coaching_summary, per_stimulus
@@ -52,23 +56,13 @@ class Files:
         advice: Advice file.
         checkpoint: Checkpoint.
         log: Log; None for none.
-        report: Folder of the report; None where there is no log.
+        report: Folder of the report; None where there is none.
     """
 
     advice: Path
     checkpoint: Path
     log: Path | None
     report: Path | None
-
-    def check(self) -> None:
-        """See that none is written over another.
-
-        Raises:
-            UsageError: Two are the same file.
-        """
-        paths = [path for path in (self.advice, self.checkpoint, self.log) if path and (path.is_file() or not path.exists())]
-        if len({path.resolve() for path in paths}) < len(paths):
-            raise common.UsageError("advice, checkpoint and log must be files of their own: two of them are the same")
 
 
 def coach(
@@ -109,19 +103,27 @@ def coach(
         float | None,
         typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer of the held-out bouts are won."),
     ] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    resume: Annotated[
+        bool,
+        typer.Option("--resume", help="Go on with the newest coaching that did not finish, of the same opponent or robot."),
+    ] = False,
+    resume_from: Annotated[
+        Path | None, typer.Option("--resume-from", metavar="RUN|FILE", help="Go on with this run, or from this checkpoint.")
+    ] = None,
     checkpoint: Annotated[
-        Path | None, typer.Option("--checkpoint", metavar="FILE", help="[default: advice/OPPONENT-SEED.checkpoint.json]")
+        Path | None, typer.Option("--checkpoint", metavar="FILE", help="Instead of checkpoint.json in the run's folder.")
     ] = None,
     advice_out: Annotated[
-        Path | None, typer.Option("--advice-out", metavar="FILE", help="[default: advice/OPPONENT-SEED.advice.toml]")
+        Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
+    out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
+    overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -134,106 +136,197 @@ def coach(
         common.check_opponent(opponent)
     clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
-    here = opponent or ("robot" if link else "flat-light")
-    saved = load_checkpoint(checkpoint or _beside(here, seed, "checkpoint.json")) if resume else None
+    begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    saved = begun.named() or (None if link else begun.newest(opponent=opponent))
     if saved is not None:
-        _check_resumed(context, saved)
         opponent = saved.opponent if saved.opponent in common.OPPONENTS else opponent
-        seed, here = saved.seed, here if link else saved.opponent
+        seed = saved.seed
     elif link is None:
-        opponent = here
-    path = common.log_path("coach", log, no_log=no_log)
-    files = Files(
-        advice=advice_out or _beside(here, seed, "advice.toml"),
-        checkpoint=checkpoint or _beside(here, seed, "checkpoint.json"),
-        log=path,
-        report=path.with_name(f"{path.stem}-report") if path and report else None,
-    )
-    files.check()
+        opponent = opponent or "flat-light"
+    settings = _settings(objective, budget, phases, period, pairs=pairs) if saved is None else saved.pal.settings
+    url = common.url_of(link, opponent, seed)
+    with running(
+        "coach",
+        opponent or "robot",
+        url=url,
+        emulated_here=link is None,
+        opponent=opponent or "",
+        seed=seed,
+        signing_key=signing_key,
+        out=out,
+        log=log,
+        no_log=no_log,
+        overwrite=overwrite,
+        makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
+        kept=(checkpoint,) if checkpoint and begun.wanted else (),
+    ) as run:
+        described = {
+            "verb": "coach",
+            "seed": seed,
+            "opponent": opponent or "",
+            "settings": settings.to_dict(),
+            "resumed": begun.wanted,
+        }
+        with open_session(
+            url,
+            run=run,
+            config=described,
+            reconnect=reconnect,
+            tell=common.teller(console, quiet=quiet),
+            signing_key=signing_key,
+        ) as session:
+            if begun.wanted and saved is None:
+                saved = begun.newest(robot=_uid(session))
+            if saved is not None:
+                settings, seed = saved.pal.settings, saved.seed
+            if begun.source is not None:
+                run.describe(resumed_from=str(begun.source), seed=seed)
+                console.print(f"Going on from {begun.source}: {saved.pal.used if saved else 0} maneuvers.", markup=False)
+            files = Files(
+                advice=run.place(advice_out, runs.ADVICE),
+                checkpoint=run.place(checkpoint, runs.CHECKPOINT),
+                log=run.log,
+                report=_report_folder(run) if report else None,
+            )
+            coaching = _Run(session, run, console, files, opponent=opponent, seed=seed, quiet=quiet)
+            coaching.prepare(settings, saved, choose_objective=objective is None)
+            run.describe(opponent=coaching.ring.opponent)
+            try:
+                coaching.coach()
+                tally, random = coaching.held_out(held_out)
+            except (HilError, KeyboardInterrupt):
+                coaching.tell_how_to_resume(link, signing_key)
+                raise
+            document = coaching.document(tally)
+            session.finish(document)
+        wall_seconds = clock.now()
+        if not as_json:  # before the report is drawn: should that fail, the outcome has been told
+            for line in coaching_summary(
+                coaching.coaching, tally, random, opponent=coaching.ring.opponent, files=document, wall_seconds=wall_seconds
+            ):
+                console.print(line, markup=False)
+        _draw(files, document, console, run, announce=not as_json)
+        short = require is not None and (tally is None or tally.win_rate.value < require)
+        run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
+    if as_json:
+        common.print_json(document)
+    if short:
+        none = ": there were none" if tally is None else ""
+        console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
+    return run.ended()
+
+
+def _settings(objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool) -> PalSettings:
     try:
-        settings = PalSettings(
-            objective=objective or Objective.OUTCOME,
-            budget=budget,
-            phases=phases.value,
-            pairs=pairs,
-            period=period,
+        return PalSettings(
+            objective=objective or Objective.OUTCOME, budget=budget, phases=phases.value, pairs=pairs, period=period
         )
     except SettingsError as error:
         raise common.UsageError(str(error)) from error
-    if saved is not None:
-        settings = saved.pal.settings
-    described = {"verb": "coach", "seed": seed, "opponent": opponent or "", "settings": settings.to_dict(), "resumed": resume}
-    with open_session(
-        link,
-        opponent=opponent,
-        seed=seed,
-        log=path,
-        config=described,
-        reconnect=reconnect,
-        tell=common.teller(console, quiet=quiet),
-        signing_key=signing_key,
-    ) as session:
-        run = _Run(session, console, opponent, seed, files, quiet=quiet)
-        run.prepare(settings, saved, choose_objective=objective is None)
-        try:
-            run.coach()
-            trials = held_out if held_out is not None else HELD_OUT_LOCKSTEP if session.lockstep else HELD_OUT_REAL_TIME
-            tally, random = run.held_out(trials)
-        except (HilError, KeyboardInterrupt):
-            run.tell_how_to_resume(link, signing_key)
-            raise
-        document = run.document(tally)
-        session.finish(document)
-    wall_seconds = clock.now()
-    if not as_json:  # before the report is drawn: should that fail, the outcome has been told
-        for line in coaching_summary(
-            run.coaching, tally, random, opponent=run.ring.opponent, files=document, wall_seconds=wall_seconds
-        ):
-            console.print(line, markup=False)
-    _draw(files, document, console, announce=not as_json)
-    if as_json:
-        common.print_json(document)
-    if require is not None and (tally is None or tally.win_rate.value < require):
-        none = ": there were none" if tally is None else ""
-        console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
-        return common.EXIT_FELL_SHORT
-    return common.EXIT_DONE
 
 
-def _draw(files: Files, document: dict[str, object], console: Console, *, announce: bool) -> None:
+def _uid(session: Session) -> str:
+    """Unique id of the robot, as runs have it; empty where it does not say any."""
+    version = session.junior.peer.version
+    return f"{version.uid:016x}" if version is not None and version.uid else ""
+
+
+def _report_folder(run: ActiveRun) -> Path | None:
+    """Where the report goes: into the run's folder; beside the log, where there is none."""
+    if run.log is None:
+        return None
+    if run.run is not None:
+        return run.run.report
+    return free_folder(run.log.with_name(f"{run.log.stem}-report"))
+
+
+class _Begun:
+    """The run that is to be gone on with, if one is.
+
+    Args:
+        context: The command line, which knows what was given and what is a default.
+        resume: The newest that fits.
+        resume_from: This one.
+        checkpoint: Where the new run's checkpoint goes: one that is there is gone on from.
+
+    Attributes:
+        wanted: A run is to be gone on with.
+        source: Its checkpoint, once it is found.
+    """
+
+    def __init__(self, context: typer.Context, *, resume: bool, resume_from: Path | None, checkpoint: Path | None) -> None:
+        self._context = context
+        self._from = resume_from
+        self._checkpoint = checkpoint if resume else None
+        self.wanted = resume or resume_from is not None
+        self.source: Path | None = None
+
+    def named(self) -> Checkpoint | None:
+        """The one that was named.
+
+        Raises:
+            CheckpointError: It can't be read, or is none.
+            RunError: The run has none.
+            UsageError: Something else is asked for than it was begun with.
+        """
+        if self._from is not None:
+            return self._load(runs.file_of(self._from, runs.CHECKPOINT))
+        if self._checkpoint is not None:
+            return self._load(self._checkpoint)
+        return None
+
+    def newest(self, *, opponent: str | None = None, robot: str | None = None) -> Checkpoint | None:
+        """The newest coaching that did not finish, and that no other has gone on from.
+
+        Args:
+            opponent: Against whom, where the robot is emulated in this process; None is anybody.
+            robot: Unique id of the robot, where it is none of this process.
+
+        Raises:
+            RunError: There is none.
+            UsageError: Something else is asked for than it was begun with.
+        """
+        if not self.wanted:
+            return None
+        found = [run for run in runs.all_runs() if run.record.verb == "coach"]
+        gone_on_from = {Path(run.record.resumed_from).resolve() for run in found if run.record.resumed_from}
+        for run in found:
+            here = robot is None and not run.record.link
+            fits = here and opponent in {None, run.record.opponent} if robot is None else run.record.robot == robot != ""
+            if not fits or run.state == runs.RUNNING or run.checkpoint.resolve() in gone_on_from:
+                continue
+            try:
+                saved = load_checkpoint(run.checkpoint)
+            except CheckpointError:
+                continue
+            if not saved.pal.finished:
+                return self._load(run.checkpoint)
+        of = f"of robot {robot}" if robot else f"against {opponent}" if opponent else "of an emulated robot"
+        raise runs.RunError(
+            f"there is no coaching {of} in {runs.RUNS} that did not finish: begin one without --resume, or name a run's folder "
+            "or a checkpoint with --resume-from (hil runs lists the runs)"
+        )
+
+    def _load(self, path: Path) -> Checkpoint:
+        saved = load_checkpoint(path)
+        _check_resumed(self._context, saved)
+        self.source = path
+        return saved
+
+
+def _draw(files: Files, document: dict[str, object], console: Console, run: ActiveRun, *, announce: bool) -> None:
     """Draw the report, if there is to be one, and say where it is."""
-    if files.report is None or files.log is None:
+    if files.report is None or files.log is None or not files.log.is_file():
         return
     from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
 
-    document["report"] = str(write_report(files.log, files.report).page)
+    try:
+        document["report"] = str(write_report(files.log, files.report).page)
+    except LogError as error:
+        run.failed(str(error))
+        return
     if announce:
         console.print(f"{'Report:':12}{document['report']}", markup=False)
-
-
-def _beside(name: str, seed: int, kind: str) -> Path:
-    """Where a file of a run is by default."""
-    return Path("advice") / f"{name}-{seed}.{kind}"
-
-
-def _keep_unfinished(path: Path, console: Console) -> None:
-    """Put the checkpoint of a run that was cut aside: to begin anew is not to throw away what was learnt.
-
-    Args:
-        path: Where the new run's checkpoint is to be.
-        console: Where to say so.
-    """
-    try:
-        saved = load_checkpoint(path)
-    except CheckpointError:  # there is none, or nothing that could be resumed
-        return
-    if saved.pal.finished or not saved.pal.used:
-        return
-    kept, number = path.with_name(f"{path.name}.old"), 2
-    while kept.exists():
-        kept, number = path.with_name(f"{path.name}.old{number}"), number + 1
-    path.rename(kept)
-    console.print(f"{path} was of a run cut after {saved.pal.used} maneuvers (--resume goes on): kept as {kept}.", markup=False)
 
 
 def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
@@ -262,10 +355,12 @@ class _Run:
 
     ring: Ring
     coaching: Coaching
+    _unsaved = False
 
     def __init__(
-        self, session: Session, console: Console, opponent: str | None, seed: int, files: Files, *, quiet: bool
+        self, session: Session, run: ActiveRun, console: Console, files: Files, *, opponent: str | None, seed: int, quiet: bool
     ) -> None:
+        self._run = run
         self._session = session
         self._console = console
         self._seed = seed
@@ -281,7 +376,6 @@ class _Run:
             if choose_objective and not self.ring.refereed:
                 settings = PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
             pal, progress = new_pal(settings, self._seed), None
-            _keep_unfinished(self._files.checkpoint, self._console)
         check_objective(pal.settings.objective, self.ring)
         self._display = CoachingDisplay(self._console, pal.settings, used=pal.used, quiet=self._quiet)
         self._display.headline(self._session.junior, self.ring.opponent, pal)
@@ -293,6 +387,7 @@ class _Run:
             observers=(*self._session.observers(pal.settings), self._display),
             progress=progress,
             save_on_cut=not self._session.lockstep,
+            on_unsaved=self._run.failed,
         )
 
     def coach(self) -> None:
@@ -301,22 +396,36 @@ class _Run:
         with self._display:
             self.coaching.run()
         advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
-        save_advice(advice, self._files.advice)
         self._session.advice(advice)
+        try:
+            save_advice(advice, self._files.advice, overwrite=self._run.overwrite)
+        except AdviceFileError as error:
+            self._run.failed(f"{error}. What was learnt, for no file to hold:")
+            common.complain(advice_text(advice), program=False)
+            self._unsaved = True
 
     def tell_how_to_resume(self, link: str | None, signing_key: Path | None) -> None:
-        """Say where the work is, and how to go on."""
-        command = ["hil", "coach", *([link] if link else []), "--resume", "--checkpoint", str(self._files.checkpoint)]
+        """Say where the work is, and how to go on; where no file holds it, say what it is."""
+        if not self._files.checkpoint.is_file() or self.coaching.unsaved:
+            if self.coaching.pal.used:
+                common.complain("no file holds what was learnt so far. It is:")
+                common.complain(
+                    advice_text(self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)), program=False
+                )
+            return
+        run = self._run.run
+        source = run.folder if run is not None and self._files.checkpoint == run.checkpoint else self._files.checkpoint
+        command = ["hil", "coach", *([link] if link else []), "--resume-from", str(source)]
         if signing_key is not None:
             command += ["--signing-key", str(signing_key)]
-        if self._files.advice != _beside("robot" if link else self.ring.opponent, self._seed, "advice.toml"):
-            command += ["--advice-out", str(self._files.advice)]
         self._console.print(
             f"What was learnt so far is in {self._files.checkpoint}. To go on: {shlex.join(command)}", markup=False
         )
 
-    def held_out(self, trials: int) -> tuple[Tally | None, Tally | None]:
-        """Play bouts from fresh poses: by the advice, and in lock-step at random for comparison."""
+    def held_out(self, trials: int | None) -> tuple[Tally | None, Tally | None]:
+        """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
+        if trials is None:
+            trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
         advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
@@ -344,8 +453,9 @@ class _Run:
             "opponent": self.ring.opponent,
             "seed": self._seed,
             "objective": advice.objective.value,
-            "advice": str(self._files.advice),
-            "checkpoint": str(self._files.checkpoint),
+            "run": self._run.folder,
+            "advice": None if self._unsaved else str(self._files.advice),
+            "checkpoint": None if self.coaching.unsaved else str(self._files.checkpoint),
             "log": str(self._files.log) if self._files.log else None,
             "report": None,
             "maneuvers": self.coaching.pal.used,

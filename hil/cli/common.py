@@ -7,8 +7,9 @@ import json
 import math
 import shlex
 import sys
-from datetime import UTC, datetime
+from contextvars import ContextVar
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 
 import typer
@@ -22,7 +23,7 @@ from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
+    from collections.abc import Callable, Collection, Mapping
 
 P = ParamSpec("P")
 
@@ -30,11 +31,16 @@ EXIT_DONE = 0
 EXIT_FELL_SHORT = 1
 EXIT_USAGE = 2
 EXIT_NO_ROBOT = 3
+EXIT_FILE = 4
 EXIT_INTERRUPTED = 130
 
 
 class UsageError(Exception):
     """A wrong option or configuration file; the text says what to change."""
+
+
+OPTIONS: ContextVar[Mapping[str, object]] = ContextVar("OPTIONS", default=MappingProxyType({}))
+"""Every option of the sub-command that runs, as it was resolved."""
 
 
 def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
@@ -46,39 +52,55 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
     Returns:
         The same, for typer.
     """
-    errors = plain_console(stderr=True)
 
     @functools.wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        OPTIONS.set(kwargs)
         try:
             _check_numbers(kwargs)
             status = command(*args, **kwargs)
         except KeyboardInterrupt:
-            errors.print("Interrupted.")
+            complain("Interrupted.", program=False)
             status = EXIT_INTERRUPTED
-        except AddressError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_USAGE
-        except RefusedError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_FELL_SHORT
-        except (LinkError, PeerError) as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_NO_ROBOT
-        except DeployError as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_FELL_SHORT
-        except (UsageError, HilError) as error:
-            errors.print(f"hil: {error}", markup=False)
-            status = EXIT_USAGE
         except BrokenPipeError:  # who reads our output has had enough; typer ends without a word
             raise
+        except (UsageError, HilError) as error:
+            complain(str(error))
+            status = status_of(error)
         except OSError as error:
-            errors.print(f"hil: {error.filename or 'the output'} cannot be written or read: {error.strerror}", markup=False)
-            status = EXIT_FELL_SHORT
+            complain(f"{error.filename or 'the output'} cannot be written or read: {error.strerror}")
+            status = EXIT_FILE
         raise typer.Exit(status or EXIT_DONE)
 
     return run
+
+
+def status_of(error: BaseException) -> int:
+    """The exit status that an error ends a sub-command with.
+
+    Args:
+        error: The error.
+    """
+    if isinstance(error, AddressError):
+        return EXIT_USAGE
+    if isinstance(error, RefusedError | DeployError):
+        return EXIT_FELL_SHORT
+    if isinstance(error, LinkError | PeerError):
+        return EXIT_NO_ROBOT
+    file = error if isinstance(error, OSError) else error.__cause__ if isinstance(error, HilError) else None
+    if isinstance(file, OSError) and not isinstance(file, FileExistsError):  # what is there already was asked for wrongly
+        return EXIT_FILE
+    return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
+
+
+def complain(text: str, *, program: bool = True) -> None:
+    """Say on stderr what went wrong.
+
+    Args:
+        text: What.
+        program: Say who says so.
+    """
+    plain_console(stderr=True).print(f"hil: {text}" if program else text)
 
 
 LinkArgument = Annotated[
@@ -98,7 +120,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print the resu
 SeedOption = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Seed of every random choice.")]
 LogOption = Annotated[
     Path | None,
-    typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; a time-stamped file under ./logs/ if left out."),
+    typer.Option("--log", metavar="FILE.mcap", help="Where the log goes; log.mcap in the run's folder if left out."),
 ]
 SigningKeyOption = Annotated[
     Path | None,
@@ -106,6 +128,11 @@ SigningKeyOption = Annotated[
         "--signing-key", metavar="FILE", help="Key file: sign what is sent, believe what is signed (hil keygen makes one)."
     ),
 ]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="The run's folder, made by it; runs/DATE-TIME-VERB-WHAT if left out."),
+]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace named outputs that exist, when the new are whole.")]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
 ReconnectOption = Annotated[
     float,
@@ -151,6 +178,17 @@ def check_opponent(name: str) -> str:
     return name
 
 
+def url_of(link: str | None, opponent: str | None, seed: int) -> str:
+    """The address of the robot.
+
+    Args:
+        link: As given; None is an emulated robot in this process.
+        opponent: Its opponent; None is `flat-light`.
+        seed: Its seed.
+    """
+    return link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
+
+
 def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:
     """Say which robot was taken, and how to take another, where several are on the link and the user named none.
 
@@ -164,38 +202,6 @@ def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[
         named = f"{'robot' if len(others) == 1 else 'robots'} {', '.join(map(str, sorted(others)))}"
         another = shlex.quote(with_system(url, min(others)))
         tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
-
-
-def log_path(verb: str, log: Path | None, *, no_log: bool) -> Path | None:
-    """Where this run's log goes.
-
-    Args:
-        verb: Name of the sub-command, part of the default name.
-        log: What the user asked for.
-        no_log: No log is wanted.
-
-    Returns:
-        A path whose folder exists, or None.
-
-    Raises:
-        UsageError: Both `--log` and `--no-log`, or the folder can't be made.
-    """
-    if no_log:
-        if log is not None:
-            raise UsageError("--log and --no-log exclude each other")
-        return None
-    if log is None:
-        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
-        log = Path("logs") / f"{stamp}-{verb}.mcap"
-        number = 2
-        while log.exists():
-            log = Path("logs") / f"{stamp}-{verb}-{number}.mcap"
-            number += 1
-    try:
-        log.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"cannot make the folder {log.parent}: {error.strerror}") from error
-    return log
 
 
 def consoles(*, as_json: bool, quiet: bool = False) -> Console:

@@ -10,9 +10,10 @@ from rich.table import Table
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import State
-from hil import deploying
+from hil import deploying, runs
 from hil.advice_file import load_advice
 from hil.cli import common
+from hil.cli.running import running
 from hil.cli.session import Session, open_session
 from hil.contest import COUNTDOWN, Contest, Ending, follow_contest, start_contest
 
@@ -28,7 +29,7 @@ ENDINGS = {
 
 
 def deploy(
-    advice: Annotated[Path, typer.Argument(metavar="ADVICE", help="Advice file (hil coach writes one).")],
+    advice: Annotated[Path, typer.Argument(metavar="RUN|ADVICE", help="Advice file, or the run of hil coach that made it.")],
     link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],
     *,
     contest: Annotated[
@@ -42,8 +43,10 @@ def deploy(
     ] = False,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
+    out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
+    overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
@@ -52,18 +55,32 @@ def deploy(
 
     From then on the robot plays without a host: by --contest, or by its start module.
 
-    Example: hil deploy flat-light.advice.toml serial:///dev/ttyACM0:115200 --contest
+    Example: hil deploy runs/20261128-130501-coach-flat-light serial:///dev/ttyACM0:115200 --contest
     """
+    advice = runs.file_of(advice, runs.ADVICE)
     learnt = load_advice(advice)
     if leave and not contest:
         raise common.UsageError("--leave goes with --contest: without it nothing moves")
     if leave and parse_address(link).scheme == "sim":
         raise common.UsageError("--leave makes no sense with sim://: that robot ends with this program (hil emulate stays)")
     console = common.consoles(as_json=as_json, quiet=quiet)
-    path = common.log_path("deploy", log, no_log=no_log)
     described = {"verb": "deploy", "contest": contest, "seed": seed}
     told = common.teller(console, quiet=quiet)
-    with open_session(link, seed=seed, log=path, config=described, arm=False, tell=told, signing_key=signing_key) as session:
+    with (
+        running(
+            "deploy",
+            learnt.opponent or "robot",
+            url=link,
+            opponent=learnt.opponent,
+            seed=seed,
+            signing_key=signing_key,
+            out=out,
+            log=log,
+            no_log=no_log,
+            overwrite=overwrite,
+        ) as run,
+        open_session(link, run=run, config=described, arm=False, tell=told, signing_key=signing_key) as session,
+    ):
         done = deploying.deploy(session.junior, learnt)
         if not as_json:
             _show(console, session.junior.description, done, learnt.objective, quiet=quiet)
@@ -80,11 +97,12 @@ def deploy(
                 ended = _follow(session, console, countdown, seed, quiet=quiet)
         document = _document(done, ended)
         session.finish(document)
+        run.finish(document)
     if as_json:
-        common.print_json({"advice": str(advice), "log": str(path) if path else None, **document})
-    elif path and not quiet:
-        console.print(f"Log: {path}", markup=False)
-    return common.EXIT_DONE
+        common.print_json({"advice": str(advice), "run": run.folder, "log": str(run.log) if run.log else None, **document})
+    elif run.log and not quiet:
+        console.print(f"Log: {run.log}", markup=False)
+    return run.ended()
 
 
 def _follow(session: Session, console: Console, countdown: float, seed: int, *, quiet: bool) -> Contest:

@@ -21,9 +21,9 @@ from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
 from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
-from hil.files import replace_file
 from hil.key_file import calendar, load_key, no_signatures
 from hil.memory_file import load_memory
+from hil.outputs import replace_file
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import SigningKey

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +20,7 @@ from firmware_protocol.messages import SensorFlag, State
 from firmware_protocol.vocabulary import Stimulus
 from hil.cli import common
 from hil.cli.overview import Overview
+from hil.cli.running import running
 from hil.cli.session import Session, open_session, open_watch
 from hil.connecting import asked_for
 from hil.junior import STIMULUS_BITS
@@ -26,11 +28,12 @@ from hil.keys import pressed_keys
 from hil.suspending import around_stop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from rich.console import Console
 
     from firmware_protocol.messages import JuniorSensors
+    from hil.cli.running import ActiveRun
     from hil.junior import Junior
     from hil.robots import Robots
 
@@ -57,12 +60,14 @@ def monitor(
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
+    out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
+    overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
-) -> None:
+) -> int:
     """Show what a robot senses and how good the link is; drive it by keys. It is disarmed until you arm it.
 
     Pull the plug and put it back: it goes on, and the robot is disarmed.
@@ -73,36 +78,70 @@ def monitor(
     Example: hil monitor serial:///dev/ttyACM0:115200
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    path: Path | None = common.log_path("monitor", log, no_log=no_log)
-    described = {"verb": "monitor", "seed": seed}
+    url = common.url_of(link, None, seed)
+    with running(
+        "monitor",
+        "emulated" if link is None else "robot",
+        url=url,
+        emulated_here=link is None,
+        seed=seed,
+        signing_key=signing_key,
+        out=out,
+        log=log,
+        no_log=no_log,
+        overwrite=overwrite,
+    ) as run:
+        connection = _Connection(url, run, {"verb": "monitor", "seed": seed}, reconnect, signing_key)
+        document = _show(connection, console, duration, as_json=as_json, quiet=quiet)
+        run.finish({})
+    if as_json:
+        common.print_json(document)
+    return run.ended()
+
+
+@dataclass(frozen=True)
+class _Connection:
+    """How the robots are reached.
+
+    Attributes:
+        url: Address.
+        run: The run that this is.
+        config: What it was asked to do, for the log.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+        signing_key: Key file.
+    """
+
+    url: str
+    run: ActiveRun
+    config: Mapping[str, object]
+    reconnect: float
+    signing_key: Path | None
+
+
+def _show(
+    connection: _Connection, console: Console, duration: float | None, *, as_json: bool, quiet: bool
+) -> dict[str, object] | list[dict[str, object]]:
+    """Show one robot, or several; what `--json` prints of them in the end."""
     live, silent = console.is_terminal and not as_json and not quiet, as_json or quiet
+    url, run, config = connection.url, connection.run, connection.config
+    reconnect, key = connection.reconnect, connection.signing_key
     told = common.teller(console, quiet=quiet)
-    if link is not None and _may_be_several(link):
-        with open_watch(link, log=path, config=described, reconnect=reconnect, tell=told, signing_key=signing_key) as (
-            robots,
-            recorder,
-        ):
+    if _may_be_several(url):
+        with open_watch(url, run=run, config=config, reconnect=reconnect, tell=told, signing_key=key) as (robots, recorder):
             members = list(robots)
             if len(members) > 1:
                 overview = Overview(robots, lambda junior, key: _obey(Session(junior, recorder), key))
                 _look(overview, robots, console, duration, live=live, silent=silent)
-                if as_json:
-                    common.print_json([_plain(junior) for junior in overview.members if junior.latest is not None])
-                return
+                return [_plain(junior) for junior in overview.members if junior.latest is not None]
             members[0].take()
             _watch(Session(members[0], recorder), console, duration, live=live, silent=silent)
-            if as_json:
-                common.print_json(_plain(members[0]))
-        return
-    with open_session(
-        link, seed=seed, log=path, config=described, arm=False, reconnect=reconnect, tell=told, signing_key=signing_key
-    ) as session:
+            return _plain(members[0])
+    with open_session(url, run=run, config=config, arm=False, reconnect=reconnect, tell=told, signing_key=key) as session:
         if session.lockstep and duration is None:
             duration = LOCKSTEP_DURATION
             console.print(IN_LOCKSTEP)
         _watch(session, console, duration, live=live, silent=silent)
-        if as_json:
-            common.print_json(_plain(session.junior))
+        return _plain(session.junior)
 
 
 def _may_be_several(link: str) -> bool:

@@ -15,7 +15,7 @@ from firmware_protocol.errors import RefusedError
 from hil.cli import common
 from hil.cli.session import others_beside
 from hil.connecting import connect
-from hil.files import replace_file
+from hil.outputs import OutputError, check_output, write_output
 from hil.parameter_loading import KNOWN, read_parameters, shortest
 from hil.parameter_loading import load as load_parameters
 
@@ -31,6 +31,7 @@ def param(
     value: Annotated[float | None, typer.Argument(metavar="VALUE", help="New value.")] = None,
     *,
     save: Annotated[Path | None, typer.Option("--save", metavar="FILE.toml", help="Write all parameters to a file.")] = None,
+    overwrite: common.OverwriteOption = False,
     load: Annotated[
         Path | None,
         typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file: all of them, or, if one fails, none."),
@@ -49,6 +50,8 @@ def param(
         raise common.UsageError("give a NAME, or --save or --load, not both")
     if everything and load is None:
         raise common.UsageError("--all goes with --load")
+    if save:
+        check_output(save, overwrite=overwrite)
     wanted = read_parameters(load, everything=everything) if load else None
     console = common.consoles(as_json=as_json, quiet=quiet)
     notices = console if as_json else common.plain_console(stderr=True)  # stdout has values only
@@ -68,9 +71,9 @@ def param(
     result = {key: shortest(number) for key, number in result.items()}
     if save:
         try:
-            replace_file(save, tomli_w.dumps(result).encode())
+            write_output(save, tomli_w.dumps(result).encode(), overwrite=overwrite)
         except OSError as error:
-            raise common.UsageError(f"cannot write {save}: {error.strerror}") from error
+            raise OutputError(f"cannot write {save}: {error.strerror}") from error
     if as_json:
         common.print_json(result)
     elif name is not None:

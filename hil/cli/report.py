@@ -1,4 +1,4 @@
-"""`hil report LOG`: pages and pictures of what a log holds."""
+"""`hil report`: pages and pictures of what a log holds."""
 
 from __future__ import annotations
 
@@ -7,14 +7,20 @@ from typing import Annotated
 
 import typer
 
+from hil import runs
 from hil.cli import common
 
 
 def report(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log (.mcap); one broken off is read up to its damage.")],
+    log: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[RUN|LOG]", help="A run's folder or a log (.mcap), read up to its damage; the newest run if left out."
+        ),
+    ] = None,
     *,
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Where to; beside the log if left out.")
+        Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Where to; in the run's folder, or beside the log.")
     ] = None,
     max_chunk: Annotated[
         int | None,
@@ -26,23 +32,30 @@ def report(
             help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
         ),
     ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Draw one anew that is there.")] = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
 ) -> None:
     """Make one self-contained HTML page and PNG pictures of a log.
 
-    Example: hil report logs/20260101-120000-coach.mcap
+    Example: hil report runs/20261128-130501-coach-flat-light
     """
-    from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
+    from hil.report import PAGE, write_report  # noqa: PLC0415 - drawing takes a second to load
 
     console = common.consoles(as_json=as_json, quiet=quiet)
-    if not log.is_file():
-        raise common.UsageError(f"there is no log {log}")
-    folder = out or log.with_name(f"{log.stem}-report")
-    files = write_report(log, folder, max_chunk=max_chunk)
+    found = runs.file_of(log, runs.LOG)
+    if found != log and not quiet:
+        console.print(f"Log: {found}", markup=False)
+    if not found.is_file():
+        raise common.UsageError(f"there is no log {found}")
+    within = found.name == runs.LOG and (found.parent / runs.RECORD).exists()
+    folder = out or (found.parent / runs.REPORT if within else found.with_name(f"{found.stem}-report"))
+    if (folder / PAGE).exists() and not overwrite:
+        raise common.UsageError(f"{folder / PAGE} is there already: --overwrite draws it anew, --out FOLDER elsewhere")
+    files = write_report(found, folder, max_chunk=max_chunk)
     if files.health and not quiet:
-        common.plain_console(stderr=True).print(f"{log} is {files.health}")
+        common.plain_console(stderr=True).print(f"{found} is {files.health}")
     if as_json:
         common.print_json({"page": str(files.page), "pictures": [str(path) for path in files.pictures]})
     elif quiet:

@@ -11,10 +11,11 @@ from importlib import metadata
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import LinkOpenError, PeerLostError
+from firmware_protocol.errors import PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.cli import common
+from hil.cli.running import WITHOUT_A_WORD, ActiveRun
 from hil.connecting import asked_for, connect, fault_option
 from hil.connecting_all import connect_all
 from hil.key_file import load_key
@@ -93,11 +94,9 @@ class Session:
 
 @contextmanager
 def open_session(
-    link: str | None,
+    url: str,
     *,
-    opponent: str | None = None,
-    seed: int,
-    log: Path | None,
+    run: ActiveRun,
     config: Mapping[str, object],
     system: int | None = None,
     arm: bool = True,
@@ -108,10 +107,8 @@ def open_session(
     """Connect, with a log; on the way out stop the robot, then close the log. Ctrl-Z stops the robot, then the program.
 
     Args:
-        link: Address; None is an emulated robot in this process.
-        opponent: Opponent of such a robot.
-        seed: Seed of such a robot.
-        log: Where the log goes; None for none.
+        url: Address.
+        run: The run that this is: where its log goes, and who is told when that can't be written.
         config: What the run was asked to do, for the log.
         system: System id of the robot; None takes the first that answers.
         arm: Let its wheels turn.
@@ -129,15 +126,15 @@ def open_session(
         LogError: The log can't be written.
         KeyFileError: The key file can't be used.
     """
-    url = link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
     address = parse_address(url)
     key = load_key(signing_key) if signing_key else None
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
-        recorder = _begin_log(stack, log, url, config)
-        with _nothing_said(recorder, log):
+        recorder = _begin_log(stack, run, url, config)
+        with _nothing_said(recorder):
             taps = [recorder] if recorder else []
             junior = stack.enter_context(connect(url, system=system, taps=taps, reconnect=reconnect, signing_key=key))
+        run.met(junior, emulated_here=address.scheme == "sim")
         bridges = [junior.bridge]
         suspension = Suspension(lambda: [junior], lambda: bridges, junior.step, junior.now, _noted(recorder))
         junior.between = stack.enter_context(suspension).attend
@@ -188,7 +185,7 @@ def others_beside(junior: Junior, address: Address) -> set[int]:
 def open_watch(
     link: str,
     *,
-    log: Path | None,
+    run: ActiveRun,
     config: Mapping[str, object],
     reconnect: float = 0.0,
     tell: Callable[[str], None] | None = None,
@@ -200,7 +197,7 @@ def open_watch(
 
     Args:
         link: Address.
-        log: Where the log goes; None for none.
+        run: The run that this is.
         config: What the run was asked to do, for the log.
         reconnect: How long the link is tried to be opened again when it is lost, in s.
         tell: Is told, in words, when link or robots are lost or back; None for nobody.
@@ -217,8 +214,8 @@ def open_watch(
     with ExitStack() as stack:
         stack.enter_context(terminate_as_interrupt())
         key = load_key(signing_key) if signing_key else None
-        recorder = _begin_log(stack, log, link, config)
-        with _nothing_said(recorder, log):
+        recorder = _begin_log(stack, run, link, config)
+        with _nothing_said(recorder):
             taps = [recorder] if recorder else []
             robots = stack.enter_context(connect_all(link, watch=True, taps=taps, reconnect=reconnect, signing_key=key))
         members, bridges = robots.members, robots.networks.bridges
@@ -240,31 +237,31 @@ def _noted(recorder: Recorder | None) -> Callable[[str], None] | None:
     return None if recorder is None else recorder.operator
 
 
-def _begin_log(stack: ExitStack, log: Path | None, url: str, config: Mapping[str, object]) -> Recorder | None:
+def _begin_log(stack: ExitStack, run: ActiveRun, url: str, config: Mapping[str, object]) -> Recorder | None:
     """Begin a log that ends with the stack; None where there is to be none."""
-    if log is None:
+    if run.log is None:
         return None
-    recorder = open_recorder(log, url, config, lockstep=parse_address(url).scheme == "sim")
+    recorder = open_recorder(run, run.log, url, config, lockstep=parse_address(url).scheme == "sim")
     stack.callback(recorder.close)
     return recorder
 
 
 @contextmanager
-def _nothing_said(recorder: Recorder | None, log: Path | None) -> Iterator[None]:
+def _nothing_said(recorder: Recorder | None) -> Iterator[None]:
     """Keep no log of a link that could not be opened."""
     try:
         yield
-    except LinkOpenError:
-        if recorder is not None and log is not None and log.is_file():
-            recorder.close()
-            log.unlink()
+    except WITHOUT_A_WORD:
+        if recorder is not None:
+            recorder.discard()
         raise
 
 
-def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:
+def open_recorder(run: ActiveRun, log: Path, url: str, config: Mapping[str, object], *, lockstep: bool) -> Recorder:
     """Begin a log.
 
     Args:
+        run: The run that this is: it is told when the log can't be written any further.
         log: Where it goes.
         url: Address of the robot.
         config: What the run was asked to do.
@@ -286,14 +283,22 @@ def open_recorder(log: Path, url: str, config: Mapping[str, object], *, lockstep
         "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
         "link": url,
     }
-    run = {
+    about = {
         "started": datetime.now(UTC).isoformat(),
         "command": shlex.join(["hil", *sys.argv[1:]]),
         "log": str(log),
         "python": sys.version.split()[0],
         "platform": sys.platform,
     }
-    return Recorder(log, run=run, config=described, link=url, lockstep=lockstep)
+    return Recorder(
+        log,
+        run=about,
+        config=described,
+        link=url,
+        lockstep=lockstep,
+        overwrite=run.overwrite,
+        on_failure=run.failed,
+    )
 
 
 @contextmanager

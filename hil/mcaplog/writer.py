@@ -10,9 +10,8 @@ The rare records are serialized by the `mcap` package. Messages and their index 
 from __future__ import annotations
 
 import zlib
-from contextlib import suppress
 from struct import Struct, pack
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Final
 
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -33,9 +32,10 @@ from mcap.records import (
 from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.errors import LogError
+from hil.outputs import Output
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from hil.mcaplog.schemas import Schema
@@ -65,12 +65,23 @@ class LogWriter:
         run: Text for the metadata record `run`: wall clock, command line, paths; whatever differs between two runs of
             the same seed.
         flush_every: Log time between flushes, in s.
+        overwrite: A file that exists is replaced, when the log is whole.
+        on_failure: Is told, in words, when the disk does not take any more; nothing is raised then.
 
     Raises:
+        OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created.
     """
 
-    def __init__(self, path: Path, *, run: Mapping[str, str], flush_every: float = 0.5) -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        run: Mapping[str, str],
+        flush_every: float = 0.5,
+        overwrite: bool = False,
+        on_failure: Callable[[str], None] | None = None,
+    ) -> None:
         self.path = path
         self._interval = round(flush_every * 1e9)
         self._flush_at = 0
@@ -87,10 +98,11 @@ class LogWriter:
         self._offset = 0
         self._open = True
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file: BinaryIO = path.open("wb")
+            self._output = Output(path, overwrite=overwrite)
         except OSError as error:
             raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
+        self._file = self._output.file
+        self._on_failure = on_failure
         self._put(MAGIC + _serialize(Header(profile="", library=LIBRARY)))
         self._write_metadata(RUN, _padded(run))
         self._flush_file()
@@ -190,9 +202,18 @@ class LogWriter:
         self._put(_serialize(DataEnd(0)))
         self._put(self._summary())
         self._put(MAGIC)
-        self._flush_file()
+        if self._open:
+            try:
+                self._output.finish()
+            except OSError as error:
+                self._fail(error)
         self._open = False
-        self._file.close()
+
+    def discard(self) -> None:
+        """Give it up, and leave no file: nothing has happened that would be worth one. What is no regular file stays."""
+        self._open = False
+        self._forget()
+        self._output.discard()
 
     def _finish_chunk(self) -> None:
         if not self._size:
@@ -283,6 +304,8 @@ class LogWriter:
         return bytes(body + offsets) + _serialize(footer)
 
     def _put(self, data: bytes) -> None:
+        if not self._open:
+            return
         try:
             self._file.write(data)
         except OSError as error:
@@ -290,6 +313,8 @@ class LogWriter:
         self._offset += len(data)
 
     def _flush_file(self) -> None:
+        if not self._open:
+            return
         try:
             self._file.flush()
         except OSError as error:
@@ -298,9 +323,11 @@ class LogWriter:
     def _fail(self, error: OSError) -> None:
         self._open = False
         self._forget()
-        with suppress(OSError):  # the same trouble again: the file is given back all the same
-            self._file.close()
-        raise LogError(f"the log {self.path} cannot be written any further: {error.strerror}; it ends here") from error
+        self._output.leave()
+        text = f"the log {self.path} cannot be written any further: {error.strerror}; it ends here"
+        if self._on_failure is None:
+            raise LogError(text) from error
+        self._on_failure(text)
 
 
 def _serialize(record: McapRecord) -> bytes:

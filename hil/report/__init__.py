@@ -1,5 +1,5 @@
 """Reports on logs: a page and pictures."""
 
-from hil.report.write import ReportFiles, write_report
+from hil.report.write import PAGE, ReportFiles, write_report
 
-__all__ = ["ReportFiles", "write_report"]
+__all__ = ["PAGE", "ReportFiles", "write_report"]

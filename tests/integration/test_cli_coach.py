@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from hil.advice_file import load_advice
 from hil.cli.app import run
 from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader, differences
+from hil.runs import load_run
 
 COACH = ("coach", "--budget", "60", "--held-out", "2", "--no-report")
 
@@ -37,9 +40,10 @@ def test_the_main_job_leaves_advice_log_report_and_checkpoint(capsys: pytest.Cap
     assert "What Junior learnt:" in said
     assert "When both eyes see it: " in said
     assert "How it plays: won " in said
-    (log,) = files("logs/*-coach.mcap")
-    (page,) = files("logs/*-coach-report/report.html")
-    advice, checkpoint = "advice/flat-light-1.advice.toml", "advice/flat-light-1.checkpoint.json"
+    (made,) = files("runs/*-coach-flat-light")
+    log, page, advice, checkpoint = (
+        f"{made}/{name}" for name in ("log.mcap", "report/report.html", "advice.toml", "checkpoint.json")
+    )
     for path in (log, page, advice, checkpoint):
         assert path in said
         assert Path(path).stat().st_size > 1000
@@ -84,7 +88,7 @@ def test_quiet_prints_the_result_only(capsys: pytest.CaptureFixture[str]) -> Non
     said = capsys.readouterr()
     assert json.loads(said.out)["log"] is None
     assert said.err == ""
-    assert files("logs/*") == []
+    assert files("runs/*/log.mcap") == []
 
 
 def test_more_than_was_reached_can_be_required(capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,21 +115,24 @@ def test_the_same_seed_leaves_the_same_bytes_and_another_seed_others(folder: Pat
 
 def test_a_run_can_be_gone_on_with_but_not_as_another(capsys: pytest.CaptureFixture[str]) -> None:
     begin = ["coach", "--no-log", "--quiet", "--held-out", "0", "--opponent", "corner-light", "--budget", "20"]
-    assert run([*begin, "--seed", "4"]) == 0
-    learnt = Path("advice/corner-light-4.advice.toml").read_bytes()
-    Path("advice/corner-light-4.advice.toml").unlink()
+    assert run([*begin, "--seed", "4", "--out", "first"]) == 0
+    learnt = Path("first/advice.toml").read_bytes()
     capsys.readouterr()
-    resume = ["coach", "--no-log", "--quiet", "--held-out", "0", "--resume"]
-    # Named by its file alone, it keeps its opponent, seed and names.
-    assert run([*resume, "--checkpoint", "advice/corner-light-4.checkpoint.json"]) == 0
-    assert "against corner-light: 20 maneuvers" in capsys.readouterr().out
-    assert Path("advice/corner-light-4.advice.toml").read_bytes() == learnt
-    assert run([*resume, "--opponent", "corner-light", "--seed", "4", "--budget", "20"]) == 0
+    resume = ["coach", "--no-log", "--quiet", "--held-out", "0"]
+    # Named by its folder or its checkpoint alone, it keeps its opponent and seed, and the new run has a folder of its own.
+    for number, named in enumerate(("first", "first/checkpoint.json")):
+        assert run([*resume, "--resume-from", named, "--out", f"again{number}"]) == 0
+        assert "against corner-light: 20 maneuvers" in capsys.readouterr().out
+        assert Path(f"again{number}/advice.toml").read_bytes() == learnt
+        assert load_run(Path(f"again{number}")).record.resumed_from == "first/checkpoint.json"
+    assert run([*resume, "--resume-from", "first", "--opponent", "corner-light", "--seed", "4", "--budget", "20"]) == 0
     for option, value in (("--opponent", "flat-light"), ("--seed", "5"), ("--budget", "30"), ("--objective", "contact")):
-        assert run([*resume, "--checkpoint", "advice/corner-light-4.checkpoint.json", option, value]) == 2
+        assert run([*resume, "--resume-from", "first", option, value]) == 2
         assert f"begun with {option[2:]}" in capsys.readouterr().err
-    assert run([*resume, "--seed", "99"]) == 2
-    assert "run without --resume first" in capsys.readouterr().err
+    assert run([*resume, "--resume"]) == 2
+    assert "did not finish" in capsys.readouterr().err
+    shutil.copy("first/checkpoint.json", "kept.json")
+    assert run([*resume, "--resume", "--checkpoint", "kept.json"]) == 0, "kept up to date where it is"
 
 
 def test_a_configuration_file_sets_options_and_the_command_line_wins(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
@@ -164,7 +171,8 @@ def test_a_wrong_configuration_is_named(capsys: pytest.CaptureFixture[str], fold
         (["--budget", "0"], "--budget"),
         (["--log", "a.mcap", "--no-log"], "exclude each other"),
         (["--log", "/dev/null/a.mcap"], "/dev/null"),
-        (["--resume", "--checkpoint", "none.json"], "none.json"),
+        (["--out", "."], "choose another name for --out"),
+        (["--resume"], "hil runs lists the runs"),
         (["--advice-out", "x.json", "--checkpoint", "./x.json"], "the same"),
         (["sim://junior?referee=0", "--objective", "outcome"], "referee"),
         (["--checkpoint", "/dev/null/a.json"], "/dev/null/a.json"),
@@ -182,14 +190,39 @@ def test_without_a_referee_contact_is_the_objective(capsys: pytest.CaptureFixtur
     assert run(["coach", "sim://junior?referee=0", "--budget", "10", "--no-log", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert (document["objective"], document["held_out"]) == ("contact", None)
-    assert document["advice"] == "advice/robot-1.advice.toml"
+    assert document["advice"] == f"{document['run']}/advice.toml"
+    assert re.fullmatch(r"runs/\d{8}-\d{6}-coach-robot", document["run"])
 
 
-def test_a_full_disk_ends_the_run_and_says_so(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("option", ["--log", "--checkpoint", "--advice-out"])
+def test_a_full_disk_is_said_and_does_not_end_the_run(capsys: pytest.CaptureFixture[str], option: str) -> None:
     if not Path("/dev/full").is_char_device():
         pytest.skip("this system has no /dev/full")
-    assert run([*COACH, "--log", "/dev/full"]) == 2
-    assert "No space left" in capsys.readouterr().err
+    assert run([*COACH, option, "/dev/full"]) == 4
+    said = capsys.readouterr()
+    assert said.err.count("No space left") == 2, "at once, and at the end"
+    assert "How it plays: won" in said.out
+    (made,) = files("runs/*")
+    record = load_run(Path(made)).record
+    assert (record.state, record.status) == ("fell short", 4)
+    assert "No space left" in record.error
+    if option == "--advice-out":
+        assert "[[entries]]" in said.err, "what was learnt is printed where no file holds it"
+        assert "Advice: " not in said.out
+        assert "hil bout --advice" not in said.out
+
+
+def test_what_was_learnt_is_printed_when_a_run_is_cut_and_no_file_holds_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not Path("/dev/full").is_char_device():
+        pytest.skip("this system has no /dev/full")
+    cut_short(monkeypatch, 55)
+    assert run([*COACH, "--no-log", "--checkpoint", "/dev/full"]) == 130
+    said = capsys.readouterr()
+    assert "no file holds what was learnt" in said.err
+    assert "[[entries]]" in said.err
+    assert "To go on" not in said.out
 
 
 def test_over_a_bad_line_every_maneuver_is_performed_once(capsys: pytest.CaptureFixture[str]) -> None:
@@ -221,28 +254,31 @@ def cut_short(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
 
 
 @pytest.mark.slow
-def test_beginning_anew_keeps_what_a_run_that_was_cut_had_learnt(
+def test_what_a_run_that_was_cut_had_learnt_stays_and_the_newest_is_gone_on_with(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with monkeypatch.context() as patched:
-        cut_short(patched, 55)
-        assert run([*COACH, "--no-log", "--advice-out", "my advice.toml"]) == 130
-    said = capsys.readouterr().out
-    assert "hil coach --resume --checkpoint advice/flat-light-1.checkpoint.json --advice-out 'my advice.toml'" in said
-    used = load_checkpoint(Path("advice/flat-light-1.checkpoint.json")).pal.used
-    assert used > 0
-    for number in ("", "2"):
+    for name in ("first", "second", "third"):
         with monkeypatch.context() as patched:
             cut_short(patched, 55)
-            assert run([*COACH, "--no-log"]) == 130
-        assert f"kept as advice/flat-light-1.checkpoint.json.old{number}" in capsys.readouterr().out
-        assert load_checkpoint(Path(f"advice/flat-light-1.checkpoint.json.old{number}")).pal.used == used
-    assert run([*COACH, "--no-log", "--resume"]) == 0
-    assert run([*COACH, "--no-log"]) == 0
-    assert len(files("advice/*.old*")) == 2  # a run that was finished is nothing to be resumed
+            opponent = ["--opponent", "point-light"] if name == "second" else []
+            assert run([*COACH, "--no-log", *opponent, "--out", f"runs/{name}"]) == 130
+        assert f"hil coach --resume-from runs/{name}" in capsys.readouterr().out
+        assert load_run(Path(f"runs/{name}")).record.state == "interrupted"
+    before = {name: Path(f"runs/{name}/checkpoint.json").read_bytes() for name in ("first", "second", "third")}
+    assert run([*COACH, "--no-log", "--resume", "--opponent", "point-light", "--out", "runs/fourth"]) == 0
+    assert "Going on from runs/second/checkpoint.json" in capsys.readouterr().out
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/fifth"]) == 0
+    assert "Going on from runs/" in capsys.readouterr().out
+    gone_on_from = load_run(Path("runs/fifth")).record.resumed_from
+    assert gone_on_from in {"runs/first/checkpoint.json", "runs/third/checkpoint.json"}
+    assert load_checkpoint(Path("runs/fifth/checkpoint.json")).pal.finished
+    assert {name: Path(f"runs/{name}/checkpoint.json").read_bytes() for name in before} == before
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/sixth"]) == 0
+    assert load_run(Path("runs/sixth")).record.resumed_from not in {gone_on_from, "runs/second/checkpoint.json"}
+    assert run([*COACH, "--no-log", "--resume"]) == 2, "all are finished, or were gone on with"
 
 
 def test_a_link_that_cannot_be_opened_leaves_no_log(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["coach", "serial:///dev/no-such-port:115200"]) == 3
     assert "no-such-port" in capsys.readouterr().err
-    assert files("logs/*") == []
+    assert files("runs/*") == []

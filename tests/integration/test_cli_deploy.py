@@ -79,7 +79,7 @@ def test_deploy_verifies_and_says_what_the_robot_does(capsys: pytest.CaptureFixt
     said = capsys.readouterr().out
     assert "4 slots read back as they should be" in said
     assert "FF FF FF FF" in said
-    (log,) = Path("logs").glob("*-deploy.mcap")
+    (log,) = Path("runs").glob("*-deploy-*/log.mcap")
     reader = LogReader(log)
     written = list(reader.entries({"/junior/memory_write"}))
     assert len(written) == 4
@@ -110,9 +110,9 @@ def test_wrong_usage_is_told(capsys: pytest.CaptureFixture[str], arguments: list
 
 
 def test_an_advice_file_that_is_none_moves_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["deploy", "missing.advice.toml", LINK]) == 2
+    assert run(["deploy", "missing.advice.toml", LINK]) == 4
     assert "missing.advice.toml" in capsys.readouterr().err
-    assert not Path("logs").exists()
+    assert not Path("runs").exists()
 
 
 def test_a_memory_that_does_not_hold_what_was_written_falls_short(

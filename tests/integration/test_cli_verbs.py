@@ -69,7 +69,7 @@ def test_bouts_are_counted_in_a_table(capsys: pytest.CaptureFixture[str]) -> Non
     said = capsys.readouterr().out
     assert "5 bouts against curved-light, controller: chase" in said
     assert "95 % interval" in said
-    (log,) = Path("logs").glob("*-bout.mcap")
+    (log,) = Path("runs").glob("*-bout-curved-light/log.mcap")
     assert str(log) in said
     reader = LogReader(log)
     ended = [entry.value for entry in reader.entries({"/events"}) if entry.value.kind == "bout"]
@@ -155,9 +155,8 @@ def test_junk_is_no_advice(capsys: pytest.CaptureFixture[str], folder: Path, suf
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ([], "--advice FILE"),
-        (["--advice", "none.toml"], "none.toml"),
-        (["--advice", "."], "."),
+        ([], "there is no run of hil coach with advice.toml"),
+        (["--advice", "."], "there is no advice.toml in ."),
         (["--controller", "cheat"], "cheat"),
         (["--controller", "chase", "--trials", "0"], "--trials"),
         (["--controller", "chase", "sim://junior?referee=0"], "needs a referee"),
@@ -166,6 +165,13 @@ def test_junk_is_no_advice(capsys: pytest.CaptureFixture[str], folder: Path, suf
 def test_wrong_usage_of_bout(capsys: pytest.CaptureFixture[str], arguments: list[str], named: str) -> None:
     assert run(["bout", "--no-log", *arguments]) == 2
     assert named in capsys.readouterr().err
+
+
+def test_a_file_that_cannot_be_read_has_a_status_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments in (["bout", "--no-log", "--advice"], ["param", "sim://junior", "--load"], ["deploy", "none.toml"]):
+        extra = "none.toml" if arguments[0] != "deploy" else "sim://junior"
+        assert run([*arguments, extra]) == 4
+        assert "none.toml" in capsys.readouterr().err
 
 
 # --- param -----------------------------------------------------------------------------------------------------------
@@ -218,7 +224,6 @@ def test_the_id_of_another_robot_is_loaded_only_when_asked_for(capsys: pytest.Ca
         (["MEM_SLOTS", "9"], "keeps 32"),
         (["SPD_FAST", "fast"], "VALUE"),
         (["SPD_FAST", "--save", "x.toml"], "not both"),
-        (["--load", "none.toml"], "none.toml"),
         (["--load", "bad.toml"], "bad.toml, line 1: SPD_FAST must be a number"),
         (["--load", "range.toml"], "range.toml, line 2: SPD_FAST must be 0 to 1, not 9"),
         (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER: do you mean SPD_FAST?"),

@@ -18,6 +18,7 @@ from firmware_protocol.messages import Heartbeat, State
 from hil.cli.app import run
 from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader
+from hil.runs import load_run
 from simdevice.endpoints import open_endpoint
 from simdevice.world import junior_world
 
@@ -123,14 +124,15 @@ def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Pat
             robot.send(signal.SIGKILL)
             assert coach.end() == 3
     assert f"hil: {url}: the port is gone" in coach.text
-    resume = f"hil coach {url} --resume --checkpoint advice/robot-1.checkpoint.json"
-    assert resume in coach.text
+    (first,) = (tmp_path / "runs").iterdir()
+    assert f"hil coach {url} --resume-from runs/{first.name}" in coach.text
+    assert load_run(first).record.state == "failed"
     assert "Traceback" not in coach.text
     reader, kinds = watch(tmp_path / "first.mcap")
     assert not reader.truncated
     assert not reader.damage
     assert "link" in kinds
-    saved = load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json")
+    saved = load_checkpoint(first / "checkpoint.json")
     assert 6 <= saved.pal.used < 20
     with emulator(tmp_path) as robot:
         url = address_of(robot)
@@ -139,7 +141,10 @@ def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Pat
         assert f"{saved.pal.used} of them done already" in coach.text
         robot.send(signal.SIGTERM)
         assert robot.end() == 130
-    assert load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json").pal.finished
+    (second,) = set((tmp_path / "runs").iterdir()) - {first}
+    assert load_checkpoint(second / "checkpoint.json").pal.finished
+    assert load_run(second).record.resumed_from == f"runs/{first.name}/checkpoint.json"
+    assert load_checkpoint(first / "checkpoint.json").pal.used == saved.pal.used
     assert not watch(tmp_path / "second.mcap")[0].truncated
 
 
@@ -168,7 +173,9 @@ def test_an_interrupted_run_leaves_the_robot_stopped_and_disarmed(tmp_path: Path
     assert "--resume" in coach.text
     assert "Traceback" not in coach.text
     assert not watch(tmp_path / "run.mcap")[0].truncated
-    assert not load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json").pal.finished
+    (made,) = (tmp_path / "runs").iterdir()
+    assert not load_checkpoint(made / "checkpoint.json").pal.finished
+    assert load_run(made).record.state == "interrupted"
 
 
 def test_a_host_that_is_killed_leaves_a_robot_that_stops_by_itself(tmp_path: Path) -> None:

@@ -189,7 +189,9 @@ def test_the_command_gives_up_after_the_time_asked_for(
         assert "unplugged; it did not come back within 2 s" in capsys.readouterr().err
         assert run([*verb, url, "--reconnect", "0", "--no-log", "--quiet"]) == 3
         assert capsys.readouterr().err == f"hil: {url}: unplugged\n"
-    assert load_checkpoint(Path("advice/robot-1.checkpoint.json")).pal.used >= 0
+    saved = [load_checkpoint(path).pal.used for path in Path("runs").glob("*-coach-robot*/checkpoint.json")]
+    assert len(saved) == 2
+    assert not list(Path("runs").glob("*-bout-*")) + list(Path("runs").glob("*-monitor-*"))
 
 
 def test_the_monitor_says_that_the_link_is_lost_and_comes_back(capsys: pytest.CaptureFixture[str]) -> None:
@@ -231,7 +233,8 @@ def test_an_emulator_killed_and_started_again_on_another_pty_is_found_and_coache
                 coaching.until("robot 1 is back, restarted")
                 assert coaching.end() == 0, coaching.text
     assert "Traceback" not in coaching.text
-    saved = load_checkpoint(tmp_path / "advice/robot-1.checkpoint.json")
+    (made,) = (tmp_path / "runs").iterdir()
+    saved = load_checkpoint(made / "checkpoint.json")
     assert saved.pal.finished
     assert saved.pal.used == 14
     reader = LogReader(tmp_path / "run.mcap")

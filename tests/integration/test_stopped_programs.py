@@ -321,7 +321,7 @@ def test_a_contest_goes_on_while_its_command_is_stopped(tmp_path: Path) -> None:
     with served() as (robot, url):
         with Hil(tmp_path, "coach", url, "--budget", "2", "--held-out", "0", "--no-log", "--no-report", "--quiet") as coach:
             assert coach.end() == 0
-        advice = next((tmp_path / "advice").glob("*.advice.toml"))
+        advice = next((tmp_path / "runs").glob("*/advice.toml"))
         options = ["--contest", "--countdown", "1", "--no-log"]
         with Hil(tmp_path, "deploy", str(advice), url, *options, own_group=True) as program:
             robot.until(lambda: robot.state is State.CONTEST)

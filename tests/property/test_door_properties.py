@@ -87,7 +87,7 @@ def _advice(path: Path) -> None:
         for previous in (None, *range(16)):
             advice.choose(current, previous)
     again = path.with_name("again.advice.json")
-    save_advice(advice, again)
+    save_advice(advice, again, overwrite=True)
     assert load_advice(again) == advice
 
 

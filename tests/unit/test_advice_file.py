@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from copy import deepcopy
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -11,6 +12,7 @@ import tomli_w
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.advice_file import AdviceFileError, load_advice, save_advice
+from hil.outputs import OutputExistsError
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
@@ -37,7 +39,10 @@ def test_what_is_saved_is_loaded(tmp_path: Path, name: str) -> None:
     if name != "x":
         assert load_advice(tmp_path / name) == ADVICE
     first = (tmp_path / name).read_bytes()
-    save_advice(ADVICE, tmp_path / name)
+    with pytest.raises(OutputExistsError, match="there already"):
+        save_advice(replace(ADVICE, seed=99), tmp_path / name)
+    assert (tmp_path / name).read_bytes() == first
+    save_advice(ADVICE, tmp_path / name, overwrite=True)
     assert (tmp_path / name).read_bytes() == first
 
 

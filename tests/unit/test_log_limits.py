@@ -137,7 +137,7 @@ def test_the_verb_lifts_it_and_says_what_it_left_out(tmp_path: Path, capsys: pyt
     captured = capsys.readouterr()
     assert "--max-chunk 18" in captured.err
     assert "Nothing was received from a robot" in (tmp_path / "large-report" / "report.html").read_text("utf-8")
-    assert run(["report", str(path), "--max-chunk", "18"]) == 0
+    assert run(["report", str(path), "--max-chunk", "18", "--overwrite"]) == 0
     assert "--max-chunk" not in capsys.readouterr().err
     assert "Junior performed 10 maneuvers" in (tmp_path / "large-report" / "report.html").read_text("utf-8")
 

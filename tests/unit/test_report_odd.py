@@ -156,7 +156,7 @@ def test_one_wrong_entry_leaves_the_others(tmp_path: Path) -> None:
 
 def test_names_with_signs_of_markup_are_drawn_as_they_are(tmp_path: Path) -> None:
     path = tmp_path / "odd.mcap"
-    with open_recorder(path) as recorder:
+    with open_recorder(tmp_path / "series.mcap") as recorder:
         recorder.series("$x^{ [bold] <b> & \\frac")
     outcomes = [(BoutOutcome.WIN, 2.0)] * 6
     bout_log(tmp_path / "bouts.mcap", outcomes, [OpponentCode.FLAT_HEAVY] * 6)

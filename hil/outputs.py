@@ -1,0 +1,239 @@
+"""Files that a person names to be written: nobody's file is replaced unasked, and none is left half written.
+
+A file that exists is refused, unless it may be replaced: then the new content is written beside it and takes its place when
+it is whole. What is no regular file (`/dev/null`, a pipe) is written as it is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+from firmware_protocol.errors import HilError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_PART: Final = re.compile(r"\.(?P<name>.+)\.(?P<pid>\d+)\.part")
+
+
+class OutputError(HilError):
+    """A file can't be written where it was asked for; the text says which, why, and what to do."""
+
+
+class OutputExistsError(OutputError):
+    """There is a file already."""
+
+
+def check_output(path: Path, *, overwrite: bool = False) -> None:
+    """See that a file can be written, before anything is begun; nothing is made.
+
+    Args:
+        path: Where to.
+        overwrite: One that exists may be replaced.
+
+    Raises:
+        OutputExistsError: There is one, and it may not be replaced.
+        OutputError: The folder that it would be in can't be made or written to.
+    """
+    if path.is_dir():
+        raise OutputExistsError(f"{path} is a folder, not a file")
+    if _special(path):
+        return
+    if os.path.lexists(path) and not overwrite:
+        raise OutputExistsError(f"{path} is there already: choose another name, or give --overwrite to replace it")
+    folder = path.resolve().parent
+    while not folder.exists():
+        folder = folder.parent
+    if not folder.is_dir():
+        raise OutputError(f"cannot write {path}: {folder} is no folder")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise OutputError(f"cannot write {path}: the folder {folder} may not be written to")
+
+
+def check_distinct(*paths: Path | None) -> None:
+    """See that no two outputs are the same file.
+
+    Args:
+        *paths: Where they go; None for one that is not wanted.
+
+    Raises:
+        OutputError: Two are.
+    """
+    files = [path.resolve() for path in paths if path is not None and not _special(path)]
+    if len(set(files)) < len(files):
+        raise OutputError("outputs must be files of their own: two of them are the same")
+
+
+class Output:
+    """A file that is being written.
+
+    Args:
+        path: Where to; folders are made as needed.
+        overwrite: One that exists is replaced, when this is whole (`finish`).
+
+    Attributes:
+        path: Where to.
+        file: What to write to; buffered.
+
+    Raises:
+        OutputExistsError: There is one, and it may not be replaced.
+        OSError: It can't be opened.
+    """
+
+    def __init__(self, path: Path, *, overwrite: bool = False) -> None:
+        self.path = path
+        self._beside: Path | None = None
+        if _special(path):
+            self.file: BinaryIO = path.open("wb")
+            return
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _sweep(path)
+        if overwrite and path.exists():
+            target = path.resolve()
+            self._beside, self._target = _part(target), target
+            self.file = self._beside.open("xb")
+            return
+        try:
+            self.file = path.open("xb")
+        except FileExistsError as error:
+            raise OutputExistsError(
+                f"{path} is there already: choose another name, or give --overwrite to replace it"
+            ) from error
+
+    def finish(self) -> None:
+        """It is whole: close it, and put it in its place.
+
+        Raises:
+            OSError: The disk does not take the rest.
+        """
+        self.file.flush()
+        if self._beside is not None:
+            os.fsync(self.file.fileno())
+        self.file.close()
+        if self._beside is not None:
+            self._beside.replace(self._target)
+
+    def leave(self) -> None:
+        """It will not become whole: what there is of a new file stays, and one that was to be replaced is as it was."""
+        with contextlib.suppress(OSError):
+            self.file.close()
+        if self._beside is not None:
+            with contextlib.suppress(OSError):
+                self._beside.unlink()
+
+    def discard(self) -> None:
+        """It is not wanted after all: what there is of it goes. What was there before, or is no regular file, stays."""
+        self.leave()
+        if self._beside is None and not _special(self.path):
+            with contextlib.suppress(OSError):
+                self.path.unlink()
+
+
+def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
+    """Write a file, whole or not at all.
+
+    Args:
+        path: Where to.
+        data: What to write.
+        overwrite: One that exists is replaced.
+
+    Raises:
+        OutputExistsError: There is one, and it may not be replaced.
+        OSError: It can't be written; what was there is as it was.
+    """
+    if overwrite or _special(path):
+        replace_file(path, data)
+        return
+    output = Output(path)
+    try:
+        output.file.write(data)
+        output.finish()
+    except BaseException:
+        output.leave()
+        with contextlib.suppress(OSError):
+            path.unlink()
+        raise
+
+
+def free_folder(folder: Path) -> Path:
+    """The folder, or the first of its name with a number behind it, that is not there yet.
+
+    Args:
+        folder: Wanted.
+    """
+    free, number = folder, 2
+    while os.path.lexists(free):
+        free, number = folder.with_name(f"{folder.name}-{number}"), number + 1
+    return free
+
+
+def replace_file(path: Path, data: bytes) -> None:
+    """Write a file by way of a temporary one beside it, so that a crash leaves the old file or the new one.
+
+    For state that is meant to be kept up to date. A link's target is written, and the link kept. What a killed program has
+    left of an earlier try goes.
+
+    Args:
+        path: Where to; folders are made as needed.
+        data: What to write.
+
+    Raises:
+        OSError: It can't be written; the old file is as it was.
+    """
+    if _special(path):
+        path.write_bytes(data)
+        return
+    path = path.resolve()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _sweep(path)
+    temporary = _part(path)
+    try:
+        with temporary.open("wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        raise
+
+
+def _special(path: Path) -> bool:
+    """It exists and is no regular file: a pipe, a device."""
+    return path.exists() and not path.is_file()
+
+
+def _part(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+def _sweep(path: Path) -> None:
+    """Remove what programs that were killed have left of this file."""
+    with contextlib.suppress(OSError):
+        for other in path.parent.iterdir():
+            found = _PART.fullmatch(other.name)
+            if found is not None and found["name"] == path.name and not is_running(int(found["pid"])):
+                other.unlink(missing_ok=True)
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is a process of this id.
+
+    Args:
+        pid: Process id.
+    """
+    if pid == os.getpid():
+        return True
+    if os.name != "posix":  # there is no asking without pywin32; a leftover stays
+        return True
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:  # somebody else's
+        return True
+    return True

@@ -1,0 +1,315 @@
+"""One folder a run: made exclusively, with what the run was, what it made, and how it ended.
+
+    runs/20261128-130501-coach-flat-light/
+        run.json         what was run, with which versions, of what robot; "running", and then how it ended
+        log.mcap         everything that happened
+        advice.toml      what was learnt
+        checkpoint.json  what a run that was cut goes on from
+        report/          pages and pictures
+
+A folder that exists is never written into, and only what a run has made is ever removed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.errors import HilError
+from hil.doors import Door
+from hil.outputs import is_running, replace_file
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+    from datetime import datetime
+
+RUNS: Final = Path("runs")
+"""Where runs are, by default."""
+RECORD: Final = "run.json"
+LOG: Final = "log.mcap"
+ADVICE: Final = "advice.toml"
+CHECKPOINT: Final = "checkpoint.json"
+REPORT: Final = "report"
+VERSION: Final = 1
+RUNNING: Final = "running"
+DONE: Final = "done"
+
+
+class RunError(HilError):
+    """A run can't be found, or its folder can't be made; the text says which, and what to do."""
+
+
+DOOR: Final = Door("record of a run", RunError, largest=1 << 20)
+
+
+@dataclass
+class RunRecord:
+    """What `run.json` says.
+
+    Attributes:
+        verb: What was run: `coach`, `bout`, ...
+        what: Against or with what: an opponent, `robot`, ...
+        started: When, ISO 8601 with the time zone.
+        state: `running`; or how it ended: `done`, `fell short`, `failed`, `interrupted`.
+        pid: Process that runs it.
+        host: Name of the computer that the process is on.
+        command: The command line.
+        link: Address of the robot; empty for one emulated in the process.
+        opponent: Opponent; empty where there is none.
+        robot: Unique id of the robot, 16 hexadecimal digits; empty where it is not known, or emulated.
+        seed: Seed of every random choice.
+        settings: Every resolved option.
+        versions: Of this program, its protocol, and what it computes with.
+        resumed_from: Checkpoint that it went on from; empty where it began anew.
+        ended: When, like `started`.
+        status: Exit status.
+        error: What ended it, in words; empty where nothing did.
+        result: What came of it.
+        version: Version of this record's form.
+    """
+
+    verb: str
+    what: str
+    started: str
+    state: str = RUNNING
+    pid: int = 0
+    host: str = ""
+    command: str = ""
+    link: str = ""
+    opponent: str = ""
+    robot: str = ""
+    seed: int = 0
+    settings: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=dict)
+    resumed_from: str = ""
+    ended: str = ""
+    status: int | None = None
+    error: str = ""
+    result: dict[str, Any] = field(default_factory=dict)
+    version: int = VERSION
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run's folder.
+
+    Attributes:
+        folder: The folder.
+        record: What it says of itself.
+    """
+
+    folder: Path
+    record: RunRecord
+
+    @property
+    def log(self) -> Path:
+        """Its log."""
+        return self.folder / LOG
+
+    @property
+    def advice(self) -> Path:
+        """Its advice."""
+        return self.folder / ADVICE
+
+    @property
+    def checkpoint(self) -> Path:
+        """Its checkpoint."""
+        return self.folder / CHECKPOINT
+
+    @property
+    def report(self) -> Path:
+        """Folder of its report."""
+        return self.folder / REPORT
+
+    @property
+    def state(self) -> str:
+        """How it stands: as recorded, or `killed` where it says that it is running and its process is gone."""
+        record = self.record
+        if record.state == RUNNING and record.host in {"", os.uname().nodename if hasattr(os, "uname") else ""}:
+            return RUNNING if is_running(record.pid) else "killed"
+        return record.state
+
+    @property
+    def size(self) -> int:
+        """Bytes of all that is in it."""
+        return sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file() and not path.is_symlink())
+
+    def save(self) -> None:
+        """Write `run.json` anew.
+
+        Raises:
+            OSError: The disk does not take it; the old one is as it was.
+        """
+        replace_file(self.folder / RECORD, (json.dumps(asdict(self.record), indent=2, default=str) + "\n").encode())
+
+    def remove(self) -> None:
+        """Remove what runs make, and the folder where nothing else is in it."""
+        for name in (LOG, ADVICE, CHECKPOINT):
+            (self.folder / name).unlink(missing_ok=True)
+        if self.report.is_dir() and not self.report.is_symlink():
+            shutil.rmtree(self.report)
+        (self.folder / RECORD).unlink(missing_ok=True)
+        if not any(self.folder.iterdir()):
+            self.folder.rmdir()
+
+
+def make_run(record: RunRecord, when: datetime, *, out: Path | None = None) -> Run:
+    """Make a run's folder, which nobody else gets.
+
+    Args:
+        record: What it will say of itself.
+        when: The time in its name.
+        out: The folder; None is a new one below `runs`.
+
+    Raises:
+        RunError: It is there already, or can't be made.
+    """
+    if out is not None:
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            out.mkdir()
+        except FileExistsError as error:
+            raise RunError(f"{out} is there already, and a run's folder is its own: choose another name for --out") from error
+        except OSError as error:
+            raise RunError(f"cannot make the folder {out}: {error.strerror}") from error
+        run = Run(out, record)
+    else:
+        run = Run(_new_folder(f"{when:%Y%m%d-%H%M%S}-{record.verb}-{record.what}"), record)
+    try:
+        run.save()
+    except OSError as error:
+        run.remove()
+        raise RunError(f"cannot write {run.folder / RECORD}: {error.strerror}") from error
+    return run
+
+
+def _new_folder(name: str) -> Path:
+    """A folder of this name, or the first free one with a number behind it."""
+    try:
+        RUNS.mkdir(parents=True, exist_ok=True)
+        number = 1
+        while True:
+            folder = RUNS / (name if number == 1 else f"{name}-{number}")
+            try:
+                folder.mkdir()
+            except FileExistsError:
+                number += 1
+            else:
+                return folder
+    except OSError as error:
+        raise RunError(f"cannot make a folder in {RUNS}: {error.strerror}") from error
+
+
+def load_run(folder: Path) -> Run:
+    """Read what a run's folder says.
+
+    Args:
+        folder: The folder.
+
+    Raises:
+        RunError: It is no run's folder, or its `run.json` can't be read.
+    """
+    path = folder / RECORD
+    if not path.exists():
+        raise RunError(f"{folder} is no run's folder: there is no {RECORD} in it")
+    data = DOOR.document(path, json=True).data
+    if not isinstance(data, dict) or data.get("version") != VERSION:
+        raise RunError(f"{path} is no record of a run of version {VERSION}")
+    return Run(folder, RunRecord(**_checked(path, data)))
+
+
+def _checked(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields that a record has, each of its type; what a newer program has added is passed over."""
+    example = RunRecord("", "", "")
+    values: dict[str, Any] = {}
+    for one in fields(RunRecord):
+        if one.name not in data:
+            if one.name in {"verb", "what", "started"}:
+                raise RunError(f"{path} is no record of a run: it has no {one.name}")
+            continue
+        kind: type | tuple[type, ...] = (int, type(None)) if one.name == "status" else type(getattr(example, one.name))
+        value = data[one.name]
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise RunError(f"{path} is no record of a run: {one.name} is {value!r:.40}")
+        values[one.name] = value
+    return values
+
+
+def all_runs(root: Path = RUNS) -> Iterator[Run]:
+    """Every run, the newest first; folders that are none are passed over.
+
+    Args:
+        root: Where they are.
+    """
+    if not root.is_dir():
+        return
+    found = []
+    for folder in root.iterdir():
+        try:
+            found.append(load_run(folder))
+        except RunError:
+            continue
+    yield from sorted(found, key=lambda run: (run.record.started, run.folder.name), reverse=True)
+
+
+def newest(
+    verbs: tuple[str, ...] = (),
+    *,
+    has: str = RECORD,
+    opponent: str | None = None,
+    robot: str | None = None,
+    root: Path = RUNS,
+) -> Run | None:
+    """The newest run that fits.
+
+    Args:
+        verbs: What was run; empty is anything.
+        has: A file that must be in its folder.
+        opponent: Against whom; None is anybody.
+        robot: Unique id of the robot; None is any.
+        root: Where the runs are.
+    """
+    for run in all_runs(root):
+        record = run.record
+        if (
+            (not verbs or record.verb in verbs)
+            and (opponent is None or record.opponent == opponent)
+            and (robot is None or record.robot == robot)
+            and (run.folder / has).exists()
+        ):
+            return run
+    return None
+
+
+def file_of(given: Path | None, name: str, *, verbs: tuple[str, ...] = (), opponent: str | None = None) -> Path:
+    """A file that a person names, by itself or by its run.
+
+    Args:
+        given: A file; a run's folder; None for the newest run that fits.
+        name: The file in a run's folder: `LOG`, `ADVICE`, ...
+        verbs: What was run, where none is given.
+        opponent: Against whom, likewise; None is anybody.
+
+    Returns:
+        The file.
+
+    Raises:
+        RunError: There is no such file, or no run fits.
+    """
+    if given is None:
+        run = newest(verbs, has=name, opponent=opponent)
+        if run is None:
+            against = "" if opponent is None else f" against {opponent}"
+            which = f"of {' or '.join(f'hil {verb}' for verb in verbs)}{against} " if verbs else ""
+            raise RunError(f"there is no run {which}with {name} in {RUNS}: name a run's folder or a file (hil runs lists them)")
+        return run.folder / name
+    if not given.is_dir():
+        return given
+    path = given / name
+    if not path.exists():
+        raise RunError(f"there is no {name} in {given}")
+    return path
