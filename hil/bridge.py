@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
+    from firmware_protocol.pacing import Pace
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from hil.pump import Chunk
@@ -111,8 +112,10 @@ class Bridge:
         patience: How long it is tried to have link and robot back, in s.
         arrived: Called whenever something has come, in another thread where the link is read by one.
         signing: Signs what is sent, and refuses what others have not signed; None: nothing is signed.
+        pace: What to ask of the robots on a slow line; None: it carries all that they say.
 
     Attributes:
+        pace: Likewise.
         link: The link in use; another one after a loss.
         host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
@@ -140,8 +143,11 @@ class Bridge:
         patience: float = 0.0,
         arrived: Callable[[], None] | None = None,
         signing: Signing | None = None,
+        pace: Pace | None = None,
     ) -> None:
         self.link = link
+        self.pace = pace
+        self._pace_told = pace is None
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
@@ -240,6 +246,8 @@ class Bridge:
         elif rest := self._codec.flush(now):
             self._take(rest, events)
         self._hear_of_link(now, events)
+        if self.peers and not self._pace_told:
+            self._tell_pace(now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -382,6 +390,7 @@ class Bridge:
             open_session=self._open_sessions,
             host_system=self._system,
             host_component=self._component,
+            pace=self.pace,
         )
         self.peers[system] = peer
         return peer
@@ -445,6 +454,12 @@ class Bridge:
             self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
             self.overrun = overrun
             self._overrun_due = now + _NEWS_PERIOD
+
+    def _tell_pace(self, now: float, events: list[Event]) -> None:
+        """Tell that the robots are asked for less than they would say."""
+        self._pace_told = True
+        if self.pace is not None:
+            self._report(self.pace.text, now, events)
 
     def _tell(self, event: Event) -> None:
         for tap in self._taps:

@@ -10,6 +10,7 @@ from firmware_protocol.links.serial import list_ports
 from hil.bridge import Bridge, Tap
 from hil.connecting import AddressOpener, asked_for, check_patience, number_option
 from hil.key_file import load_key, open_signing
+from hil.lines import pace_of
 from hil.networks import Networks, RobotAddress
 from hil.robots import SETTLE, Robots
 from hil.safety import Limits
@@ -71,6 +72,7 @@ def connect_all(
     try:
         for address in addresses:
             opener = AddressOpener(address, ports, key)
+            pace = pace_of(address, opener.faults, signed=key is not None)
             link = opener.open()
             bridge = Bridge(
                 link,
@@ -83,6 +85,7 @@ def connect_all(
                 patience=patience,
                 arrived=networks.wake,
                 signing=open_signing(key, link, opener.clock),
+                pace=pace,
             )
             try:
                 networks.add(address.url, bridge, opener.clock)

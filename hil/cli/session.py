@@ -142,6 +142,7 @@ def open_session(
         suspension = Suspension(lambda: [junior], lambda: bridges, junior.step, junior.now, _noted(recorder))
         junior.between = stack.enter_context(suspension).attend
         if tell is not None:
+            _tell_pace(junior.bridge, tell)
             common.tell_others(junior.peer.system, others_beside(junior, address), url, tell)
             junior.listen(_teller(junior.bridge, tell))
         if arm:
@@ -152,6 +153,12 @@ def open_session(
             yield Session(junior, recorder, suspension)
         except PeerLostError as error:
             raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
+
+
+def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:
+    """Say that the robots are asked for less than they would say, where they are: that was before anybody listened."""
+    if bridge.pace is not None:
+        tell(f"{bridge.link.url}: {bridge.pace.text}")
 
 
 def _teller(bridge: Bridge, tell: Callable[[str], None]) -> Callable[[Event], None]:
@@ -231,6 +238,7 @@ def open_watch(
         )
         robots.between = stack.enter_context(suspension).attend
         if tell is not None:
+            _tell_pace(next(iter(robots.networks.bridges.values())), tell)
             listener = _teller(next(iter(robots.networks.bridges.values())), tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
