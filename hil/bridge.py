@@ -6,8 +6,8 @@ import secrets
 from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from firmware_protocol.codec import open_codec
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
-from firmware_protocol.events import LinkNews, Received
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
+from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -19,8 +19,11 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
+from firmware_protocol.signing import trouble
+from hil.diagnosis import Seen
 from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
 from hil.reopening import Reopening
+from hil.witness import Witness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -125,6 +128,7 @@ class Bridge:
         overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        witness: What was seen while no robot could be used: since the bridge began, or since one was lost.
         farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
@@ -147,7 +151,7 @@ class Bridge:
     ) -> None:
         self.link = link
         self.pace = pace
-        self._pace_told = pace is None
+        self._pace_untold = pace
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
@@ -180,6 +184,8 @@ class Bridge:
         self._cause: LinkError | None = None
         self._named = ""
         self.farewell = ""
+        self.witness = Witness(system, self.now)
+        self._looking = True
         self._complaint: tuple[float, str] | None = None
         self._untold: list[Event] = []
         self._url = link.url
@@ -240,14 +246,11 @@ class Bridge:
             self._taken_in = now
         if chunks:
             for stamp, data in chunks:
-                for tap in self._taps:
-                    tap.wire_rx(stamp, data)
+                self._take_down(data, stamp)
                 self._take(self._codec.receive(data, stamp), events)
         elif rest := self._codec.flush(now):
             self._take(rest, events)
         self._hear_of_link(now, events)
-        if self.peers and not self._pace_told:
-            self._tell_pace(now, events)
         if self._reopening is not None:
             self._turn(self._reopening, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -336,10 +339,19 @@ class Bridge:
                 soonest = min(soonest, self._alive_due)
         return soonest
 
+    def _take_down(self, data: bytes, stamp: float) -> None:
+        """Show bytes that came to the taps, and to the witness as long as no robot can be used."""
+        for tap in self._taps:
+            tap.wire_rx(stamp, data)
+        if self._looking:
+            self.witness.came(data, stamp)
+
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
-        taps, peers = self._taps, self.peers
+        taps, peers, witness = self._taps, self.peers, self.witness if self._looking else None
         for item in items:
+            if witness is not None:
+                witness.saw(item)
             if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
@@ -445,7 +457,10 @@ class Bridge:
         self._tell(news)
 
     def _hear_of_link(self, now: float, events: list[Event]) -> None:
-        """Tell what has happened to the link, and of bytes that were dropped."""
+        """Tell what has happened to the link, of bytes that were dropped, and that robots on a slow line are asked for less."""
+        if self._pace_untold is not None and self.peers:
+            self._report(self._pace_untold.text, now, events)
+            self._pace_untold = None
         for text in self.link.news():
             self._report(text, now, events)
         overrun = self._pump.overrun
@@ -455,13 +470,30 @@ class Bridge:
             self.overrun = overrun
             self._overrun_due = now + _NEWS_PERIOD
 
-    def _tell_pace(self, now: float, events: list[Event]) -> None:
-        """Tell that the robots are asked for less than they would say."""
-        self._pace_told = True
-        if self.pace is not None:
-            self._report(self.pace.text, now, events)
+    def seen(self, wanted: int | None = None) -> Seen:
+        """What there is to judge by why no robot can be used.
+
+        Args:
+            wanted: System id of the robot that was asked for; None for any, or for the only one that is spoken with.
+        """
+        if wanted is None and self._robots is not None and len(self._robots) == 1:
+            wanted = next(iter(self._robots))
+        return Seen(
+            url=self.link.url,
+            witness=self.witness,
+            wire=self.link.wire,
+            now=self.now,
+            wanted=wanted,
+            unusable=[system for system, peer in self.peers.items() if isinstance(peer.failure, VersionError)],
+            key=trouble(self.rejected, self.signed, self.signing),
+            farewell=self.farewell,
+        )
 
     def _tell(self, event: Event) -> None:
+        if isinstance(event, PeerFound | PeerBack):
+            self._looking = False
+        elif isinstance(event, PeerLost) and not any(peer.ready for peer in self.peers.values()):
+            self._looking, self.witness = True, Witness(self._system, self.now)
         for tap in self._taps:
             tap.event(event)
 
@@ -527,6 +559,8 @@ class Bridge:
                 self._failed = True
                 self._pump.drop(error)
             return
+        if self._looking:
+            self.witness.sent(data)
         for tap in self._taps:
             tap.wire_tx(now, data)
             for message in messages:

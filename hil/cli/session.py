@@ -6,6 +6,7 @@ import shlex
 import signal
 import sys
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TYPE_CHECKING
@@ -17,6 +18,7 @@ from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.cli import common
 from hil.connecting import asked_for, connect, fault_option
 from hil.connecting_all import connect_all
+from hil.diagnosis import lost
 from hil.key_file import load_key
 from hil.recorder import Recorder
 from hil.suspending import Suspension
@@ -152,7 +154,7 @@ def open_session(
         try:
             yield Session(junior, recorder, suspension)
         except PeerLostError as error:
-            raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
+            raise PeerLostError(lost(replace(junior.bridge.seen(), url=url), str(error))) from error
 
 
 def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:
