@@ -3,7 +3,7 @@
 One function judges, for every command and for Python: `judge`. It is given what was seen (`Seen`) and says what is so and what
 to do next. What keeps a port from being opened is said by whoever opens it (`LinkOpenError`), and by nobody else.
 
-    nothing came                                       SILENCE
+    nothing came, or nothing of a robot on a bus       SILENCE, BUS
     something came, no MAVLink                         NOISE, TEXT, MAVLINK_1, ECHO
     MAVLink, and no robot that we may speak with       HOSTS_ONLY, NO_ROBOT, MISNUMBERED, OTHERS, VEHICLE, KEY
     a robot, and it does not answer                    FULL, DEAF
@@ -41,6 +41,8 @@ class Kind(Enum):
     TEXT = auto()
     MAVLINK_1 = auto()
     ECHO = auto()
+    BUS = auto()
+    """Frames are on a CAN bus, and none of a robot."""
     HOSTS_ONLY = auto()
     """A ground station is heard, and no robot."""
     NO_ROBOT = auto()
@@ -209,7 +211,7 @@ def _bytes(seen: Seen) -> Diagnosis:
         return Diagnosis(Kind.SILENCE, "nothing came at all", remedy)
     if seen.wire == CAN:
         remedy = "Is it switched on, with a node id (SYS_ID) of 1 to 127?"
-        return Diagnosis(Kind.NO_ROBOT, "there are frames on the bus, but no robot's", remedy)
+        return Diagnosis(Kind.BUS, "there are frames on the bus, but no robot's", remedy)
     if witness.text:
         remedy = "A robot's port must carry MAVLink and nothing else: is this its debug port?"
         return Diagnosis(Kind.TEXT, f"it prints text: {witness.text!r}", remedy)
@@ -234,8 +236,11 @@ def nobody(seen: Seen, timeout: float) -> str:
         seen: What was seen.
         timeout: How long it was waited for, in s.
     """
+    diagnosis = judge(seen)
+    if diagnosis.kind is Kind.TURNED_AWAY:  # at once, as like as not
+        return f"{seen.url}: {diagnosis}"
     whom = "no robot" if seen.wanted is None else f"no robot with system id {seen.wanted}"
-    return f"{seen.url}: {whom} answered within {timeout:g} s: {judge(seen)}"
+    return f"{seen.url}: {whom} answered within {timeout:g} s: {diagnosis}"
 
 
 def lost(seen: Seen, what: str) -> str:

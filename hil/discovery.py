@@ -75,6 +75,7 @@ class Status(StrEnum):
 
 _STATUS: Final = {
     Kind.SILENCE: Status.SILENT,
+    Kind.BUS: Status.SILENT,
     Kind.NOISE: Status.NOISE,
     Kind.TEXT: Status.NOISE,
     Kind.ECHO: Status.NOISE,

@@ -44,6 +44,8 @@ def param(
     with connect(link, signing_key=signing_key) as junior:
         if not quiet:
             notices = console if as_json else Console(stderr=True, highlight=False, soft_wrap=True)  # stdout has values only
+            if junior.bridge.pace is not None:
+                notices.print(f"{link}: {junior.bridge.pace.text}", markup=False)
             common.tell_others(
                 junior.peer.system, others_beside(junior, parse_address(link)), link, partial(notices.print, markup=False)
             )
