@@ -38,6 +38,7 @@ SPARED: Final[Mapping[type[Message], float]] = {
     Heartbeat: 1.0,
     RobotStatus: JUNIOR_STREAMS[RobotStatus],
     SysStatus: SLOW_SYS_STATUS,
+    Timesync: TIMESYNC_PERIOD,
     RefereeState: SLOW_REFEREE,
 }
 """What it says on a slow line beside its sensors, with a referee's reports."""
