@@ -11,7 +11,7 @@ from firmware_bench import FirmwareBench
 import hil
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError
-from firmware_protocol.events import LinkNews, PeerFound, Received
+from firmware_protocol.events import LinkNews, PeerBack, PeerFound, Received
 from firmware_protocol.faults import FaultSpec
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
@@ -184,6 +184,19 @@ def test_on_a_slow_line_the_robot_is_asked_for_less_and_works(rate: int) -> None
         assert junior.perform(["L", "R"]).done == 2
         junior.disarm()
         assert junior.state is State.DISARMED
+
+
+def test_a_robot_that_restarts_is_asked_again() -> None:
+    tap = Overheard()
+    with hil.connect("sim://junior?seed=1&faults=rate:1920,brownout:4+0.5", taps=[tap], reconnect=30.0) as junior:
+        junior.wait(4.2)
+        junior.wait_until_back()
+        junior.wait(4.0)  # what was under way before it was asked for less
+        assert any(isinstance(event, PeerBack) and event.rebooted for event in tap.events)
+        quiet, came = junior.now(), len(tap.came)
+        junior.wait(5.0)
+        assert sum(size for _, size in tap.came[came:]) / (junior.now() - quiet) <= 1920 / 2
+        assert sum(isinstance(event, LinkNews) and "line carries" in event.text for event in tap.events) == 1
 
 
 def test_the_usual_rate_of_a_stream_is_that_of_the_line() -> None:
