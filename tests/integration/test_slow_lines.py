@@ -93,3 +93,11 @@ def test_below_that_it_is_refused_with_the_figure(baud: int, capsys: pytest.Capt
     with served(f"pty:{baud}") as url:
         assert run(["coach", url, *COACH, "--no-log"]) == 3
         assert f"a line of {baud:,} baud is too slow: driving a robot takes 9,100 baud" in capsys.readouterr().err
+
+
+def test_the_list_of_ports_shows_a_robot_that_is_too_slow_to_drive(capsys: pytest.CaptureFixture[str]) -> None:
+    with served("pty:4800") as url:
+        assert run(["ports", url]) == 0
+    said = capsys.readouterr().out
+    assert "Junior, system 1, disarmed" in said
+    assert "a line of 4,800 baud is too slow: driving a robot takes 9,100 baud" in said
