@@ -19,6 +19,7 @@ from firmware_protocol.messages import (
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
+    REFEREE_COMPONENT,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from firmware_protocol.events import Event, Received
+    from firmware_protocol.pacing import Pace
     from firmware_protocol.wire import Message
 
 SILENCE: Final = 3.0
@@ -75,6 +77,7 @@ class Peer(Requests):
         host_component: Its component id. An answer that is for another system or component is none to us.
         streams: What the robot is to send by itself, and the intervals in s.
         retry: When to ask again.
+        pace: On a slow line, what to ask of the robot, instead of `streams` and `retry`; None: it need not be spared.
 
     Attributes:
         state: Where the connection stands.
@@ -100,12 +103,14 @@ class Peer(Requests):
         host_component: int = HOST_COMPONENT,
         streams: Mapping[type[Message], float] = JUNIOR_STREAMS,
         retry: Retry = Retry(),  # noqa: B008 - frozen
+        pace: Pace | None = None,
     ) -> None:
+        if pace is not None:
+            streams, retry = pace.streams, pace.retry
         self.counters = Counters()
         label = f"robot {system}"
-        super().__init__(
-            system, host_system, host, Exchanges(label, self.counters, retry), Numbering(), open_session=open_session
-        )
+        exchanges = Exchanges(label, self.counters, retry)
+        super().__init__(system, host_system, host, exchanges, Numbering(), open_session=open_session, pace=pace)
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
         self.failure: HilError | None = None
@@ -191,6 +196,8 @@ class Peer(Requests):
             self._heard = received.time
             if self.state is PeerState.LOST:
                 self._move(Input.HEARD, received.time)
+        elif self._pace is not None and self.state is PeerState.READY and received.component == REFEREE_COMPONENT:
+            self._ease_referee()
         if not self._frames.count(received):
             return self._take()
         if for_another(message, *self._us):
@@ -411,8 +418,6 @@ class Peer(Requests):
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
                 self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _:
-                pass
 
     def _on_status(self, status: RobotStatus, now: float) -> None:
         """Look whether the robot has restarted."""
@@ -480,7 +485,7 @@ class Peer(Requests):
                 self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
             return
         if major == 0:
-            text = f"system {self.system} is a vehicle, but no Junior: it names no version of our protocol"
+            text = f"system {self.system} speaks MAVLink but is no Junior: it names no version of our protocol"
         else:
             text = f"{self._label} {other_version(f'{major}.{minor}')}"
         self.failure = VersionError(text)
@@ -500,6 +505,7 @@ class Peer(Requests):
                 self.failure = None
                 question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(question)
+                self._ease_sensors()
             case PeerState.OPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
@@ -525,12 +531,13 @@ class Peer(Requests):
         """The robot can be used."""
         self.unavailable = None
         self._cut_off = self._doubt = None
-        self._had_session = False
+        self._had_session = self._referee_eased = False
         if happened is Input.OPENED:
             self._numbering.open(self._candidate)
             self.armed = self._in_contest()
             for message, interval in self.streams.intervals.items():
                 self._ask_for_stream(message, interval)
+            self._ease_rest()
         elif not self._open_session:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self.streams.begin(now)

@@ -33,12 +33,15 @@ from firmware_protocol.messages import (
     JuniorMemoryEntry,
     JuniorMemoryRead,
     JuniorMemoryWrite,
+    JuniorSensors,
     JuniorWheels,
     OpponentCode,
     Ping,
     RefereeReset,
+    RefereeState,
     RobotAck,
     State,
+    SysStatus,
 )
 from firmware_protocol.parameter_exchanges import ParameterListExchange, ParameterReadExchange, ParameterSetExchange
 from firmware_protocol.parameters import PARAMETERS
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.failures import FailureType
+    from firmware_protocol.pacing import Pace
     from firmware_protocol.wire import Message
 
 M = TypeVar("M", bound="Message")
@@ -75,6 +79,7 @@ class Requests:
         open_session: The robot is to be ours to command, not only watched.
         exchanges: Where questions are kept until they are answered.
         numbering: Session and sequence of numbered messages.
+        pace: On a slow line, what to ask of the robot.
 
     Attributes:
         system: System id of the robot.
@@ -82,7 +87,15 @@ class Requests:
     """
 
     def __init__(
-        self, system: int, host_system: int, host: int, exchanges: Exchanges, numbering: Numbering, *, open_session: bool
+        self,
+        system: int,
+        host_system: int,
+        host: int,
+        exchanges: Exchanges,
+        numbering: Numbering,
+        *,
+        open_session: bool,
+        pace: Pace | None = None,
     ) -> None:
         self.system = system
         self.unavailable: HilError | None = PeerError("no handshake")
@@ -91,6 +104,9 @@ class Requests:
         self._open_session = open_session
         self._exchanges = exchanges
         self._numbering = numbering
+        self._pace = pace
+        self._eased: Ticket[CommandAck] | None = None
+        self._referee_eased = False
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
         self._pings = 0
 
@@ -271,9 +287,31 @@ class Requests:
     def _wish(self, message: type[Message], period: float) -> None:
         """Somebody wants a stream at another rate; for who watches over them."""
 
-    def _ask_for_stream(self, message: type[Message], period: float) -> Ticket[CommandAck]:
+    def _ask_for_stream(self, message: type[Message], period: float, component: int = ROBOT_COMPONENT) -> Ticket[CommandAck]:
+        if self._pace is not None and period == 0:  # its own would fill the line
+            period = self._pace.streams.get(message, 0.0)
         interval = -1.0 if period < 0 else period * 1e6
-        return self.command(f"streaming {message.NAME}", Command.SET_MESSAGE_INTERVAL, float(message.ID), interval)
+        name = f"streaming {message.NAME}"
+        return self.command(name, Command.SET_MESSAGE_INTERVAL, float(message.ID), interval, component=component)
+
+    def _ease_sensors(self) -> None:
+        """On a slow line, ask for fewer sensor readings: before anything else, or no answer would get through.
+
+        No vehicle but a Junior has any, so it may be asked before it is known who it is.
+        """
+        if self._pace is not None and (self._eased is None or self._eased.done):
+            self._eased = self._ask_for_stream(JuniorSensors, self._pace.streams[JuniorSensors])
+
+    def _ease_rest(self) -> None:
+        """On a slow line, ask a robot that is ours for less of what we do without."""
+        if self._pace is not None:
+            self._ask_for_stream(SysStatus, self._pace.sys_status)
+
+    def _ease_referee(self) -> None:
+        """On a slow line, ask the referee of a robot that is ours for fewer reports, once a session."""
+        if self._pace is not None and self._open_session and not self._referee_eased:
+            self._referee_eased = True
+            self._ask_for_stream(RefereeState, self._pace.referee, REFEREE_COMPONENT)
 
     def _write(self, name: str, previous: int, current: int, fields: ManeuverFields) -> Ticket[RobotAck]:
         target = {"target_system": self.system, "target_component": ROBOT_COMPONENT}

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import secrets
-from typing import TYPE_CHECKING, Final, Protocol, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.codec import open_codec
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
-from firmware_protocol.events import LinkNews, Received
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
+from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -20,10 +20,12 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
-from firmware_protocol.signing import redacted
+from firmware_protocol.signing import redacted, trouble
+from hil.diagnosis import Seen
 from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
 from hil.redaction import Redaction
 from hil.reopening import Reopening
+from hil.witness import Witness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -32,10 +34,12 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
+    from firmware_protocol.pacing import Pace
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
     from hil.pump import Chunk
     from hil.reopening import Opener
+    from hil.taps import Tap
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
@@ -47,37 +51,6 @@ _ERROR: Final = 3
 """MAV_SEVERITY_ERROR; what is worse is less."""
 _LAST_WORDS: Final = 1.0
 """An error that was told so shortly before the end of a link is taken for its reason, in s."""
-
-
-class Tap(Protocol):
-    """Sees everything that passes the bridge, and changes nothing: the recorder is one.
-
-    Of wire bytes that carry a signing key all behind the frame's header is zero.
-    """
-
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
-        """The bridge has begun a step: its one reading of the clock, and the chunks it has received."""
-        ...
-
-    def wire_rx(self, time: float, data: bytes) -> None:
-        """Bytes came; time is their stamp. Where a key may be in them, this waits until it is known."""
-        ...
-
-    def wire_tx(self, time: float, data: bytes) -> None:
-        """Bytes were handed to the link."""
-        ...
-
-    def received(self, event: Received | Rejected) -> None:
-        """A message was decoded, or input rejected."""
-        ...
-
-    def sent(self, time: float, message: Message) -> None:
-        """A message of ours was sent."""
-        ...
-
-    def event(self, event: Event) -> None:
-        """A robot was found, lost, or is back."""
-        ...
 
 
 def random_session() -> int:
@@ -117,8 +90,10 @@ class Bridge:
         patience: How long it is tried to have link and robot back, in s.
         arrived: Called whenever something has come, in another thread where the link is read by one.
         signing: Signs what is sent, and refuses what others have not signed; None: nothing is signed.
+        pace: What to ask of the robots on a slow line; None: it carries all that they say.
 
     Attributes:
+        pace: Likewise.
         link: The link in use; another one after a loss.
         host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
@@ -128,6 +103,7 @@ class Bridge:
         overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        witness: What was seen while no robot could be used: since the bridge began, or since one was lost.
         farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
@@ -146,8 +122,11 @@ class Bridge:
         patience: float = 0.0,
         arrived: Callable[[], None] | None = None,
         signing: Signing | None = None,
+        pace: Pace | None = None,
     ) -> None:
         self.link = link
+        self.pace = pace
+        self._pace_untold = pace
         self.now = clock.now()
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
@@ -181,6 +160,8 @@ class Bridge:
         self._cause: LinkError | None = None
         self._named = ""
         self.farewell = ""
+        self.witness = Witness(system, self.now)
+        self._looking = True
         self._complaint: tuple[float, str] | None = None
         self._untold: list[Event] = []
         self._url = link.url
@@ -241,6 +222,8 @@ class Bridge:
             self._taken_in = now
         if chunks:
             for stamp, data in chunks:
+                if self._looking:
+                    self.witness.came(data, stamp)
                 found = self._codec.receive(data, stamp)
                 self._pass(self._redaction.received(stamp, data, found))
                 self._take(found, events)
@@ -351,8 +334,10 @@ class Bridge:
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
-        taps, peers = self._taps, self.peers
+        taps, peers, witness = self._taps, self.peers, self.witness if self._looking else None
         for item in items:
+            if witness is not None:
+                witness.saw(item)
             if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
@@ -403,6 +388,7 @@ class Bridge:
             open_session=self._open_sessions,
             host_system=self._system,
             host_component=self._component,
+            pace=self.pace,
         )
         self.peers[system] = peer
         return peer
@@ -458,7 +444,10 @@ class Bridge:
         self._tell(news)
 
     def _hear_of_link(self, now: float, events: list[Event]) -> None:
-        """Tell what has happened to the link, and of bytes that were dropped."""
+        """Tell what has happened to the link, of bytes that were dropped, and that robots on a slow line are asked for less."""
+        if self._pace_untold is not None and self.peers:
+            self._report(self._pace_untold.text, now, events)
+            self._pace_untold = None
         for text in self.link.news():
             self._report(text, now, events)
         overrun = self._pump.overrun
@@ -468,7 +457,30 @@ class Bridge:
             self.overrun = overrun
             self._overrun_due = now + _NEWS_PERIOD
 
+    def seen(self, wanted: int | None = None) -> Seen:
+        """What there is to judge by why no robot can be used.
+
+        Args:
+            wanted: System id of the robot that was asked for; None for any, or for the only one that is spoken with.
+        """
+        if wanted is None and self._robots is not None and len(self._robots) == 1:
+            wanted = next(iter(self._robots))
+        return Seen(
+            url=self.link.url,
+            witness=self.witness,
+            wire=self.link.wire,
+            now=self.now,
+            wanted=wanted,
+            unusable=[system for system, peer in self.peers.items() if isinstance(peer.failure, VersionError)],
+            key=trouble(self.rejected, self.signed, self.signing),
+            farewell=self.farewell,
+        )
+
     def _tell(self, event: Event) -> None:
+        if isinstance(event, PeerFound | PeerBack):
+            self._looking = False
+        elif isinstance(event, PeerLost) and not any(peer.ready for peer in self.peers.values()):
+            self._looking, self.witness = True, Witness(self._system, self.now)
         for tap in self._taps:
             tap.event(event)
 
@@ -535,6 +547,8 @@ class Bridge:
                 self._failed = True
                 self._pump.drop(error)
             return
+        if self._looking:
+            self.witness.sent(data)
         if any(isinstance(message, SetupSigning) for message in messages):
             pairs = zip(messages, frames, strict=True)
             data = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)

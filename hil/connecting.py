@@ -13,11 +13,12 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
-from hil.bridge import Bridge, Tap, random_session
+from hil.bridge import Bridge, random_session
 from hil.clock import MonotonicClock
 from hil.fault_file import read_faults
 from hil.junior import Junior
 from hil.key_file import load_key, no_signatures, open_signing
+from hil.lines import pace_of
 from hil.safety import Limits
 from hil.seeds import Branch, generator
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
     from firmware_protocol.signing import SigningKey
+    from hil.taps import Tap
     from simdevice.board_interface import BoardMaker
     from simdevice.crowd import Crowd
     from simdevice.world import World
@@ -73,7 +75,7 @@ def connect(
 
     Raises:
         AddressError: The URL is no address we know.
-        LinkOpenError: The link could not be opened; the text says what to do.
+        LinkOpenError: The link could not be opened, or is too slow; the text says what to do.
         NoRobotError: Nobody answered as a robot.
         VersionError: It speaks a protocol we do not.
         ValueError: `reconnect` is no time.
@@ -86,6 +88,7 @@ def connect(
     if system is None:
         system = asked_for(address)
     robots = None if system is None else [system]
+    pace = pace_of(address, opener.faults, signed=key is not None)
     link = opener.open()
     bridge = Bridge(
         link,
@@ -97,6 +100,7 @@ def connect(
         opener=opener,
         patience=patience,
         signing=open_signing(key, link, opener.clock),
+        pace=pace,
     )
     junior = Junior(bridge, opener.clock.now, limits)
     try:
@@ -136,6 +140,7 @@ class AddressOpener:
         key: Signing key that an emulated robot in this process comes up with.
 
     Attributes:
+        faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
         clock: The clock that the link runs by.
         session: A source of session numbers.
 
@@ -150,12 +155,12 @@ class AddressOpener:
         key: SigningKey | None = None,
     ) -> None:
         seed = number_option(address, "seed") or 0
-        self._spec = fault_option(address)
+        self.faults = fault_option(address)
         self.clock: Clock
         self.session: Callable[[], int] = random_session
         self._inner: Callable[[], Link]
         if address.scheme == "sim":
-            world = _emulated(address, seed, self._spec, key)
+            world = _emulated(address, seed, self.faults, key)
             numbers = generator(seed, Branch.SESSION)
             self.clock = world
             self.session = lambda: int(numbers.integers(1, 0x10000))
@@ -175,11 +180,11 @@ class AddressOpener:
             AddressError: The URL is no address we know.
             LinkOpenError: The link could not be opened.
         """
-        if self._spec is None:
+        if self.faults is None:
             return self._inner()
         if self._faulty is None:
             link = self._inner()
-            self._faulty = FaultyLink(link, self._spec, seed=self._seed, clock=self.clock, split=SPLITTERS[link.wire])
+            self._faulty = FaultyLink(link, self.faults, seed=self._seed, clock=self.clock, split=SPLITTERS[link.wire])
         else:
             self._faulty.open_again(self._inner)
         return self._faulty

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
-from hil.bridge import Bridge, Tap
+from hil.bridge import Bridge
 from hil.connecting import AddressOpener, asked_for, check_patience, number_option
 from hil.key_file import load_key, open_signing
+from hil.lines import pace_of
 from hil.networks import Networks, RobotAddress
 from hil.robots import SETTLE, Robots
 from hil.safety import Limits
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.links.serial import SerialPort
     from firmware_protocol.signing import SigningKey
+    from hil.taps import Tap
 
 
 def connect_all(
@@ -71,6 +73,7 @@ def connect_all(
     try:
         for address in addresses:
             opener = AddressOpener(address, ports, key)
+            pace = pace_of(address, opener.faults, signed=key is not None)
             link = opener.open()
             bridge = Bridge(
                 link,
@@ -83,6 +86,7 @@ def connect_all(
                 patience=patience,
                 arrived=networks.wake,
                 signing=open_signing(key, link, opener.clock),
+                pace=pace,
             )
             try:
                 networks.add(address.url, bridge, opener.clock)

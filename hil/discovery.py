@@ -10,11 +10,13 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import HilError, LinkClosedError, LinkOpenError, LinkTimeoutError
+from firmware_protocol.errors import AddressError, HilError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.clock import MonotonicClock
 from hil.connecting import open_address, with_system
+from hil.diagnosis import OTHER_ROBOT, Kind, Seen, judge
 from hil.key_file import open_signing
+from hil.lines import pace_of
 from hil.listening import Listener, Robot, Signed
 
 if TYPE_CHECKING:
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing, SigningKey
+    from hil.diagnosis import Diagnosis
     from hil.places import Place
 
     Opener = Callable[[str], tuple[Link, Clock]]
@@ -47,7 +50,6 @@ _KEPT: Final = 256
 _GONE: Final = "Plug it in again, or close the program that has it, and look once more"
 _NEEDS_KEY: Final = "A robot that signs believes only who has its key: docs/signing.md"
 _NOT_OUR_TIME: Final = "it signs with this key, at times that have been, and does not follow"
-_OTHER_ROBOT: Final = "hil speaks to robots with Junior's protocol only: docs/protocol.md"
 _GRACE: Final = 2.0
 """A port that has not been opened this long after the time-out is given up, in s."""
 
@@ -69,6 +71,17 @@ class Status(StrEnum):
     """It can't be opened."""
     NOT_PROBED = "not probed"
     """Nobody has looked."""
+
+
+_STATUS: Final = {
+    Kind.SILENCE: Status.SILENT,
+    Kind.BUS: Status.SILENT,
+    Kind.NOISE: Status.NOISE,
+    Kind.TEXT: Status.NOISE,
+    Kind.ECHO: Status.NOISE,
+    Kind.TURNED_AWAY: Status.UNAVAILABLE,
+}
+"""What each diagnosis is to a script; all others are of somebody who speaks MAVLink."""
 
 
 @dataclass(frozen=True)
@@ -158,9 +171,23 @@ def probe(
         try:
             signing = open_signing(key, link, clock) if link.wire == MAVLINK else None
             return _Look(place, link, clock, timeout, stopped, signing=signing).result()
+        except TurnedAwayError as error:
+            return Finding(place, Status.UNAVAILABLE, place.url, reason=error.diagnosis.reason, remedy=error.diagnosis.remedy)
         except HilError as error:
             reason = str(error).removeprefix(f"{place.url}: ")
             return Finding(place, Status.UNAVAILABLE, place.url, reason=reason, remedy=_GONE)
+
+
+class TurnedAwayError(LinkClosedError):
+    """The other end has said why it does not speak with us, and has closed the link.
+
+    Attributes:
+        diagnosis: In words.
+    """
+
+    def __init__(self, url: str, diagnosis: Diagnosis) -> None:
+        super().__init__(url, str(diagnosis))
+        self.diagnosis = diagnosis
 
 
 class _Look:
@@ -189,7 +216,7 @@ class _Look:
         place = self._place
         listener = self._listen(self._end, noise_ends=True)
         rate = None
-        if self._is_noise(listener) and not listener.text and isinstance(self._link, _HasRate):
+        if self._is_noise(listener) and not listener.witness.text and isinstance(self._link, _HasRate):
             first = parse_address(place.url).port_baud()[1]
             for other in (*(rate for rate in USUAL_RATES if rate != first), first):  # the noise may have been a start's
                 if self._now() >= self._end or self._stopped():
@@ -207,7 +234,7 @@ class _Look:
         except LinkOpenError:  # the adapter can't do it
             return None
         listener = self._listen(min(self._end, self._now() + _DWELL), noise_ends=True)
-        if not listener.good and not listener.mavlink:
+        if not listener.witness.good and not listener.witness.mavlink:
             return None
         return self._listen(self._end, listener)
 
@@ -222,17 +249,18 @@ class _Look:
             try:
                 data = self._link.read(min(_SLICE, end - now))
             except LinkClosedError as error:
-                if listener.told and not listener.robots:  # nothing else was said: it is why
-                    raise LinkClosedError(self._place.url, listener.told) from error
+                if (told := listener.witness.told) and not listener.robots:  # nothing else was said: it is why
+                    seen = Seen(self._place.url, listener.witness, self._link.wire, self._now(), farewell=told)
+                    raise TurnedAwayError(self._place.url, judge(seen)) from error
                 raise
             now = self._now()
             listener.take(data, now)
             self._raw = (self._raw + data)[-_KEPT:]
             if listener.settled(now) or self._is_adapter(listener):
                 break
-            if noise_ends and now >= begun + _DWELL and self._is_noise(listener) and not listener.text:
+            if noise_ends and now >= begun + _DWELL and self._is_noise(listener) and not listener.witness.text:
                 break
-            if not listener.received and now >= begun + _ASK_ADAPTER and not self._asked_adapter:
+            if not listener.witness.received and now >= begun + _ASK_ADAPTER and not self._asked_adapter:
                 self._ask_adapter()
         return listener
 
@@ -249,12 +277,17 @@ class _Look:
             self._send(_ADAPTER_VERSION)
 
     def _is_adapter(self, listener: Listener) -> bool:
-        if not isinstance(self._link, _HasRate) or listener.good:
+        if not isinstance(self._link, _HasRate) or listener.witness.good:
             return False
         return bool(_ADAPTER_FRAME.search(self._raw) or (self._asked_adapter and _ADAPTER_ANSWER.search(self._raw)))
 
     def _is_noise(self, listener: Listener) -> bool:
-        return self._link.wire != CAN and listener.received >= _ENOUGH and not listener.good and not listener.mavlink
+        return (
+            self._link.wire != CAN
+            and listener.witness.received >= _ENOUGH
+            and not listener.witness.good
+            and not listener.witness.mavlink
+        )
 
     def _finding(self, listener: Listener, rate: int | None) -> Finding:
         """Say what was heard."""
@@ -262,41 +295,37 @@ class _Look:
         if rate is not None:
             url = f"serial://{parse_address(url).port_baud()[0]}:{rate}"
         if any(robot.usable for robot in robots):
-            return Finding(self._place, Status.ROBOT, url, robots)
+            signed = any(robot.usable and robot.signed is Signed.OUR_KEY for robot in robots)
+            return Finding(self._place, Status.ROBOT, url, robots, *_too_slow(url, signed=signed))
         if robots:
             foreign = any(robot.signed in {Signed.OTHER_KEY, Signed.UNKNOWN_KEY} for robot in robots)
-            return Finding(self._place, Status.VEHICLE, url, robots, remedy=_NEEDS_KEY if foreign else _OTHER_ROBOT)
-        status, reason, remedy = self._without_robots(listener)
+            return Finding(self._place, Status.VEHICLE, url, robots, remedy=_NEEDS_KEY if foreign else OTHER_ROBOT)
+        status, reason, remedy = self._without_robots(listener, rate)
         return Finding(self._place, status, url, reason=reason, remedy=remedy)
 
-    def _without_robots(self, listener: Listener) -> tuple[Status, str, str]:
+    def _without_robots(self, listener: Listener, rate: int | None) -> tuple[Status, str, str]:
         """What there is instead of robots: status, reason, remedy."""
-        tunable = isinstance(self._link, _HasRate)
         if self._is_adapter(listener):
             bus = f"can://slcan/{parse_address(self._place.url).port_baud()[0]}?bitrate=500000"
             remedy = f"hil ports '{bus}' looks at the bus behind it, with your bus's bit rate"
-            verdict = (Status.ADAPTER, "a serial CAN adapter", remedy)
-        elif not listener.received:
-            remedy = "Is the robot switched on?" + (" Are RX and TX crossed?" if tunable else "")
-            verdict = (Status.SILENT, "nothing answers", remedy)
-        elif self._link.wire == CAN:
-            remedy = "Is the robot switched on, with a node id (SYS_ID) of 1 to 127?"
-            verdict = (Status.SILENT, "there are frames on the bus, but no robot's", remedy)
-        elif listener.echo:
-            verdict = (Status.NOISE, "it sends back what is sent to it", "Are RX and TX connected to each other?")
-        elif listener.mavlink == 1:
-            verdict = (Status.VEHICLE, "MAVLink 1 is spoken there", "hil speaks MAVLink 2: set the vehicle's protocol to 2")
-        elif listener.behind:
-            verdict = (Status.VEHICLE, _NOT_OUR_TIME, "Does it hear us? Is this computer's clock right?")
-        elif listener.good or listener.mavlink:
-            verdict = (Status.VEHICLE, "MAVLink is spoken there, but no robot says it is there", "Is it a robot's port?")
-        elif listener.text:
-            remedy = "A robot's port must carry MAVLink and nothing else: is this its debug port?"
-            verdict = (Status.NOISE, f"it prints text: {listener.text!r}", remedy)
-        else:
-            reason = f"bytes come, but no MAVLink{' at any usual rate' if tunable else ''}"
-            verdict = (Status.NOISE, reason, "Is it the robot's port? Do both ends share a ground?")
-        return verdict
+            return Status.ADAPTER, "a serial CAN adapter", remedy
+        if listener.behind:
+            return Status.VEHICLE, _NOT_OUR_TIME, "Does it hear us? Is this computer's clock right?"
+        swept = isinstance(self._link, _HasRate) and rate is None
+        seen = Seen(self._place.url, listener.witness, self._link.wire, self._now(), swept=swept)
+        diagnosis = judge(seen)
+        return _STATUS.get(diagnosis.kind, Status.VEHICLE), diagnosis.reason, diagnosis.remedy
+
+
+def _too_slow(url: str, *, signed: bool) -> tuple[str, str]:
+    """What is said of a robot on a line on which it can't be driven: reason and remedy; empty where it can."""
+    try:
+        pace_of(parse_address(url), signed=signed)
+    except AddressError:
+        pass
+    except LinkOpenError as error:
+        return error.reason, error.remedy
+    return "", ""
 
 
 def survey(

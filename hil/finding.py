@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.errors import NoRobotError
-from firmware_protocol.signing import trouble
+from firmware_protocol.errors import HilError, LinkClosedError, NoRobotError, VersionError
+from hil.diagnosis import OTHER_ROBOT, nobody
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,9 +48,26 @@ def find_robot(
         if chosen is not None and chosen.ready:
             chosen.take(now())
         elif chosen is not None and chosen.failure is not None and (system or chosen.taken or now() >= patience):
-            raise chosen.failure
-        step(min(STEP, deadline - now()))
-    raise NoRobotError(_nobody(bridge, system, timeout))
+            raise named(bridge.link.url, chosen.failure)
+        try:
+            step(min(STEP, deadline - now()))
+        except LinkClosedError as error:
+            if bridge.farewell:
+                raise NoRobotError(nobody(bridge.seen(system), timeout)) from error
+            raise
+    raise NoRobotError(nobody(bridge.seen(system), timeout))
+
+
+def named(url: str, failure: HilError) -> HilError:
+    """Why a robot can't be spoken to, with the address and what to do.
+
+    Args:
+        url: Address of the link.
+        failure: As its peer knows it.
+    """
+    if not isinstance(failure, VersionError) or str(failure).startswith(url):
+        return failure
+    return VersionError(f"{url}: {failure}" + (f". {OTHER_ROBOT}" if "no Junior" in str(failure) else ""))
 
 
 def _candidate(bridge: Bridge, system: int | None) -> Peer | None:
@@ -60,19 +77,3 @@ def _candidate(bridge: Bridge, system: int | None) -> Peer | None:
     ready = [peer for peer in peers if peer.ready]
     failed = [peer for peer in peers if peer.failure is not None]
     return next((peer for peer in ours if peer.ready), None) or next(iter([*ours, *ready, *failed]), None)
-
-
-def _nobody(bridge: Bridge, system: int | None, timeout: float) -> str:
-    url = bridge.link.url
-    if what := trouble(bridge.rejected, bridge.signed, bridge.signing):
-        return f"{url}: a robot is there, but does not answer: {what}"
-    whom = "no robot" if system is None else f"no robot with system id {system}"
-    if bridge.farewell:
-        return f"{url}: {whom} answered within {timeout:g} s: {bridge.farewell}"
-    heard = sorted({*bridge.peers, *bridge.strangers})
-    if heard:
-        others = ", ".join(map(str, heard))
-        return f"{url}: {whom} answered within {timeout:g} s, though MAVLink is spoken there (systems seen: {others})"
-    if sum(bridge.rejected.values()):
-        return f"{url}: {whom} answered within {timeout:g} s; what came was no MAVLink: is the baud rate right?"
-    return f"{url}: {whom} answered within {timeout:g} s, nothing came at all: is it switched on, is this the right port?"

@@ -151,7 +151,8 @@ class Junior:
 
     def _look_for_referee(self) -> None:
         referee = Referee(self)
-        deadline = self.now() + REFEREE_WAIT
+        pace = self.bridge.pace  # on a slow line a referee that was asked to says less
+        deadline = self.now() + (REFEREE_WAIT if pace is None else REFEREE_WAIT + 2 * pace.referee)
         while self.now() < deadline and REFEREE_COMPONENT not in self.peer.components:
             self._step(min(WAIT, deadline - self.now()))
         if REFEREE_COMPONENT in self.peer.components:

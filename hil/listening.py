@@ -19,6 +19,7 @@ from firmware_protocol.events import Received, RejectReason
 from firmware_protocol.mavlink_layout import FLAG_SIGNED
 from firmware_protocol.messages import (
     HOST_COMPONENT,
+    HOST_SYSTEM,
     PROTOCOL_MAJOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
@@ -28,12 +29,12 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotStatus,
     State,
-    Statustext,
     SysStatus,
 )
 from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.versions import other_version
 from firmware_protocol.wire import CAN
+from hil.witness import EVERYBODY, GROUND_STATION, Witness
 
 if TYPE_CHECKING:
     from firmware_protocol.signing import Signing
@@ -47,17 +48,9 @@ _HELLO_PERIOD: Final = 1.0
 _ASK_PERIOD: Final = 0.3
 _ASK_TIMES: Final = 3
 _ARMED: Final = 128
-_GROUND_STATION: Final = 6
 _GENERIC: Final = 0
 """MAV_AUTOPILOT_GENERIC: what a Junior is."""
-_KEPT: Final = 512
-"""Bytes kept of what is no message of ours, to see what else it is."""
-_MARKERS: Final = ((0xFD, 12, 2), (0xFE, 8, 1))
-"""Start marker, bytes of a frame around its payload, version of MAVLink."""
-_SIGNATURE: Final = 13
 _AT_FLAGS: Final = 2
-_MOSTLY: Final = 0.9
-"""Share of letters that makes bytes a text."""
 
 
 class Signed(StrEnum):
@@ -181,20 +174,15 @@ class Listener:
         signing: Signs what is said, and tells who has our key; heard is everybody.
 
     Attributes:
-        good: Good messages heard.
-        received: Bytes that have come.
+        witness: What was seen.
         host: Somebody else speaks to robots here.
-        echo: What we have said comes back.
         behind: Messages signed with our key at times that have been: their sender does not follow ours.
-        told: The last line for a person.
     """
 
     def __init__(self, wire: str, now: float, signing: Signing | None = None) -> None:
-        self.received = 0
+        self.witness = Witness(LISTENER_SYSTEM, now)
         self.host = False
-        self.echo = False
         self.behind = 0
-        self.told = ""
         self._wire = wire
         self._signing = signing
         self._speaker = open_codec(wire, system=LISTENER_SYSTEM, component=HOST_COMPONENT, signing=signing)
@@ -203,27 +191,11 @@ class Listener:
         self._hello_due = now
         self._systems: dict[int, _Heard] = {}
         self._early: set[int] = set()
-        self._tail = b""
-
-    @property
-    def good(self) -> int:
-        """Good messages heard."""
-        return self._codec.good
 
     @property
     def robots(self) -> tuple[Robot, ...]:
         """The robots heard so far, by system id."""
         return tuple(heard.robot(system) for system, heard in sorted(self._systems.items()))
-
-    @property
-    def mavlink(self) -> int:
-        """Version of MAVLink that seems to be spoken, in whatever dialect; 0 for none."""
-        return framing(self._tail)
-
-    @property
-    def text(self) -> str:
-        """What has come last, if it is text for people; else empty."""
-        return printable(self._tail)
 
     def settled(self, now: float) -> bool:
         """Whether everybody has had time to be heard, and who can be asked has been.
@@ -242,12 +214,12 @@ class Listener:
             data: Bytes; may be empty.
             now: Their stamp in s.
         """
-        self.received += len(data)
+        if data:
+            self.witness.came(data, now)
         if self._wire == CAN:
             self._look_for_hosts(data)
-        else:
-            self._tail = (self._tail + data)[-_KEPT:]
         for event in self._codec.receive(data, now) if data else self._codec.flush(now):
+            self.witness.saw(event)
             if isinstance(event, Received):
                 self._hear(event)
 
@@ -266,7 +238,9 @@ class Listener:
                 heard.asked += 1
                 heard.ask_due = now + _ASK_PERIOD
                 messages.append(_question(system))
-        return b"".join(map(self._speaker.encode, messages))
+        data = b"".join(map(self._speaker.encode, messages))
+        self.witness.sent(data)
+        return data
 
     def _wants_asking(self, heard: _Heard, done: int = 0) -> bool:
         """Whether its version is still missing and may be asked for (`done` 0: or an answer may still come)."""
@@ -286,8 +260,6 @@ class Listener:
         message, system = event.message, event.system
         if not self._is_robot(event):
             return
-        if isinstance(message, Statustext):
-            self.told = message.text
         signed = self._judged(event)
         heard = self._systems.get(system)
         if signed is None or (heard is not None and heard.signed is Signed.OUR_KEY is not signed):
@@ -317,13 +289,10 @@ class Listener:
 
     def _is_robot(self, event: Received) -> bool:
         """Whether a robot may have said this; others are noted."""
-        if event.system == LISTENER_SYSTEM:
-            self.echo = True
+        if isinstance(event.message, Heartbeat) and event.message.type == GROUND_STATION:
+            self.host = self.host or not self.witness.is_ours(event)
             return False
-        if isinstance(event.message, Heartbeat) and event.message.type == _GROUND_STATION:
-            self.host = True
-            return False
-        return event.component == ROBOT_COMPONENT and event.system != 0
+        return event.component == ROBOT_COMPONENT and event.system not in {EVERYBODY, HOST_SYSTEM}
 
     def _judged(self, event: Received) -> Signed | None:
         """What a message is signed with; None where its time has been."""
@@ -344,42 +313,3 @@ class Listener:
 def _question(system: int) -> CommandLong:
     """Asks who it is."""
     return CommandLong(system, ROBOT_COMPONENT, Command.REQUEST_MESSAGE, param1=float(AutopilotVersion.ID))
-
-
-def framing(data: bytes) -> int:
-    """See whether bytes are MAVLink of any dialect: two frames, the second where the length of the first says.
-
-    Args:
-        data: Bytes from a byte link.
-
-    Returns:
-        2 or 1, the version of MAVLink; 0 for none.
-    """
-    for marker, around, version in _MARKERS:
-        at = data.find(marker)
-        while 0 <= at < len(data) - around:
-            signed = _SIGNATURE if version == 2 and data[at + 2] & 1 else 0
-            following = at + around + data[at + 1] + signed
-            if following < len(data) and data[following] == marker and following + around + 1 < len(data):
-                beyond = following + around + data[following + 1]
-                beyond += _SIGNATURE if version == 2 and data[following + 2] & 1 else 0
-                if beyond == len(data) or (beyond < len(data) and data[beyond] == marker):
-                    return version
-            at = data.find(marker, at + 1)
-    return 0
-
-
-def printable(data: bytes) -> str:
-    """The last line of a text; empty when the bytes are none.
-
-    Args:
-        data: Bytes from a serial port.
-    """
-    letters = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in data)
-    if len(data) < 8 or letters < _MOSTLY * len(data):
-        return ""
-    lines = [line.strip() for line in data.decode("ascii", "replace").splitlines() if line.strip()]
-    if not lines:
-        return ""
-    whole = lines[-2] if len(lines) > 1 and not data.endswith((b"\r", b"\n")) else lines[-1]
-    return "".join(letter for letter in whole if letter.isprintable())[:60]

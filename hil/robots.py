@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Generic, Self, TypeVar
 
-from firmware_protocol.errors import HilError, LinkError, NoRobotError, PeerError
+from firmware_protocol.errors import HilError, LinkClosedError, LinkError, NoRobotError, PeerError
 from firmware_protocol.events import PeerFound, Received
 from firmware_protocol.maneuver_fields import to_report
 from firmware_protocol.messages import REFEREE_COMPONENT, ROBOT_COMPONENT, Command, CommandLong
 from firmware_protocol.vocabulary import Maneuver
+from hil.diagnosis import nobody
+from hil.finding import named
 from hil.junior import REFEREE_WAIT, STOP_WAIT, WAIT, Junior
 from hil.networks import Networks, RobotAddress
 from hil.referee import Referee
@@ -172,21 +174,21 @@ class Robots:
             complete = len(self) > 0 and quiet >= settle if expect is None else self._complete(expect)
             if complete and (quiet >= REFEREE_WAIT or all(junior.referee is not None for junior in self)):
                 return
-            self.step(min(WAIT, deadline - self.now()))
+            try:
+                self.step(min(WAIT, deadline - self.now()))
+            except LinkClosedError as error:
+                if len(self) or not any(bridge.farewell for bridge in self.networks.bridges.values()):
+                    raise
+                raise NoRobotError(self._nobody(timeout)) from error
         if not len(self):
-            raise next(iter(self.refused.values()), NoRobotError(self._nobody(timeout)))
+            failures = [named(address.network, failure) for address, failure in self.refused.items()]
+            raise next(iter(failures), NoRobotError(self._nobody(timeout)))
 
     def _complete(self, expect: int | Collection[int | RobotAddress]) -> bool:
         return len(self) >= expect if isinstance(expect, int) else self._expected.issubset(self.addresses)
 
     def _nobody(self, timeout: float) -> str:
-        farewells = [f"{name}: {bridge.farewell}" for name, bridge in self.networks.bridges.items() if bridge.farewell]
-        if farewells:
-            return f"no robot answered within {timeout:g} s. {'. '.join(farewells)}"
-        return (
-            f"{', '.join(self.networks.bridges)}: no robot answered within {timeout:g} s: are they switched on, is this the "
-            "right address?"
-        )
+        return ". ".join(nobody(replace(bridge.seen(), url=name), timeout) for name, bridge in self.networks.bridges.items())
 
     # --- time --------------------------------------------------------------------------------------------------------
 

@@ -39,6 +39,10 @@ class HostLibrary(Protocol):
         """Run one control period at this time in us, in which these bytes arrive; returns how many are sent."""
         ...
 
+    def host_slow_down(self, robot: object, nvm_per_tick: int, tx_buffer: int, tx_per_tick: int) -> None:
+        """From now on, non-volatile memory and the line take so many bytes; 0: any number."""
+        ...
+
     def host_give_key(self, robot: object, key: bytes) -> None:
         """Put a signing key of 32 bytes into non-volatile memory."""
         ...
@@ -151,6 +155,14 @@ class Board:
     def power_off(self) -> None:
         """Cut the power: nothing drives the wheels. `power_on` gives it back."""
         self.wheel_left = self.wheel_right = 0
+
+    def limit(self, room: int) -> None:
+        """Let the firmware find no more room than this on its line in the next control period.
+
+        Args:
+            room: In bytes.
+        """
+        self._host.lib.host_slow_down(self._robot, 0, max(room, 1), 0)  # 0 would be any room, and 1 holds no frame
 
     def restart(self) -> None:
         """Boot after the reset that it has asked for; here that is the same as after a power cut."""

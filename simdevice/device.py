@@ -118,6 +118,15 @@ class VirtualDevice:
         self._micros = 0
         self._fresh = True
 
+    def limit(self, room: int) -> None:
+        """Say how much its line takes in the next control period; a board with a line of its own knows better.
+
+        Args:
+            room: In bytes.
+        """
+        if isinstance(self._board, Board):
+            self._board.limit(room)
+
     def switch_off(self) -> None:
         """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""
         self.powered = False

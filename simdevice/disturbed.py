@@ -12,6 +12,7 @@ from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
 from firmware_protocol.wire import MAVLINK
 from simdevice.period import PERIOD
+from simdevice.server import Patient
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
@@ -33,9 +34,20 @@ class DisturbedWorld:
 
     def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
         self._world = world
+        self._patient = world if isinstance(world, Patient) else None
         self._wire = wire
         self._dead_from = world.now() + min((cut.at for cut in spec.unplugs if cut.ends == inf), default=inf)
         self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
+
+    @property
+    def room(self) -> int | None:
+        """Bytes that the line takes in the next control period; None: any number."""
+        return self._patient.room if self._patient is not None else None
+
+    @room.setter
+    def room(self, room: int | None) -> None:
+        if self._patient is not None:
+            self._patient.room = room
 
     @property
     def down(self) -> FaultCounts:

@@ -29,8 +29,8 @@ DEFAULT_BAUD: Final = 115200
 _CHUNK: Final = 4096
 _BUFFERED: Final = 0.25
 """What a sender on a serial line holds back at most, in s of the line: what robots say beyond what it carries is lost."""
-_LEAST_BUFFER: Final = 1024
-"""But so many bytes in any case."""
+_LEAST_BUFFER: Final = 192
+"""But so many bytes in any case: a micro-controller has so many (`BOARD_TX_SIZE`)."""
 _BACKLOG: Final = 65536
 """Bytes kept for a client that is slow to take them; what comes on top is lost."""
 _ASKING: Final = 4
@@ -101,6 +101,10 @@ class Endpoint(ABC):
     def receive(self, now: float) -> bytes:
         """Bytes from the client that have arrived at the device by this time (s)."""
 
+    def room(self) -> int | None:
+        """Bytes that a sender's buffer takes now, in front of a line that is paced; None where nothing is paced."""
+        return None
+
     @abstractmethod
     def send(self, data: bytes, now: float) -> None:
         """Send bytes of the device (none is allowed: then only go on with what waits); the time is in s."""
@@ -159,6 +163,10 @@ class PtyEndpoint(Endpoint):
         """Bytes whose stop bit has passed."""
         self.poll(now)
         return self._in.pop(now)
+
+    def room(self) -> int:
+        """What the sender's buffer takes: a robot's firmware looks at it before it says anything."""
+        return max(0, self._most - len(self._out))
 
     def send(self, data: bytes, now: float) -> None:
         """Queue bytes, and deliver what the baud rate lets through; what does not fit into the sender's buffer is lost."""

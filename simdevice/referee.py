@@ -31,7 +31,9 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotSession,
 )
+from firmware_protocol.payload import PAYLOADS
 from firmware_protocol.wire import CAN, MAVLINK
+from simdevice.period import PERIOD
 from simdevice.sumo import opponent_code
 
 if TYPE_CHECKING:
@@ -42,7 +44,9 @@ if TYPE_CHECKING:
     from simdevice.sumo import Table
 
 REPORT_PERIODS: Final = 10
-"""Control periods between two REFEREE_STATE: 20 Hz."""
+"""Control periods between two REFEREE_STATE, unless others are asked for: 20 Hz."""
+LONGEST: Final = 60.0
+"""Greatest interval that can be asked for, in s."""
 _MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, RobotSession.ID))
 """Messages that a referee answers."""
 _IDENTIFIERS: Final = range(REFEREE_DOWN_FUNCTION << FUNCTION_SHIFT, (REFEREE_DOWN_FUNCTION + 1) << FUNCTION_SHIFT)
@@ -84,11 +88,13 @@ class Referee:
         self._system = 1
         self._wire = wire
         self._signing = signing
+        self._longest = HEADER_LENGTH + PAYLOADS[RefereeState.ID].length + CHECKSUM_LENGTH + SIGNATURE_LENGTH * bool(signing)
         self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT, signing=signing)
         self._last: tuple[int, int] | None = None
         self._reported = -1
         self._decided = BoutOutcome.UNDECIDED
         self._countdown = 0
+        self._periods = REPORT_PERIODS
         self._whole = True
         self.bout = 0
 
@@ -147,12 +153,23 @@ class Referee:
         return [self._reset(message, event)]
 
     def _command(self, message: CommandLong, event: Received, now: float) -> list[Message]:
-        """Answer a standard command: only its own message can be asked for."""
+        """Answer a standard command: only its own message can be asked for, once or at intervals."""
         result = CommandResult.UNSUPPORTED
-        if message.command == Command.REQUEST_MESSAGE:
+        if message.command in {Command.REQUEST_MESSAGE, Command.SET_MESSAGE_INTERVAL}:
             result = CommandResult.ACCEPTED if message.param1 == RefereeState.ID else CommandResult.DENIED
+        if message.command == Command.SET_MESSAGE_INTERVAL and result is CommandResult.ACCEPTED:
+            result = self._set_interval(message.param2)
         ack = CommandAck(message.command, result, target_system=event.system, target_component=event.component)
-        return [ack, self.state(now)] if result is CommandResult.ACCEPTED else [ack]
+        asked = message.command == Command.REQUEST_MESSAGE and result is CommandResult.ACCEPTED
+        return [ack, self.state(now)] if asked else [ack]
+
+    def _set_interval(self, interval: float) -> CommandResult:
+        """Report at another interval, in us; 0 is the usual one. Never is not allowed: nobody would know how a bout ends."""
+        if not 0 <= interval <= LONGEST * 1e6:
+            return CommandResult.DENIED
+        self._periods = max(1, round(interval * 1e-6 / PERIOD)) if interval else REPORT_PERIODS
+        self._countdown = min(self._countdown, self._periods)
+        return CommandResult.ACCEPTED
 
     def _reset(self, message: RefereeReset, event: Received) -> RobotAck:
         """Begin a bout, once for each (session, sequence)."""
@@ -169,11 +186,12 @@ class Referee:
         self._last = identity
         return _ack(message, event)
 
-    def report(self, now: float) -> bytes:
+    def report(self, now: float, room: int | None = None) -> bytes:
         """What is to be sent after a period: the state when it is due, or when something was decided.
 
         Args:
             now: Time of the emulation in s.
+            room: Bytes that the line takes; what finds no room is sent later. None: any number.
 
         Returns:
             Bytes for the host; empty most of the time.
@@ -181,8 +199,10 @@ class Referee:
         self._countdown -= 1
         if self._countdown > 0 and self._table.outcome is self._decided and self.bout == self._reported:
             return b""
+        if room is not None and room < self._longest:
+            return b""
         if self._countdown <= 0:
-            self._countdown = REPORT_PERIODS
+            self._countdown = self._periods
         self._decided = self._table.outcome
         self._reported = self.bout
         return self._codec.encode(self.state(now))

@@ -6,7 +6,7 @@ Clock and waiting are arguments, so that the loop can be tested without any time
 from __future__ import annotations
 
 import select
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from simdevice.period import PERIOD
 
@@ -31,6 +31,17 @@ class Steppable(Protocol):
     def step(self, inbound: bytes) -> bytes:
         """Advance by one control period."""
         ...
+
+
+@runtime_checkable
+class Patient(Protocol):
+    """What can be served, and says no more than its line takes.
+
+    Attributes:
+        room: Bytes that its line takes in the next control period; None: any number.
+    """
+
+    room: int | None
 
 
 def wait_readable(files: list[int], timeout: float) -> None:
@@ -74,6 +85,7 @@ class Server:
         if speed <= 0:
             raise ValueError(f"the speed is a positive factor, not {speed:g}")
         self._world = world
+        self._patient = world if isinstance(world, Patient) else None
         self._endpoint = endpoint
         self._clock = clock
         self._wait = wait
@@ -101,7 +113,10 @@ class Server:
             self.late += behind - MAX_CATCH_UP
             self._next += (behind - MAX_CATCH_UP) * self._period
         while self._next <= now:
-            endpoint.send(self._world.step(endpoint.receive(now)), now)
+            inbound = endpoint.receive(now)
+            if self._patient is not None:
+                self._patient.room = endpoint.room()
+            endpoint.send(self._world.step(inbound), now)
             self._next += self._period
             self.steps += 1
 

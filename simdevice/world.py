@@ -44,6 +44,7 @@ class World:
         device: Junior.
         referee: The referee, if any.
         wire: What goes in and out.
+        room: Bytes that the line takes in the next control period, as far as whoever serves it knows; None: any number.
 
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
@@ -64,6 +65,7 @@ class World:
         signing_key: SigningKey | None = None,
         start_held: bool = False,
     ) -> None:
+        self.room: int | None = None
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
@@ -139,6 +141,8 @@ class World:
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
         lifted = self.table.lifted > 0
+        if self.room is not None:
+            device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
         if self._second is not None and self._second.other is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
@@ -147,7 +151,8 @@ class World:
         if referee is None:
             return sent
         referee.follow(device.system)
-        return sent + answers + referee.report(self._ticks * PERIOD)
+        sent += answers
+        return sent + referee.report(self._ticks * PERIOD, None if self.room is None else self.room - len(sent))
 
 
 def junior_world(

@@ -16,8 +16,9 @@ from hil.cli import common
 from hil.cli.running import running
 from hil.cli.session import open_recorder, terminate_as_interrupt
 from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
-from hil.connecting import DEFAULT_URL, number_option, open_address
+from hil.connecting import DEFAULT_URL, fault_option, number_option, open_address
 from hil.key_file import load_key, open_signing
+from hil.lines import need_full_rate
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -87,6 +88,7 @@ def check(
             )
         )
         stack.enter_context(terminate_as_interrupt())
+        need_full_rate(address, fault_option(address), signed=key is not None)
         wire, clock, session = open_address(address, key)
         stack.callback(wire.close)
         signing = open_signing(key, wire, clock)

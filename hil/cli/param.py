@@ -20,9 +20,11 @@ from hil.parameter_loading import KNOWN, read_parameters, shortest
 from hil.parameter_loading import load as load_parameters
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from rich.console import Console
+
+    from hil.junior import Junior
 
 
 def param(
@@ -58,7 +60,7 @@ def param(
     warn = partial(notices.print, markup=False)
     tell = common.teller(notices, quiet=quiet) or (lambda _: None)
     with connect(link, signing_key=signing_key) as junior:
-        common.tell_others(junior.peer.system, others_beside(junior, parse_address(link)), link, tell)
+        _tell_of(junior, link, tell)
         try:
             if name is not None:
                 result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}
@@ -80,6 +82,13 @@ def param(
         typer.echo(result[name])
     elif not quiet:
         _show(console, result)
+
+
+def _tell_of(junior: Junior, link: str, tell: Callable[[str], None]) -> None:
+    """Say how slow the line is, and who else is on it."""
+    if junior.bridge.pace is not None:
+        tell(f"{link}: {junior.bridge.pace.text}")
+    common.tell_others(junior.peer.system, others_beside(junior, parse_address(link)), link, tell)
 
 
 def _show(console: Console, values: Mapping[str, float]) -> None:

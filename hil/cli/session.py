@@ -6,6 +6,7 @@ import shlex
 import signal
 import sys
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib import metadata
 from typing import TYPE_CHECKING
@@ -18,6 +19,7 @@ from hil.cli import common
 from hil.cli.running import WITHOUT_A_WORD, ActiveRun
 from hil.connecting import asked_for, connect, fault_option
 from hil.connecting_all import connect_all
+from hil.diagnosis import lost
 from hil.key_file import load_key
 from hil.recorder import Recorder
 from hil.suspending import Suspension
@@ -139,6 +141,7 @@ def open_session(
         suspension = Suspension(lambda: [junior], lambda: bridges, junior.step, junior.now, _noted(recorder))
         junior.between = stack.enter_context(suspension).attend
         if tell is not None:
+            _tell_pace(junior.bridge, tell)
             common.tell_others(junior.peer.system, others_beside(junior, address), url, tell)
             junior.listen(_teller(junior.bridge, tell))
         if arm:
@@ -148,7 +151,13 @@ def open_session(
         try:
             yield Session(junior, recorder, suspension)
         except PeerLostError as error:
-            raise PeerLostError(f"{url}: {error}. Is it switched on, does its cable hold, is its battery charged?") from error
+            raise PeerLostError(lost(replace(junior.bridge.seen(), url=url), str(error))) from error
+
+
+def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:
+    """Say that the robots are asked for less than they would say, where they are: that was before anybody listened."""
+    if bridge.pace is not None:
+        tell(f"{bridge.link.url}: {bridge.pace.text}")
 
 
 def _teller(bridge: Bridge, tell: Callable[[str], None]) -> Callable[[Event], None]:
@@ -228,6 +237,7 @@ def open_watch(
         )
         robots.between = stack.enter_context(suspension).attend
         if tell is not None:
+            _tell_pace(next(iter(robots.networks.bridges.values())), tell)
             listener = _teller(next(iter(robots.networks.bridges.values())), tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder

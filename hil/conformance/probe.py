@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 from firmware_protocol.can_frame import pack_frames
 from firmware_protocol.codec import open_codec
 from firmware_protocol.dbc import CanCodec
-from firmware_protocol.errors import EncodeError, NoRobotError, PeerLostError
+from firmware_protocol.errors import EncodeError, LinkClosedError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import FLAG_SIGNED
@@ -22,19 +22,21 @@ from firmware_protocol.signing import trouble
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
+from hil.diagnosis import Seen, nobody
 from hil.pump import InlinePump, ThreadedPump
 from hil.redaction import Redaction
+from hil.witness import EVERYBODY, GROUND_STATION, Witness
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from firmware_protocol.can_frame import CanFrame
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
-    from hil.bridge import Tap
     from hil.pump import Chunk, Pump
+    from hil.taps import Tap
 
 M = TypeVar("M", bound="Message")
 
@@ -50,8 +52,6 @@ _HEARTBEATS: Final = round(HEARTBEAT_PERIOD / KEEP_ALIVE)
 """Every so many ROBOT_ALIVE we send a HEARTBEAT as well."""
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 """Our own address."""
-_GROUND_STATION: Final = 6
-"""MAV_TYPE_GCS: not a robot."""
 
 
 class Codec(Protocol):
@@ -121,6 +121,7 @@ class Probe:
         self._alive_due = clock.now()
         self._alive_sent = 0
         self._last = clock.now()
+        self._witness = Witness(HOST_SYSTEM, clock.now())
         self._next: int | None = None
         self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
 
@@ -240,6 +241,7 @@ class Probe:
             LinkError: The link is gone.
         """
         self._link.write(data)
+        self._witness.sent(data)
         for tap in self._taps:
             tap.wire_tx(self.now(), data)
 
@@ -274,6 +276,7 @@ class Probe:
         for tap in self._taps:
             tap.step(self.now(), chunks)
         for stamp, data in chunks:
+            self._witness.came(data, stamp)
             found = self._codec.receive(data, stamp)
             judged = found if self._codec is self._judge else self._judge.receive(data, stamp)
             self._pass(self._redaction.received(stamp, data, judged))
@@ -293,11 +296,14 @@ class Probe:
     def _take(self, event: Received | Rejected) -> None:
         for tap in self._taps:
             tap.received(event)
+        self._witness.saw(event)
         if isinstance(event, Rejected):
             self.rejected.append(event)
             self.spoilt += 1
             return
-        if not self.system and isinstance(event.message, Heartbeat) and event.message.type != _GROUND_STATION:
+        if not self.system and isinstance(event.message, Heartbeat) and event.message.type != GROUND_STATION:
+            if event.component != ROBOT_COMPONENT or event.system in {EVERYBODY, HOST_SYSTEM}:
+                return
             self.system = event.system
         if self.system and event.system not in {0, self.system, HOST_SYSTEM} and event.component == ROBOT_COMPONENT:
             self.others.add(event.system)
@@ -388,17 +394,25 @@ class Probe:
                 return answer
         return None
 
-    def name_trouble(self) -> None:
-        """See whether it is for want of the right key that we are not understood.
+    def seen(self, *, wanted: int | None = None, unusable: Collection[int] = (), farewell: str = "") -> Seen:
+        """What there is to judge by why no robot can be checked.
 
-        Raises:
-            NoRobotError: It is; the text says what to do.
+        Args:
+            wanted: System id of the robot that was asked for; None for any.
+            unusable: Systems that were found to be no Juniors.
+            farewell: What was said at the other end when the link ended.
         """
         codec = self._codec
-        if not isinstance(codec, MavlinkCodec):
-            return
-        if what := trouble(codec.rejected, codec.signed, self.signing):
-            raise NoRobotError(f"{self._link.url}: a robot is there, but does not answer: {what}")
+        return Seen(
+            url=self._link.url,
+            witness=self._witness,
+            wire=self.wire,
+            now=self.now(),
+            wanted=wanted,
+            unusable=unusable,
+            key=trouble(codec.rejected, codec.signed, self.signing) if isinstance(codec, MavlinkCodec) else "",
+            farewell=farewell,
+        )
 
     def find(self, timeout: float) -> None:
         """Wait for a robot.
@@ -411,11 +425,13 @@ class Probe:
             LinkError: The link is gone.
         """
         end = self.now() + timeout
-        while not self.heard and (left := end - self.now()) > 0:
-            self.step(left)
+        wanted = self.system or None
+        try:
+            while not self.heard and (left := end - self.now()) > 0:
+                self.step(left)
+        except LinkClosedError as error:
+            if self._witness.told:
+                raise NoRobotError(nobody(self.seen(wanted=wanted, farewell=self._witness.told), timeout)) from error
+            raise
         if not self.heard:
-            self.name_trouble()
-            strange = "no frame of a robot" if self.wire == CAN else "no MAVLink: is the baud rate right?"
-            spoke = f"what came was {strange}" if self.rejected else "is it switched on?"
-            whom = f"robot with system id {self.system}" if self.system else "robot"
-            raise NoRobotError(f"{self._link.url}: no {whom} answered within {timeout:g} s; {spoke}")
+            raise NoRobotError(nobody(self.seen(wanted=wanted), timeout))

@@ -36,6 +36,7 @@ from firmware_protocol.wire import Message
 from hil.conformance.orders import Orders, named
 from hil.conformance.probe import PATIENCE
 from hil.conformance.registry import CheckFailedError, require
+from hil.diagnosis import nobody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
-    from hil.bridge import Tap
     from hil.conformance.probe import Codec
+    from hil.taps import Tap
 
 M = TypeVar("M", bound=Message)
 
@@ -105,12 +106,13 @@ class Subject(Orders):
         version = self.requested(AutopilotVersion)
         if version is not None and version.middleware_sw_version >> 24 != PROTOCOL_MAJOR:
             major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
-            raise VersionError(f"the robot {other_version(f'{major}.{minor}')}")
+            if not major:
+                raise NoRobotError(nobody(self.seen(wanted=self.system, unusable=[self.system]), timeout))
+            raise VersionError(f"{self._link.url}: the robot {other_version(f'{major}.{minor}')}")
         try:
             self.fresh()
         except CheckFailedError as failure:
-            self.name_trouble()
-            raise NoRobotError(f"system {self.system} speaks MAVLink, but not as a Junior: {failure}") from failure
+            raise NoRobotError(f"{nobody(self.seen(), timeout)} ({failure})") from failure
         self.parameters_found = self._values()
         try:
             self.memory_found = self.read_memory()

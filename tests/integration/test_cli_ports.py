@@ -96,7 +96,7 @@ def test_robot_busy_port_and_none(
     assert (first["serial_number"], first["details"]["vendor_id"], first["details"]["product_id"]) == ("A123", "1a86", "7523")
     (found,) = first["robots"]
     assert (found["system"], found["state"], found["armed"], found["firmware"]) == (1, "disarmed", False, "0.1")
-    assert (second["status"], second["reason"]) == ("silent", "nothing answers")
+    assert (second["status"], second["reason"]) == ("silent", "nothing came at all")
     assert third["status"] == "unavailable"
     assert "in use by another program" in third["reason"]
     assert "fuser" in third["remedy"]

@@ -9,7 +9,7 @@ import pytest
 from serving import served
 
 import hil
-from firmware_protocol.errors import LinkClosedError, NoRobotError
+from firmware_protocol.errors import NoRobotError
 from hil.cli.app import run
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def held() -> Iterator[str]:
 
 
 def test_connecting_says_that_another_holds_it(held: str) -> None:
-    with pytest.raises(LinkClosedError, match=f"{held}: the other end closed the connection; it said: {HELD}"):
+    with pytest.raises(NoRobotError, match=f"{held}: at the other end it was said: {HELD}. Close the program"):
         hil.connect(held)
 
 

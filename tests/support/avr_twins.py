@@ -155,4 +155,4 @@ class Twins:
 
     def _slow_down(self, room: int) -> None:
         host = self.host
-        host._host.lib.host_slow_down(host._robot, STORED, room, 0)  # type: ignore[attr-defined]
+        host._host.lib.host_slow_down(host._robot, STORED, room, 0)

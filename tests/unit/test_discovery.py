@@ -34,8 +34,9 @@ from firmware_protocol.peer import HOST_HEARTBEAT
 from firmware_protocol.signing import Signing
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.discovery import Finding, Status, probe, survey
-from hil.listening import Listener, Signed, framing, printable
+from hil.listening import Listener, Signed
 from hil.places import Place, named
+from hil.witness import framing, printable
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
@@ -447,9 +448,9 @@ def test_nothing_that_comes_raises(chunks: list[bytes]) -> None:
     for number, chunk in enumerate(chunks):
         listener.take(chunk, number * 0.01)
         listener.due(number * 0.01)
-    assert listener.received == sum(map(len, chunks))
-    assert isinstance(listener.text, str)
-    assert listener.mavlink in {0, 1, 2}
+    assert listener.witness.received == sum(map(len, chunks))
+    assert isinstance(listener.witness.text, str)
+    assert listener.witness.mavlink in {0, 1, 2}
 
 
 def test_framing_needs_frames_that_follow_each_other() -> None:
