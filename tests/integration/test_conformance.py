@@ -260,7 +260,7 @@ def test_json_names_every_check(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_moving_run_is_logged(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["check", "--moving", "--only", "wheels-turn-as-told", "--quiet"]) == 0
     assert capsys.readouterr().out == "2 passed\n"
-    (log,) = Path("logs").glob("*-check.mcap")
+    (log,) = Path("runs").glob("*-check-emulated/log.mcap")
     assert list(LogReader(log).entries({"/junior/wheels"}))
 
 
