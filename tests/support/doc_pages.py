@@ -9,8 +9,8 @@ The word after a block's language says what it is:
     python robot    needs a robot or a second shell: only compiled
     python avr      as python, but needs an optional tool, whose marker the page's test bears; likewise node, browser
 
-Blocks of a page run in order, in one folder of the page's own. A picture `figures/LOG-NAME.png` is NAME.png of the report
-that the page's commands make of logs/LOG.mcap.
+Blocks of a page run in order, in one folder of the page's own. A picture `figures/RUN-NAME.png` is NAME.png of the report
+that the page's commands make of runs/RUN.
 """
 
 from __future__ import annotations
@@ -135,8 +135,8 @@ def refresh(page: Path) -> None:
                 printed = execute(block)
             elif block.language == "text" and block.use == "output":
                 outputs.append((block, printed))
-        for figure, log, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
-            shutil.copyfile(Path("logs") / f"{log}-report" / f"{name}.png", page.parent / figure)
+        for figure, made, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
+            shutil.copyfile(Path("runs") / made / "report" / f"{name}.png", page.parent / figure)
     for block, new in reversed(outputs):
         text = text[: block.start] + new + text[block.start + len(block.text) :]
     page.write_text(text, encoding="utf-8")
