@@ -41,7 +41,8 @@ DRIVE_TIME = 0.3
 """A key drives for this long, in s; holding it down repeats it."""
 SPEED, TURN = 0.6, 0.35
 DRIVES = {"^": (SPEED, SPEED), "v": (-SPEED, -SPEED), "<": (-TURN, TURN), ">": (TURN, -TURN)}
-STOPS = "eE "
+STOPS = "Ee "
+"""The keys that stop, the hardest first: all robots, this robot, and its wheels alone."""
 QUIT = "q\x03\x04"
 HELP = "a arm   d disarm   arrows drive   space stop   e emergency stop   q quit"
 LOCKSTEP_DURATION = 10.0
@@ -204,13 +205,19 @@ def worth_obeying(keys: str) -> str:
     """Of the keys pressed since the last look, those that still matter.
 
     A key held down repeats faster than a bad line answers: it counts once, or the robot would go on after it was let go.
-    What was pressed before a stop is not done at all.
+    What was pressed before a stop is not done at all; of several stops the hardest counts, wherever it was pressed, so that a
+    space bar behind it does not make a mere stop of an emergency stop. To leave is never forgotten.
 
     Args:
         keys: What was pressed, in order.
     """
+    stops = [key for key in keys if key in STOPS]
+    if not stops:
+        return "".join(key for key, _ in groupby(keys))
     last_stop = max(keys.rfind(key) for key in STOPS)
-    return "".join(key for key, _ in groupby(keys[max(last_stop, 0) :]))
+    after = "".join(key for key, _ in groupby(keys[last_stop + 1 :]))
+    left = "".join(key for key in keys[:last_stop] if key in QUIT)[:1]
+    return min(stops, key=STOPS.index) + (left or after)
 
 
 def _obey(session: Session, key: str) -> str:
@@ -228,7 +235,7 @@ def _obey(session: Session, key: str) -> str:
                 junior.arm()
             case "d":
                 junior.disarm()
-            case "e":
+            case "e" | "E":
                 junior.emergency_stop()
             case " ":
                 junior.stop()

@@ -26,13 +26,20 @@ from hil.junior import Junior
         ("e^", "e^"),
         ("eda", "eda"),
         ("^^q", "^q"),
+        ("e ", "e"),
+        ("E ", "E"),
+        (" Ee ", "E"),
+        ("e  ^^", "e^"),
+        ("e da", "eda"),
+        ("q ", " q"),
+        ("^q e^", "eq"),
     ],
 )
 def test_what_is_worth_obeying(pressed: str, obeyed: str) -> None:
     assert worth_obeying(pressed) == obeyed
 
 
-@pytest.mark.parametrize("key", ["a", "d", "e"])
+@pytest.mark.parametrize("key", ["a", "d", "e", "E"])
 def test_a_robot_that_does_not_answer_a_key_does_not_end_the_view(key: str) -> None:
     robot = ScriptedRobot()
     with Junior(Bridge(MemoryLink(robot), robot), robot.now) as junior:
