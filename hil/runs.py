@@ -12,20 +12,22 @@ A folder that exists is never written into, and only what a run has made is ever
 
 from __future__ import annotations
 
-import json
+import contextlib
 import os
+import re
 import shutil
 from dataclasses import asdict, dataclass, field, fields
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.doors import Door
+from hil.json_text import json_text
 from hil.outputs import is_running, replace_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-    from datetime import datetime
 
 RUNS: Final = Path("runs")
 """Where runs are, by default."""
@@ -56,6 +58,7 @@ class RunRecord:
         started: When, ISO 8601 with the time zone.
         state: `running`; or how it ended: `done`, `fell short`, `failed`, `interrupted`.
         pid: Process that runs it.
+        process: Which process of this id it is: when the computer and it were started; empty where that can't be told.
         host: Name of the computer that the process is on.
         command: The command line.
         link: Address of the robot; empty for one emulated in the process.
@@ -77,6 +80,7 @@ class RunRecord:
     started: str
     state: str = RUNNING
     pid: int = 0
+    process: str = ""
     host: str = ""
     command: str = ""
     link: str = ""
@@ -121,6 +125,17 @@ class Run:
         return self.folder / CHECKPOINT
 
     @property
+    def saved_to(self) -> Path:
+        """Its checkpoint, also where it was asked for elsewhere."""
+        named = self.record.settings.get("checkpoint")
+        return Path(named) if isinstance(named, str) and named else self.checkpoint
+
+    @property
+    def source(self) -> Path | None:
+        """The checkpoint that it went on from; None where it began anew."""
+        return Path(self.record.resumed_from) if self.record.resumed_from else None
+
+    @property
     def report(self) -> Path:
         """Folder of its report."""
         return self.folder / REPORT
@@ -130,13 +145,18 @@ class Run:
         """How it stands: as recorded, or `killed` where it says that it is running and its process is gone."""
         record = self.record
         if record.state == RUNNING and record.host in {"", os.uname().nodename if hasattr(os, "uname") else ""}:
-            return RUNNING if is_running(record.pid) else "killed"
+            return RUNNING if is_running(record.pid) and record.process in {"", process_identity(record.pid)} else "killed"
         return record.state
 
     @property
     def size(self) -> int:
         """Bytes of all that is in it."""
-        return sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file() and not path.is_symlink())
+        size = 0
+        for folder, _, names in os.walk(self.folder):
+            for name in names:
+                with contextlib.suppress(OSError):  # what a run that goes on has just removed is of no size
+                    size += os.lstat(Path(folder) / name).st_size
+        return size
 
     def save(self) -> None:
         """Write `run.json` anew.
@@ -144,17 +164,33 @@ class Run:
         Raises:
             OSError: The disk does not take it; the old one is as it was.
         """
-        replace_file(self.folder / RECORD, (json.dumps(asdict(self.record), indent=2, default=str) + "\n").encode())
+        replace_file(self.folder / RECORD, json_text(asdict(self.record)).encode())
 
     def remove(self) -> None:
-        """Remove what runs make, and the folder where nothing else is in it."""
+        """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
         for name in (LOG, ADVICE, CHECKPOINT):
             (self.folder / name).unlink(missing_ok=True)
         if self.report.is_dir() and not self.report.is_symlink():
             shutil.rmtree(self.report)
         (self.folder / RECORD).unlink(missing_ok=True)
-        if not any(self.folder.iterdir()):
+        with contextlib.suppress(OSError):  # something else is in it
             self.folder.rmdir()
+            if self.folder.parent == RUNS:
+                RUNS.rmdir()
+
+
+def process_identity(pid: int) -> str:
+    """Which process has an id: when the computer and the process were started; empty where the system does not tell.
+
+    Args:
+        pid: Process id. Ids are used again, in a container soon: this is not.
+    """
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
+        started = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]  # field 22; 2 may hold anything
+    except (OSError, IndexError):
+        return ""
+    return f"{boot} {started}"
 
 
 def make_run(record: RunRecord, when: datetime, *, out: Path | None = None) -> Run:
@@ -236,7 +272,15 @@ def _checked(path: Path, data: Mapping[str, Any]) -> dict[str, Any]:
         if not isinstance(value, kind) or isinstance(value, bool):
             raise RunError(f"{path} is no record of a run: {one.name} is {value!r:.40}")
         values[one.name] = value
+    try:
+        _when(values["started"])
+    except (ValueError, OverflowError, OSError) as error:
+        raise RunError(f"{path} is no record of a run: started is {values['started']!r:.40}") from error
     return values
+
+
+def _when(text: str) -> datetime:
+    return datetime.fromisoformat(text).astimezone()
 
 
 def all_runs(root: Path = RUNS) -> Iterator[Run]:
@@ -253,7 +297,13 @@ def all_runs(root: Path = RUNS) -> Iterator[Run]:
             found.append(load_run(folder))
         except RunError:
             continue
-    yield from sorted(found, key=lambda run: (run.record.started, run.folder.name), reverse=True)
+    yield from sorted(found, key=_age, reverse=True)
+
+
+def _age(run: Run) -> tuple[datetime, int, str]:
+    """What orders runs: when they began, in whatever time zone; then the number that one of the same second has."""
+    number = re.search(r"-(\d+)$", run.folder.name)
+    return _when(run.record.started), int(number[1]) if number else 1, run.folder.name
 
 
 def newest(

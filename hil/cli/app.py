@@ -32,6 +32,7 @@ app = typer.Typer(
     help="Hardware-in-the-loop bridge for small robots: connect to a robot, real or emulated, let Pal coach it, read the log.",
     no_args_is_help=True,
     add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",

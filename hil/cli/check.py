@@ -65,7 +65,7 @@ def check(
     if listing:
         _list(chosen or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
-    url = link or f"{DEFAULT_URL}?seed={seed}"
+    url = link if link is not None else f"{DEFAULT_URL}?seed={seed}"
     address = parse_address(url)
     key = load_key(signing_key) if signing_key else None
 

@@ -19,8 +19,9 @@ from hil.cli.progress import CoachingDisplay
 from hil.cli.running import ActiveRun, running
 from hil.cli.session import Session, open_session
 from hil.clock import MonotonicClock
-from hil.coaching import Checkpoint, CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
+from hil.coaching import Checkpoint, Coaching, check_objective, load_checkpoint, new_pal
 from hil.controllers import AdviceController, Controller, RandomController
+from hil.going_on import saved_by, successor
 from hil.mcaplog import LogError
 from hil.outputs import free_folder
 from hil.ring import Ring, open_ring
@@ -137,7 +138,7 @@ def coach(
     clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
-    saved = begun.named() or (None if link else begun.newest(opponent=opponent))
+    saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
         opponent = saved.opponent if saved.opponent in common.OPPONENTS else opponent
         seed = saved.seed
@@ -158,7 +159,7 @@ def coach(
         no_log=no_log,
         overwrite=overwrite,
         makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
-        kept=(checkpoint,) if checkpoint and begun.wanted else (),
+        kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
     ) as run:
         described = {
             "verb": "coach",
@@ -289,23 +290,32 @@ class _Begun:
         if not self.wanted:
             return None
         found = [run for run in runs.all_runs() if run.record.verb == "coach"]
-        gone_on_from = {Path(run.record.resumed_from).resolve() for run in found if run.record.resumed_from}
+        of = f"of robot {robot}" if robot else f"against {opponent}" if opponent else "of an emulated robot"
+        busy: runs.Run | None = None
         for run in found:
             here = robot is None and not run.record.link
             fits = here and opponent in {None, run.record.opponent} if robot is None else run.record.robot == robot != ""
-            if not fits or run.state == runs.RUNNING or run.checkpoint.resolve() in gone_on_from:
+            if not fits:
                 continue
-            try:
-                saved = load_checkpoint(run.checkpoint)
-            except CheckpointError:
-                continue
-            if not saved.pal.finished:
-                return self._load(run.checkpoint)
-        of = f"of robot {robot}" if robot else f"against {opponent}" if opponent else "of an emulated robot"
+            later = run if run.state == runs.RUNNING else successor(run, found)
+            if later is not None:
+                busy = busy or (later if later.state == runs.RUNNING else None)
+            elif saved_by(run) is not None:
+                return self._load(run.saved_to)
+        if busy is not None:
+            raise runs.RunError(f"the coaching {of} in {busy.folder} goes on already, in process {busy.record.pid}")
         raise runs.RunError(
             f"there is no coaching {of} in {runs.RUNS} that did not finish: begin one without --resume, or name a run's folder "
             "or a checkpoint with --resume-from (hil runs lists the runs)"
         )
+
+    def goes_on_in(self, checkpoint: Path) -> bool:
+        """The named checkpoint is the one that is gone on from, and is kept up to date; any other is somebody's file.
+
+        Args:
+            checkpoint: Where the new run's checkpoint goes.
+        """
+        return self.source is not None and self.source.resolve() == checkpoint.resolve()
 
     def _load(self, path: Path) -> Checkpoint:
         saved = load_checkpoint(path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import math
 import shlex
 import sys
@@ -21,6 +20,7 @@ from firmware_protocol.messages import OpponentCode
 from hil.cli.arguments import load_config
 from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
+from hil.json_text import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
@@ -186,7 +186,7 @@ def url_of(link: str | None, opponent: str | None, seed: int) -> str:
         opponent: Its opponent; None is `flat-light`.
         seed: Its seed.
     """
-    return link or f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
+    return link if link is not None else f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
 
 
 def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:
@@ -240,7 +240,7 @@ def teller(console: Console, *, quiet: bool) -> Callable[[str], None] | None:
 def print_json(document: dict[str, Any] | list[Any]) -> None:
     """Print one JSON document to stdout, where there is one; JSON has no word for NaN and infinity: they are null."""
     if sys.stdout is not None:
-        sys.stdout.write(json.dumps(_finite(document), indent=2, allow_nan=False) + "\n")
+        sys.stdout.write(json_text(document))
     flush()
 
 
@@ -248,12 +248,3 @@ def flush() -> None:
     """See that what was printed is out, where there is a stdout."""
     if sys.stdout is not None:
         sys.stdout.flush()
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401 - whatever JSON holds
-    """The same, with None for every number that is none."""
-    if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -56,7 +56,13 @@ def monitor(
     link: common.LinkArgument = None,
     *,
     duration: Annotated[
-        float | None, typer.Option("--duration", min=0.1, help="Stop after this time, in s; Ctrl-C stops it anyway.")
+        float | None,
+        typer.Option(
+            "--duration",
+            min=0.1,
+            help="Stop after this time, in s; left out, a robot emulated in this process is shown for 10 s, "
+            "any other until Ctrl-C.",
+        ),
     ] = None,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,

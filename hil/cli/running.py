@@ -141,7 +141,7 @@ class ActiveRun:
             record.state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
             record.status = common.EXIT_INTERRUPTED if isinstance(error, KeyboardInterrupt) else common.status_of(error)
             record.error = str(error)
-        record.ended = _now().isoformat(timespec="seconds")
+        record.ended = _now().isoformat(timespec="milliseconds")
         self._save()
 
     def _save(self) -> None:
@@ -216,8 +216,9 @@ def running(
         record = runs.RunRecord(
             verb,
             what,
-            now.isoformat(timespec="seconds"),
+            now.isoformat(timespec="milliseconds"),
             pid=os.getpid(),
+            process=runs.process_identity(os.getpid()),
             host=platform.node(),
             command=shlex.join(["hil", *sys.argv[1:]]),
             link="" if emulated_here else url,

@@ -8,12 +8,13 @@ import typer
 
 from hil import runs as folders
 from hil.cli import common
-from hil.coaching import CheckpointError, load_checkpoint
+from hil.going_on import saved_by, successor
 
 if TYPE_CHECKING:
     from hil.runs import Run
 
 KEEP = 10
+CONTINUED = "continued"
 
 
 def runs(
@@ -33,10 +34,11 @@ def runs(
 
     Example: hil runs --prune --keep 5
     """
-    found = list(folders.all_runs())
+    among = list(folders.all_runs())
+    found = among
     console = common.consoles(as_json=as_json, quiet=quiet)
     if prune:
-        found = _old(found, keep)
+        found = _old(among, keep)
         if found and not yes:
             size = _size(sum(run.size for run in found))
             for run in found:
@@ -45,7 +47,7 @@ def runs(
         for run in found:
             run.remove()
     if as_json:
-        common.print_json([_plain(run) for run in found])
+        common.print_json([_plain(run, among) for run in found])
     elif quiet:
         for run in found:
             typer.echo(str(run.folder))
@@ -54,7 +56,7 @@ def runs(
     elif not found:
         console.print(f"There are no runs in {folders.RUNS}.")
     else:
-        for line in _lines(found):
+        for line in _lines(found, among):
             console.print(line, markup=False)
 
 
@@ -65,19 +67,17 @@ def _old(found: list[Run], keep: int) -> list[Run]:
     for run in found:
         kind = (run.record.verb, run.record.what)
         kept[kind] = kept.get(kind, 0) + 1
-        if kept[kind] > keep and run.state != folders.RUNNING and not _unfinished(run):
+        if kept[kind] <= keep or run.state == folders.RUNNING:
+            continue
+        later = successor(run, found)
+        if later.state != folders.RUNNING if later is not None else saved_by(run) is None:
             old.append(run)
     return old
 
 
-def _unfinished(run: Run) -> bool:
-    """It can be gone on with."""
-    if not run.checkpoint.is_file():
-        return False
-    try:
-        return not load_checkpoint(run.checkpoint).pal.finished
-    except CheckpointError:
-        return False
+def _state(run: Run, found: list[Run]) -> str:
+    """How it stands; one that was cut, and that another has gone on from, needs nothing any more."""
+    return run.state if run.state in {folders.RUNNING, folders.DONE} or successor(run, found) is None else CONTINUED
 
 
 def _result(run: Run) -> str:
@@ -96,25 +96,25 @@ def _size(size: float) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-def _lines(found: list[Run]) -> list[str]:
+def _lines(found: list[Run], among: list[Run]) -> list[str]:
     """A table in which no line is broken, so that a folder can be copied out of it."""
     rows = [("when", "verb", "what", "state", "size", "result", "folder")]
     for run in found:
         record = run.record
         when = record.started.replace("T", " ")[:19]
-        rows.append((when, record.verb, record.what, run.state, _size(run.size), _result(run), str(run.folder)))
+        rows.append((when, record.verb, record.what, _state(run, among), _size(run.size), _result(run), str(run.folder)))
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def _plain(run: Run) -> dict[str, object]:
+def _plain(run: Run, among: list[Run]) -> dict[str, object]:
     record = run.record
     return {
         "folder": str(run.folder),
         "started": record.started,
         "verb": record.verb,
         "what": record.what,
-        "state": run.state,
+        "state": _state(run, among),
         "status": record.status,
         "opponent": record.opponent,
         "robot": record.robot,

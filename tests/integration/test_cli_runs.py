@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from hil.cli.app import run
+from hil.cli.progress import CoachingDisplay
 from hil.mcaplog import LogReader
-from hil.runs import load_run
+from hil.runs import RunRecord, load_run, make_run
 
 CHASE = ["bout", "--controller", "chase", "--trials", "1", "--quiet"]
 COACH = ["coach", "--budget", "8", "--held-out", "0", "--quiet", "--no-report"]
@@ -116,7 +120,12 @@ def test_bout_and_report_take_a_run_a_file_or_the_newest_and_say_which(capsys: p
         assert f"Advice: {used}/advice.toml" in capsys.readouterr().out
     assert run(["report", "--quiet"]) == 0
     assert Path("runs/b/report/report.html").is_file()
-    assert run(["report", "runs/b"]) == 2
+    capsys.readouterr()
+    assert run(["report"]) == 0, "it is there, and is of this log"
+    assert "runs/b/report/report.html is there already" in capsys.readouterr().out
+    log = Path("runs/b/log.mcap").stat().st_mtime_ns
+    os.utime("runs/b/report/report.html", ns=(log - 10**9, log - 10**9))
+    assert run(["report", "runs/b"]) == 2, "it is of another log"
     assert "--overwrite" in capsys.readouterr().err
     assert run(["report", "runs/b", "--overwrite", "--quiet"]) == 0
     assert run(["report", "runs/a/log.mcap", "--quiet"]) == 0
@@ -139,6 +148,76 @@ def test_runs_are_listed_and_thinned(capsys: pytest.CaptureFixture[str]) -> None
     assert [gone["verb"] for gone in json.loads(capsys.readouterr().out)] == ["bout", "bout"]
     assert len(list(Path("runs").glob("*-bout-*"))) == 1
     assert Path("runs/notes").is_dir()
+
+
+def cut(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> None:
+    """A coaching that Ctrl-C ends when it has saved something."""
+    with monkeypatch.context() as patched:
+        trial = CoachingDisplay.trial
+
+        def interrupted(display: CoachingDisplay, *told: Any) -> None:  # noqa: ANN401 - passed on
+            trial(display, *told)
+            raise KeyboardInterrupt
+
+        patched.setattr(CoachingDisplay, "trial", interrupted)
+        assert run([*COACH, "--no-log", *arguments]) == 130
+
+
+def states(capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+    capsys.readouterr()
+    assert run(["runs", "--json"]) == 0
+    return {Path(one["folder"]).name: one["state"] for one in json.loads(capsys.readouterr().out)}
+
+
+def test_a_run_that_another_has_gone_on_from_is_continued_and_can_go(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cut(monkeypatch, "--out", "runs/first")
+    assert run(["runs", "--prune", "--keep", "0", "--yes"]) == 0
+    assert states(capsys) == {"first": "interrupted"}, "it can be gone on with, and stays"
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/second"]) == 0
+    assert states(capsys) == {"second": "done", "first": "continued"}
+    assert run(["runs", "--prune", "--keep", "1", "--yes"]) == 0
+    assert states(capsys) == {"second": "done"}
+
+
+def test_a_run_whose_successor_saved_nothing_can_still_be_gone_on_with(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cut(monkeypatch, "--out", "runs/first")
+    cut(monkeypatch, "--resume", "--out", "runs/second")
+    (Path("runs/second") / "checkpoint.json").unlink()
+    assert states(capsys) == {"second": "interrupted", "first": "interrupted"}
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/third"]) == 0
+    assert load_run(Path("runs/third")).record.resumed_from == "runs/first/checkpoint.json"
+
+
+def test_a_run_that_goes_on_is_not_gone_on_with_twice(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cut(monkeypatch, "--out", "runs/first")
+    record = RunRecord("coach", "flat-light", "2099-01-01T00:00:00+00:00", pid=os.getpid(), opponent="flat-light")
+    record.resumed_from = "runs/first/checkpoint.json"
+    make_run(record, datetime.now(UTC), out=Path("runs/second"))
+    capsys.readouterr()
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/third"]) == 2
+    assert f"runs/second goes on already, in process {os.getpid()}" in capsys.readouterr().err
+
+
+def test_a_checkpoint_kept_elsewhere_is_found_and_no_other_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    Path("b.json").write_bytes(b"somebody's")
+    cut(monkeypatch, "--checkpoint", "a.json", "--out", "runs/first")
+    assert run([*COACH, "--no-log", "--resume-from", "a.json", "--checkpoint", "b.json"]) == 2
+    assert Path("b.json").read_bytes() == b"somebody's"
+    assert run([*COACH, "--no-log", "--resume", "--out", "runs/second"]) == 0
+    assert load_run(Path("runs/second")).record.resumed_from == "a.json"
+
+
+@pytest.mark.parametrize("verb", ["coach", "bout", "monitor", "check", "deploy", "param"])
+def test_an_empty_address_is_no_emulated_robot(capsys: pytest.CaptureFixture[str], verb: str) -> None:
+    assert run([verb, ""]) == 2, "a variable that a script has not set"
+    assert capsys.readouterr().err
+    assert not Path("runs").exists()
 
 
 def test_parameters_are_not_saved_over_another_file(folder: Path) -> None:

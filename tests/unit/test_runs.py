@@ -59,10 +59,36 @@ def test_what_it_says_is_read_back_and_a_process_that_is_gone_was_killed() -> No
     assert again.state == "interrupted"
 
 
+@pytest.mark.skipif(not runs.process_identity(os.getpid()), reason="this system does not tell which process has an id")
+def test_a_process_of_the_same_id_is_another() -> None:
+    run = make_run(record(), WHEN)
+    run.record.process = runs.process_identity(os.getpid())
+    assert run.state == runs.RUNNING
+    run.record.process = "another start of the computer 17"
+    assert run.state == "killed"
+
+
+def test_runs_are_in_order_across_time_zones_and_in_the_same_second() -> None:
+    finished("a", "bout", "x", "2026-10-25T02:30:00+02:00")
+    finished("b", "bout", "x", "2026-10-25T02:10:00+01:00")
+    for number in (2, 10, 9):
+        finished(f"c-{number}", "bout", "x", "2026-10-25T05:00:00+00:00")
+    assert [run.folder.name for run in all_runs()] == ["c-10", "c-9", "c-2", "b", "a"]
+
+
+def test_what_is_no_number_is_null_in_the_record() -> None:
+    run = make_run(record(), WHEN)
+    run.record.result = {"fitness": float("nan"), "best": [float("-inf"), 1.0]}
+    run.save()
+    text = (run.folder / "run.json").read_text()
+    assert json.loads(text, parse_constant=pytest.fail)["result"] == {"fitness": None, "best": [None, 1.0]}
+
+
 @pytest.mark.parametrize(
     "text",
     ["", "[]", "{}", '{"version": 2}', '{"version": 1, "verb": "coach"}', "[" * 100_000, '{"version": ' + "1" * 5000 + "}",
-     '{"version": 1, "verb": 5, "what": "x", "started": "y"}', "\ud800"],
+     '{"version": 1, "verb": 5, "what": "x", "started": "y"}',
+     '{"version": 1, "verb": "coach", "what": "x", "started": "yesterday"}', "\ud800"],
 )  # fmt: skip
 def test_what_is_no_record_is_told_with_its_file_and_passed_over(folder: Path, text: str) -> None:
     bad = folder / "runs" / "bad"

@@ -1,0 +1,52 @@
+"""Which coachings can be gone on with: those that did not finish, and that no other has gone on from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil.coaching import CheckpointError, load_checkpoint
+from hil.runs import RUNNING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from hil.coaching import Checkpoint
+    from hil.runs import Run
+
+
+def saved_by(run: Run) -> Checkpoint | None:
+    """What a run has saved, where that can be read and gone on with; None otherwise.
+
+    Args:
+        run: The run.
+    """
+    try:
+        saved = load_checkpoint(run.saved_to)
+    except CheckpointError:
+        return None
+    return None if saved.pal.finished else saved
+
+
+def successor(run: Run, found: Sequence[Run]) -> Run | None:
+    """The run that goes on from another, or has gone on from it and saved something; one that got nowhere is none.
+
+    Args:
+        run: The run that was cut.
+        found: All runs, the newest first.
+    """
+    source = run.saved_to.resolve()
+    for later in found:
+        if later.folder == run.folder:
+            return None
+        if later.source is not None and later.source.resolve() == source and (later.state == RUNNING or _loads(later.saved_to)):
+            return later
+    return None
+
+
+def _loads(checkpoint: Path) -> bool:
+    try:
+        load_checkpoint(checkpoint)
+    except CheckpointError:
+        return False
+    return True
