@@ -277,7 +277,7 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
     ("verb", "figure"),
     [
         (["coach", "--budget", "6", "--held-out", "0", "--no-report"], "maneuvers"),
-        (["bout", "--controller", "chase"], "trials"),
+        pytest.param(["bout", "--controller", "chase"], "trials", marks=pytest.mark.nightly),
     ],
 )
 def test_coaching_and_bouts_go_on_after_they_were_stopped(verb: list[str], figure: str, name: str, tmp_path: Path) -> None:
