@@ -1,7 +1,9 @@
 """Files that a person names to be written: nobody's file is replaced unasked, and none is left half written.
 
 A file that exists is refused, unless it may be replaced: then the new content is written beside it and takes its place when
-it is whole. What is no regular file (`/dev/null`, a pipe) is written as it is.
+it is whole. What grows for as long as a run lasts does so under a name that shows (`NAME.unfinished.EXT`), so that it is not
+lost with the run; what is written at once, under a hidden one. What is no regular file (`/dev/null`, a pipe) is written as
+it is.
 """
 
 from __future__ import annotations
@@ -78,6 +80,9 @@ class Output:
         path: Where to.
         file: What to write to; buffered.
 
+    Where a file is to be replaced, what is written is in `NAME.unfinished.EXT` beside it until it is whole, and stays there
+    if it never is, even if the program is killed.
+
     Raises:
         OutputExistsError: There is one, and it may not be replaced.
         OSError: It can't be opened.
@@ -90,11 +95,9 @@ class Output:
             self.file: BinaryIO = path.open("wb")
             return
         path.parent.mkdir(parents=True, exist_ok=True)
-        _sweep(path)
         if overwrite and path.exists():
-            target = path.resolve()
-            self._beside, self._target = _part(target), target
-            self.file = self._beside.open("xb")
+            self._target = path.resolve() if path.is_symlink() else path
+            self._beside, self.file = _unfinished(self._target)
             return
         try:
             self.file = path.open("xb")
@@ -110,26 +113,35 @@ class Output:
             OSError: The disk does not take the rest.
         """
         self.file.flush()
-        if self._beside is not None:
+        if not _special(self.path):
             os.fsync(self.file.fileno())
         self.file.close()
         if self._beside is not None:
             self._beside.replace(self._target)
 
-    def leave(self) -> None:
-        """It will not become whole: what there is of a new file stays, and one that was to be replaced is as it was."""
+    def leave(self) -> Path | None:
+        """It will not become whole: what there is of it stays, and a file that was to be replaced is as it was.
+
+        Returns:
+            The file that holds what there is of it; None where there is nothing of it, or it is no regular file.
+        """
         with contextlib.suppress(OSError):
             self.file.close()
-        if self._beside is not None:
-            with contextlib.suppress(OSError):
-                self._beside.unlink()
+        if _special(self.path):
+            return None
+        kept = self._beside or self.path
+        with contextlib.suppress(OSError):
+            if kept.stat().st_size:
+                return kept
+            kept.unlink()
+        return None
 
     def discard(self) -> None:
         """It is not wanted after all: what there is of it goes. What was there before, or is no regular file, stays."""
-        self.leave()
-        if self._beside is None and not _special(self.path):
+        kept = self.leave()
+        if kept is not None:
             with contextlib.suppress(OSError):
-                self.path.unlink()
+                kept.unlink()
 
 
 def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
@@ -152,9 +164,7 @@ def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
         output.file.write(data)
         output.finish()
     except BaseException:
-        output.leave()
-        with contextlib.suppress(OSError):
-            path.unlink()
+        output.discard()
         raise
 
 
@@ -209,6 +219,18 @@ def _special(path: Path) -> bool:
 
 def _part(path: Path) -> Path:
     return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+def _unfinished(path: Path) -> tuple[Path, BinaryIO]:
+    """A new file beside this one, for what is to replace it; what others have left unfinished stays."""
+    number = 1
+    while True:
+        mark = "unfinished" if number == 1 else f"unfinished-{number}"
+        beside = path.with_name(f"{path.stem}.{mark}{path.suffix}")
+        try:
+            return beside, beside.open("xb")
+        except FileExistsError:
+            number += 1
 
 
 def _sweep(path: Path) -> None:

@@ -55,13 +55,11 @@ class Files:
     Attributes:
         advice: Advice file.
         checkpoint: Checkpoint.
-        log: Log; None for none.
         report: Folder of the report; None where there is none.
     """
 
     advice: Path
     checkpoint: Path
-    log: Path | None
     report: Path | None
 
 
@@ -185,7 +183,6 @@ def coach(
             files = Files(
                 advice=run.place(advice_out, runs.ADVICE),
                 checkpoint=run.place(checkpoint, runs.CHECKPOINT),
-                log=run.log,
                 report=_report_folder(run) if report else None,
             )
             coaching = _Run(session, run, console, files, opponent=opponent, seed=seed, quiet=quiet)
@@ -199,6 +196,7 @@ def coach(
                 raise
             document = coaching.document(tally)
             session.finish(document)
+        document["log"] = str(run.log) if run.log else None  # closing it may have failed
         wall_seconds = clock.now()
         if not as_json:  # before the report is drawn: should that fail, the outcome has been told
             for line in coaching_summary(
@@ -316,12 +314,12 @@ class _Begun:
 
 def _draw(files: Files, document: dict[str, object], console: Console, run: ActiveRun, *, announce: bool) -> None:
     """Draw the report, if there is to be one, and say where it is."""
-    if files.report is None or files.log is None or not files.log.is_file():
+    if files.report is None or run.log is None or not run.log.is_file():
         return
     from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
 
     try:
-        document["report"] = str(write_report(files.log, files.report).page)
+        document["report"] = str(write_report(run.log, files.report).page)
     except LogError as error:
         run.failed(str(error))
         return
@@ -456,7 +454,7 @@ class _Run:
             "run": self._run.folder,
             "advice": None if self._unsaved else str(self._files.advice),
             "checkpoint": None if self.coaching.unsaved else str(self._files.checkpoint),
-            "log": str(self._files.log) if self._files.log else None,
+            "log": None,  # known when it is closed
             "report": None,
             "maneuvers": self.coaching.pal.used,
             "bouts": self.coaching.progress.bouts,

@@ -36,7 +36,7 @@ class ActiveRun:
 
     Attributes:
         run: Its folder; None where nothing would be in it.
-        log: Where its log goes; None for none.
+        log: Where its log goes, or what there is of one that could not be finished; None for none.
         overwrite: Named outputs that exist may be replaced.
         failures: What could not be written, in words.
     """
@@ -119,6 +119,16 @@ class ActiveRun:
         """
         self.failures.append(text)
         common.complain(text)
+
+    def log_failed(self, text: str, kept: Path | None) -> None:
+        """The log can't be written any further: from now on the run's log is what there is of it.
+
+        Args:
+            text: What, in words.
+            kept: The file that holds what there is of it; None where none does.
+        """
+        self.log = kept
+        self.failed(text)
 
     def end(self, error: BaseException | None) -> None:
         """Write down how it ended, and remove what is left of one in which nothing was said.

@@ -212,6 +212,28 @@ def test_a_full_disk_is_said_and_does_not_end_the_run(capsys: pytest.CaptureFixt
         assert "hil bout --advice" not in said.out
 
 
+@pytest.mark.slow
+def test_log_and_report_are_never_those_of_the_run_before(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    short = ["coach", "--budget", "40", "--held-out", "1", "--log", "x.mcap", "--overwrite", "--json"]
+    assert run([*short, "--seed", "1"]) == 0
+    old = Path("x.mcap").read_bytes()
+    capsys.readouterr()
+
+    def full(_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    assert run([*short, "--seed", "2"]) == 4
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    assert document["log"] == "x.unfinished.mcap"
+    assert "x.unfinished.mcap" in said.err
+    assert "from x.unfinished.mcap" in Path(document["report"]).read_text("utf-8")
+    assert Path("x.mcap").read_bytes() == old
+
+
 def test_what_was_learnt_is_printed_when_a_run_is_cut_and_no_file_holds_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
