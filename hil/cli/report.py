@@ -51,8 +51,9 @@ def report(
         raise common.UsageError(f"there is no log {found}")
     within = found.name == runs.LOG and (found.parent / runs.RECORD).exists()
     folder = out or (found.parent / runs.REPORT if within else found.with_name(f"{found.stem}-report"))
-    if (folder / PAGE).exists() and not overwrite:
-        raise common.UsageError(f"{folder / PAGE} is there already: --overwrite draws it anew, --out FOLDER elsewhere")
+    page = folder / PAGE
+    if page.exists() and page.stat().st_size and not overwrite:  # an empty one is none
+        raise common.UsageError(f"{page} is there already: --overwrite draws it anew, --out FOLDER elsewhere")
     files = write_report(found, folder, max_chunk=max_chunk)
     if files.health and not quiet:
         common.plain_console(stderr=True).print(f"{found} is {files.health}")
