@@ -9,6 +9,7 @@ it is.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 from typing import TYPE_CHECKING, BinaryIO, Final
@@ -210,6 +211,38 @@ def replace_file(path: Path, data: bytes) -> None:
         with contextlib.suppress(OSError):
             temporary.unlink()
         raise
+
+
+def overwrite_file(path: Path, data: bytes) -> None:
+    """Write a text over the one in a file that exists, where the disk has no room for a second file.
+
+    The room is taken first, as blanks at the file's end: what does not fit leaves the old text. A crash while it is written may
+    leave neither.
+
+    Args:
+        path: The file.
+        data: A text that may end in blanks.
+
+    Raises:
+        OSError: It does not fit.
+    """
+    with path.open("r+b", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        missing = len(data) - size
+        try:
+            while missing > 0:
+                missing -= file.write(b" " * missing)
+            os.fsync(file.fileno())
+        except OSError:
+            with contextlib.suppress(OSError):
+                file.truncate(size)
+            raise
+        file.seek(0)
+        written = file.write(data)
+        if written < len(data):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+        file.truncate(len(data))
+        os.fsync(file.fileno())
 
 
 def _special(path: Path) -> bool:

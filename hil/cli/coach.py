@@ -206,11 +206,12 @@ def coach(
         _draw(files, document, console, run, announce=not as_json)
         short = require is not None and (tally is None or tally.win_rate.value < require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
-    if as_json:
-        common.print_json(document)
-    if short:
-        none = ": there were none" if tally is None else ""
-        console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
+    with run.telling():
+        if as_json:
+            common.print_json(document)
+        if short:
+            none = ": there were none" if tally is None else ""
+            console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
     return run.ended()
 
 
@@ -398,7 +399,8 @@ class _Run:
         try:
             save_advice(advice, self._files.advice, overwrite=self._run.overwrite)
         except AdviceFileError as error:
-            self._run.failed(f"{error}. What was learnt, for no file to hold:")
+            self._run.failed(str(error))
+            common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
             self._unsaved = True
 

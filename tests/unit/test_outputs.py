@@ -14,6 +14,7 @@ from hil.outputs import (
     check_distinct,
     check_output,
     free_folder,
+    overwrite_file,
     replace_file,
     write_output,
 )
@@ -142,6 +143,24 @@ def test_a_failed_save_leaves_nothing_of_itself(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(OSError, match="No space"):
         write_output(tmp_path / "x", b"new")
     assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("text", [b"longer than it was", b"short"])
+def test_a_text_is_written_over_another_in_its_place(tmp_path: Path, text: bytes) -> None:
+    (tmp_path / "x").write_bytes(b"as it was")
+    overwrite_file(tmp_path / "x", text)
+    assert (tmp_path / "x").read_bytes() == text
+
+
+def test_a_text_that_does_not_fit_leaves_the_old_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "x").write_bytes(b"as it was")
+    monkeypatch.setattr("hil.outputs.os.fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        overwrite_file(tmp_path / "x", b"longer than it was")
+    assert (tmp_path / "x").read_bytes() == b"as it was"
 
 
 @pytest.mark.parametrize("overwrite", [False, True])
