@@ -1,12 +1,15 @@
 """Files that a person names to be written: nobody's file is replaced unasked, and none is left half written.
 
 A file that exists is refused, unless it may be replaced: then the new content is written beside it and takes its place when
-it is whole. What is no regular file (`/dev/null`, a pipe) is written as it is.
+it is whole. What grows for as long as a run lasts does so under a name that shows (`NAME.unfinished.EXT`), so that it is not
+lost with the run; what is written at once, under a hidden one. What is no regular file (`/dev/null`, a pipe) is written as
+it is.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 from typing import TYPE_CHECKING, BinaryIO, Final
@@ -78,6 +81,9 @@ class Output:
         path: Where to.
         file: What to write to; buffered.
 
+    Where a file is to be replaced, what is written is in `NAME.unfinished.EXT` beside it until it is whole, and stays there
+    if it never is, even if the program is killed.
+
     Raises:
         OutputExistsError: There is one, and it may not be replaced.
         OSError: It can't be opened.
@@ -90,11 +96,9 @@ class Output:
             self.file: BinaryIO = path.open("wb")
             return
         path.parent.mkdir(parents=True, exist_ok=True)
-        _sweep(path)
         if overwrite and path.exists():
-            target = path.resolve()
-            self._beside, self._target = _part(target), target
-            self.file = self._beside.open("xb")
+            self._target = path.resolve() if path.is_symlink() else path
+            self._beside, self.file = _unfinished(self._target)
             return
         try:
             self.file = path.open("xb")
@@ -110,26 +114,35 @@ class Output:
             OSError: The disk does not take the rest.
         """
         self.file.flush()
-        if self._beside is not None:
+        if not _special(self.path):
             os.fsync(self.file.fileno())
         self.file.close()
         if self._beside is not None:
             self._beside.replace(self._target)
 
-    def leave(self) -> None:
-        """It will not become whole: what there is of a new file stays, and one that was to be replaced is as it was."""
+    def leave(self) -> Path | None:
+        """It will not become whole: what there is of it stays, and a file that was to be replaced is as it was.
+
+        Returns:
+            The file that holds what there is of it; None where there is nothing of it, or it is no regular file.
+        """
         with contextlib.suppress(OSError):
             self.file.close()
-        if self._beside is not None:
-            with contextlib.suppress(OSError):
-                self._beside.unlink()
+        if _special(self.path):
+            return None
+        kept = self._beside or self.path
+        with contextlib.suppress(OSError):
+            if kept.stat().st_size:
+                return kept
+            kept.unlink()
+        return None
 
     def discard(self) -> None:
         """It is not wanted after all: what there is of it goes. What was there before, or is no regular file, stays."""
-        self.leave()
-        if self._beside is None and not _special(self.path):
+        kept = self.leave()
+        if kept is not None:
             with contextlib.suppress(OSError):
-                self.path.unlink()
+                kept.unlink()
 
 
 def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
@@ -152,9 +165,7 @@ def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
         output.file.write(data)
         output.finish()
     except BaseException:
-        output.leave()
-        with contextlib.suppress(OSError):
-            path.unlink()
+        output.discard()
         raise
 
 
@@ -202,6 +213,38 @@ def replace_file(path: Path, data: bytes) -> None:
         raise
 
 
+def overwrite_file(path: Path, data: bytes) -> None:
+    """Write a text over the one in a file that exists, where the disk has no room for a second file.
+
+    The room is taken first, as blanks at the file's end: what does not fit leaves the old text. A crash while it is written may
+    leave neither.
+
+    Args:
+        path: The file.
+        data: A text that may end in blanks.
+
+    Raises:
+        OSError: It does not fit.
+    """
+    with path.open("r+b", buffering=0) as file:
+        size = file.seek(0, os.SEEK_END)
+        missing = len(data) - size
+        try:
+            while missing > 0:
+                missing -= file.write(b" " * missing)
+            os.fsync(file.fileno())
+        except OSError:
+            with contextlib.suppress(OSError):
+                file.truncate(size)
+            raise
+        file.seek(0)
+        written = file.write(data)
+        if written < len(data):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), str(path))
+        file.truncate(len(data))
+        os.fsync(file.fileno())
+
+
 def _special(path: Path) -> bool:
     """It exists and is no regular file: a pipe, a device."""
     return path.exists() and not path.is_file()
@@ -209,6 +252,18 @@ def _special(path: Path) -> bool:
 
 def _part(path: Path) -> Path:
     return path.with_name(f".{path.name}.{os.getpid()}.part")
+
+
+def _unfinished(path: Path) -> tuple[Path, BinaryIO]:
+    """A new file beside this one, for what is to replace it; what others have left unfinished stays."""
+    number = 1
+    while True:
+        mark = "unfinished" if number == 1 else f"unfinished-{number}"
+        beside = path.with_name(f"{path.stem}.{mark}{path.suffix}")
+        try:
+            return beside, beside.open("xb")
+        except FileExistsError:
+            number += 1
 
 
 def _sweep(path: Path) -> None:

@@ -80,7 +80,8 @@ class Recorder:
         system: MAVLink system id of the host.
         component: MAVLink component id of the host.
         overwrite: A file that exists is replaced, when the log is whole.
-        on_failure: Is told, in words, when the disk does not take any more, and the run goes on without a log.
+        on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
+            (None: no file does); the run goes on without a log.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -98,7 +99,7 @@ class Recorder:
         system: int = HOST_SYSTEM,
         component: int = HOST_COMPONENT,
         overwrite: bool = False,
-        on_failure: Callable[[str], None] | None = None,
+        on_failure: Callable[[str, Path | None], None] | None = None,
     ) -> None:
         self.path = path
         self._writer = LogWriter(

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.doors import Door
 from hil.json_text import json_text
-from hil.outputs import is_running, replace_file
+from hil.outputs import is_running, overwrite_file, replace_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -164,7 +164,18 @@ class Run:
         Raises:
             OSError: The disk does not take it; the old one is as it was.
         """
-        replace_file(self.folder / RECORD, json_text(asdict(self.record)).encode())
+        replace_file(self.folder / RECORD, self._text())
+
+    def save_in_place(self) -> None:
+        """Write `run.json` into the room that it has on the disk, where there is none for a second one.
+
+        Raises:
+            OSError: It does not fit; the old one is as it was, but for blanks at its end.
+        """
+        overwrite_file(self.folder / RECORD, self._text())
+
+    def _text(self) -> bytes:
+        return json_text(asdict(self.record)).encode()
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""

@@ -128,14 +128,15 @@ def bout(
         "log": str(run.log) if run.log else None,
         **tally.to_dict(),
     }
-    if as_json:
-        common.print_json(document)
-    else:
-        console.print(_table(name, tally))
-        if run.log and not quiet:
-            console.print(f"Log: {run.log}", markup=False)
-    if short:
-        console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
+    with run.telling():
+        if as_json:
+            common.print_json(document)
+        else:
+            console.print(_table(name, tally))
+            if run.log and not quiet:
+                console.print(f"Log: {run.log}", markup=False)
+        if short:
+            console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
 
 

@@ -105,17 +105,18 @@ def check(
         verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)
         failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)
         run.finish({"summary": _summary(verdicts)}, common.EXIT_FELL_SHORT if failed else common.EXIT_DONE)
-    if as_json:
-        common.print_json([_plain(verdict) for verdict in verdicts])
-    else:
-        console.print(_summary(verdicts))
-        if robot.lost or robot.spoilt:
-            console.print(
-                f"On the way {robot.lost} frames were lost and {robot.spoilt} pieces damaged: on a bad line a check may fail "
-                "that the robot would pass."
-            )
-        if run.log is not None and not quiet:
-            console.print(f"Log: {run.log}", markup=False)
+    with run.telling():
+        if as_json:
+            common.print_json([_plain(verdict) for verdict in verdicts])
+        else:
+            console.print(_summary(verdicts))
+            if robot.lost or robot.spoilt:
+                console.print(
+                    f"On the way {robot.lost} frames were lost and {robot.spoilt} pieces damaged: on a bad line a check may "
+                    "fail that the robot would pass."
+                )
+            if run.log is not None and not quiet:
+                console.print(f"Log: {run.log}", markup=False)
     return run.ended()
 
 

@@ -56,13 +56,11 @@ class Files:
     Attributes:
         advice: Advice file.
         checkpoint: Checkpoint.
-        log: Log; None for none.
         report: Folder of the report; None where there is none.
     """
 
     advice: Path
     checkpoint: Path
-    log: Path | None
     report: Path | None
 
 
@@ -186,7 +184,6 @@ def coach(
             files = Files(
                 advice=run.place(advice_out, runs.ADVICE),
                 checkpoint=run.place(checkpoint, runs.CHECKPOINT),
-                log=run.log,
                 report=_report_folder(run) if report else None,
             )
             coaching = _Run(session, run, console, files, opponent=opponent, seed=seed, quiet=quiet)
@@ -200,6 +197,7 @@ def coach(
                 raise
             document = coaching.document(tally)
             session.finish(document)
+        document["log"] = str(run.log) if run.log else None  # closing it may have failed
         wall_seconds = clock.now()
         if not as_json:  # before the report is drawn: should that fail, the outcome has been told
             for line in coaching_summary(
@@ -209,11 +207,12 @@ def coach(
         _draw(files, document, console, run, announce=not as_json)
         short = require is not None and (tally is None or tally.win_rate.value < require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
-    if as_json:
-        common.print_json(document)
-    if short:
-        none = ": there were none" if tally is None else ""
-        console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
+    with run.telling():
+        if as_json:
+            common.print_json(document)
+        if short:
+            none = ": there were none" if tally is None else ""
+            console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
     return run.ended()
 
 
@@ -326,12 +325,12 @@ class _Begun:
 
 def _draw(files: Files, document: dict[str, object], console: Console, run: ActiveRun, *, announce: bool) -> None:
     """Draw the report, if there is to be one, and say where it is."""
-    if files.report is None or files.log is None or not files.log.is_file():
+    if files.report is None or run.log is None or not run.log.is_file():
         return
     from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
 
     try:
-        document["report"] = str(write_report(files.log, files.report).page)
+        document["report"] = str(write_report(run.log, files.report).page)
     except LogError as error:
         run.failed(str(error))
         return
@@ -410,7 +409,8 @@ class _Run:
         try:
             save_advice(advice, self._files.advice, overwrite=self._run.overwrite)
         except AdviceFileError as error:
-            self._run.failed(f"{error}. What was learnt, for no file to hold:")
+            self._run.failed(str(error))
+            common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
             self._unsaved = True
 
@@ -466,7 +466,7 @@ class _Run:
             "run": self._run.folder,
             "advice": None if self._unsaved else str(self._files.advice),
             "checkpoint": None if self.coaching.unsaved else str(self._files.checkpoint),
-            "log": str(self._files.log) if self._files.log else None,
+            "log": None,  # known when it is closed
             "report": None,
             "maneuvers": self.coaching.pal.used,
             "bouts": self.coaching.progress.bouts,

@@ -68,7 +68,7 @@ def guarded(command: Callable[P, int | None]) -> Callable[P, None]:
             complain(str(error))
             status = status_of(error)
         except OSError as error:
-            complain(f"{error.filename or 'the output'} cannot be written or read: {error.strerror}")
+            complain(in_words(error))
             status = EXIT_FILE
         raise typer.Exit(status or EXIT_DONE)
 
@@ -83,6 +83,8 @@ def status_of(error: BaseException) -> int:
     """
     if isinstance(error, AddressError):
         return EXIT_USAGE
+    if isinstance(error, BrokenPipeError):  # as typer ends then
+        return EXIT_FELL_SHORT
     if isinstance(error, RefusedError | DeployError):
         return EXIT_FELL_SHORT
     if isinstance(error, LinkError | PeerError):
@@ -91,6 +93,19 @@ def status_of(error: BaseException) -> int:
     if isinstance(file, OSError) and not isinstance(file, FileExistsError):  # what is there already was asked for wrongly
         return EXIT_FILE
     return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
+
+
+def in_words(error: BaseException) -> str:
+    """What ended a sub-command, as a person is told.
+
+    Args:
+        error: The error.
+    """
+    if isinstance(error, OSError) and not isinstance(error, HilError):
+        return f"{error.filename or 'the output'} cannot be written or read: {error.strerror or error}"
+    if isinstance(error, SystemExit):  # rich's word for a pipe that is closed
+        return "the output cannot be written: nobody reads it any more"
+    return str(error)
 
 
 def complain(text: str, *, program: bool = True) -> None:

@@ -98,10 +98,11 @@ def deploy(
         document = _document(done, ended)
         session.finish(document)
         run.finish(document)
-    if as_json:
-        common.print_json({"advice": str(advice), "run": run.folder, "log": str(run.log) if run.log else None, **document})
-    elif run.log and not quiet:
-        console.print(f"Log: {run.log}", markup=False)
+    with run.telling():
+        if as_json:
+            common.print_json({"advice": str(advice), "run": run.folder, "log": str(run.log) if run.log else None, **document})
+        elif run.log and not quiet:
+            console.print(f"Log: {run.log}", markup=False)
     return run.ended()
 
 

@@ -102,7 +102,8 @@ def monitor(
         document = _show(connection, console, duration, as_json=as_json, quiet=quiet)
         run.finish({})
     if as_json:
-        common.print_json(document)
+        with run.telling():
+            common.print_json(document)
     return run.ended()
 
 

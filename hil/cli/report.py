@@ -51,16 +51,17 @@ def report(
         raise common.UsageError(f"there is no log {found}")
     within = found.name == runs.LOG and (found.parent / runs.RECORD).exists()
     folder = out or (found.parent / runs.REPORT if within else found.with_name(f"{found.stem}-report"))
-    if (folder / PAGE).exists() and not overwrite:
-        if out is None and _is_of(folder / PAGE, found):
-            if as_json:
-                common.print_json({"page": str(folder / PAGE), "pictures": sorted(map(str, folder.glob("*.png")))})
-            elif quiet:
-                typer.echo(str(folder / PAGE))
-            else:
-                console.print(f"Report: {folder / PAGE} is there already; --overwrite draws it anew", markup=False)
-            return
-        raise common.UsageError(f"{folder / PAGE} is there already: --overwrite draws it anew, --out FOLDER elsewhere")
+    page = folder / PAGE
+    if page.exists() and page.stat().st_size and not overwrite:  # an empty one is none
+        if out is not None or page.stat().st_mtime < found.stat().st_mtime:
+            raise common.UsageError(f"{page} is there already: --overwrite draws it anew, --out FOLDER elsewhere")
+        if as_json:
+            common.print_json({"page": str(page), "pictures": sorted(map(str, folder.glob("*.png")))})
+        elif quiet:
+            typer.echo(str(page))
+        else:
+            console.print(f"Report: {page} is there already; --overwrite draws it anew", markup=False)
+        return
     files = write_report(found, folder, max_chunk=max_chunk)
     if files.health and not quiet:
         common.plain_console(stderr=True).print(f"{found} is {files.health}")
@@ -72,8 +73,3 @@ def report(
         console.print(f"Report: {files.page}", markup=False)
         for path in files.pictures:
             console.print(f"        {path}", markup=False)
-
-
-def _is_of(page: Path, log: Path) -> bool:
-    """A page was drawn of this log as it is: it is not empty, and the log has not been written since."""
-    return page.stat().st_size > 0 and page.stat().st_mtime >= log.stat().st_mtime

@@ -6,7 +6,7 @@ import os
 import platform
 import shlex
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from hil.junior import Junior
     from hil.runs import Run
 
+FAILED = "failed"
+STATES = {common.EXIT_DONE: runs.DONE, common.EXIT_FELL_SHORT: "fell short"}
+"""How a run that came to its end stands, by its exit status; `failed` for any other."""
 WITHOUT_A_WORD = (LinkOpenError, AddressError)
 """Nothing has been said when a run ends by one of these: it leaves nothing."""
 
@@ -36,7 +39,7 @@ class ActiveRun:
 
     Attributes:
         run: Its folder; None where nothing would be in it.
-        log: Where its log goes; None for none.
+        log: Where its log goes, or what there is of one that could not be finished; None for none.
         overwrite: Named outputs that exist may be replaced.
         failures: What could not be written, in words.
     """
@@ -120,6 +123,16 @@ class ActiveRun:
         self.failures.append(text)
         common.complain(text)
 
+    def log_failed(self, text: str, kept: Path | None) -> None:
+        """The log can't be written any further: from now on the run's log is what there is of it.
+
+        Args:
+            text: What, in words.
+            kept: The file that holds what there is of it; None where none does.
+        """
+        self.log = kept
+        self.failed(text)
+
     def end(self, error: BaseException | None) -> None:
         """Write down how it ended, and remove what is left of one in which nothing was said.
 
@@ -132,26 +145,50 @@ class ActiveRun:
             return
         if self.run is None:
             return
-        record = self.run.record
+        self._settle(self.run.record, error)
+        self.run.record.ended = _now().isoformat(timespec="milliseconds")
+        if not self._save():
+            self._settle(self.run.record, error)
+            self._save_in_place()
+
+    @contextmanager
+    def telling(self) -> Iterator[None]:
+        """What came of it is told, after its end: where that fails, so has the run."""
+        try:
+            yield
+        except (OSError, SystemExit) as error:
+            self.end(error)
+            raise
+
+    def _settle(self, record: runs.RunRecord, error: BaseException | None) -> None:
+        """Say in the record how it ended."""
         if error is None:
             record.status = self.status
-            record.state = runs.DONE if record.status == common.EXIT_DONE else "fell short"
-            record.error = "; ".join(self.failures)
+            record.state = STATES.get(record.status, FAILED)
         else:
-            record.state = "interrupted" if isinstance(error, KeyboardInterrupt) else "failed"
+            record.state = "interrupted" if isinstance(error, KeyboardInterrupt) else FAILED
             record.status = common.EXIT_INTERRUPTED if isinstance(error, KeyboardInterrupt) else common.status_of(error)
-            record.error = str(error)
-        record.ended = _now().isoformat(timespec="milliseconds")
-        self._save()
+        record.error = "; ".join(filter(None, [common.in_words(error) if error else "", *self.failures]))
 
-    def _save(self) -> None:
+    def _save(self) -> bool:
         assert self.run is not None
         try:
             self.run.save()
         except OSError as error:
-            text = f"{self.run.folder / runs.RECORD} cannot be written: {error.strerror}"
+            text = f"{self.run.folder / runs.RECORD} cannot be written anew: {error.strerror}"
             if text not in self.failures:
                 self.failed(text)
+            return False
+        return True
+
+    def _save_in_place(self) -> None:
+        """Say at least how it ended where a full disk has no room for a new record beside the old one."""
+        assert self.run is not None
+        for result in (self.run.record.result, {}):
+            self.run.record.result = result
+            with suppress(OSError):
+                self.run.save_in_place()
+                return
 
 
 @contextmanager

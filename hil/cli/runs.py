@@ -82,6 +82,8 @@ def _state(run: Run, found: list[Run]) -> str:
 
 def _result(run: Run) -> str:
     result = run.record.result
+    if run.record.state == "failed" and run.record.error:
+        return " ".join(run.record.error.split())
     if "win_rate" in result:
         return f"won {result['wins']} of {result['trials']}"
     held_out = result.get("held_out")
@@ -116,6 +118,7 @@ def _plain(run: Run, among: list[Run]) -> dict[str, object]:
         "what": record.what,
         "state": _state(run, among),
         "status": record.status,
+        "error": record.error,
         "opponent": record.opponent,
         "robot": record.robot,
         "result": record.result,

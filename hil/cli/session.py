@@ -307,7 +307,7 @@ def open_recorder(run: ActiveRun, log: Path, url: str, config: Mapping[str, obje
         link=url,
         lockstep=lockstep,
         overwrite=run.overwrite,
-        on_failure=run.failed,
+        on_failure=run.log_failed,
     )
 
 

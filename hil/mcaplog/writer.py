@@ -66,7 +66,8 @@ class LogWriter:
             the same seed.
         flush_every: Log time between flushes, in s.
         overwrite: A file that exists is replaced, when the log is whole.
-        on_failure: Is told, in words, when the disk does not take any more; nothing is raised then.
+        on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
+            (None: no file does); nothing is raised then.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -80,7 +81,7 @@ class LogWriter:
         run: Mapping[str, str],
         flush_every: float = 0.5,
         overwrite: bool = False,
-        on_failure: Callable[[str], None] | None = None,
+        on_failure: Callable[[str, Path | None], None] | None = None,
     ) -> None:
         self.path = path
         self._interval = round(flush_every * 1e9)
@@ -323,11 +324,17 @@ class LogWriter:
     def _fail(self, error: OSError) -> None:
         self._open = False
         self._forget()
-        self._output.leave()
-        text = f"the log {self.path} cannot be written any further: {error.strerror}; it ends here"
+        kept = self._output.leave()
+        if kept is None:
+            rest = "nothing of it is kept"
+        elif kept == self.path:
+            rest = "it ends here"
+        else:
+            rest = f"what there is of it is in {kept}, and {self.path} is as it was"
+        text = f"the log {self.path} cannot be written any further: {error.strerror}; {rest}"
         if self._on_failure is None:
             raise LogError(text) from error
-        self._on_failure(text)
+        self._on_failure(text, kept)
 
 
 def _serialize(record: McapRecord) -> bytes:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from importlib.resources import as_file, files
+from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
+from hil.outputs import write_output
 from hil.report.bout_figures import choose, times_to_win, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import RunData, gather
@@ -90,13 +91,13 @@ def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> Re
     page = render(title, _subtitle(data), said, numbers=_numbers(data), sections=sections, footer=footer)
     pictures = [picture for section in sections for picture in section.pictures]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / PAGE).write_text(page, "utf-8")
         for picture in pictures:
-            (folder / f"{picture.name}.png").write_bytes(picture.data)
-        with as_file(files("hil.mcaplog").joinpath(LAYOUT)) as layout:
-            shutil.copyfile(layout, folder / LAYOUT)
+            write_output(folder / f"{picture.name}.png", picture.data, overwrite=True)
+        write_output(folder / LAYOUT, files("hil.mcaplog").joinpath(LAYOUT).read_bytes(), overwrite=True)
+        write_output(folder / PAGE, page.encode(), overwrite=True)  # the last: where it is, the report is whole
     except OSError as error:
+        with suppress(OSError):
+            folder.rmdir()  # where nothing is in it
         raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
     paths = tuple(folder / f"{picture.name}.png" for picture in pictures)
     return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 
 from hil.advice_file import load_advice
 from hil.cli.app import run
+from hil.cli.running import ActiveRun
 from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader, differences
 from hil.runs import load_run
@@ -204,12 +206,67 @@ def test_a_full_disk_is_said_and_does_not_end_the_run(capsys: pytest.CaptureFixt
     assert "How it plays: won" in said.out
     (made,) = files("runs/*")
     record = load_run(Path(made)).record
-    assert (record.state, record.status) == ("fell short", 4)
-    assert "No space left" in record.error
+    assert (record.state, record.status) == ("failed", 4)
+    assert record.error.endswith(("No space left on device", "No space left on device; nothing of it is kept"))
+    assert ("Log: " in said.out) == (option != "--log")
+    assert run(["runs"]) == 0
+    assert record.error in capsys.readouterr().out, "the cause is the result"
     if option == "--advice-out":
         assert "[[entries]]" in said.err, "what was learnt is printed where no file holds it"
         assert "Advice: " not in said.out
         assert "hil bout --advice" not in said.out
+
+
+@pytest.mark.parametrize("arguments", [("--json",), ()])
+def test_a_result_that_can_t_be_printed_is_a_failure(monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]) -> None:
+    if not Path("/dev/full").is_char_device():
+        pytest.skip("this system has no /dev/full")
+    with suppress(OSError), Path("/dev/full").open("w", encoding="utf-8") as full:
+        monkeypatch.setattr("sys.stdout", full)
+        assert run([*COACH, "--no-log", *arguments]) == 4
+    (made,) = files("runs/*")
+    record = load_run(Path(made)).record
+    assert (record.state, record.status) == ("failed", 4)
+    assert record.error == "the output cannot be written or read: No space left on device"
+
+
+def test_a_run_says_how_it_ended_where_the_disk_has_no_room_for_a_new_record(monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_path: Path, _data: bytes) -> None:
+        raise OSError(28, "No space left on device")
+
+    def cut(self: ActiveRun, error: BaseException | None) -> None:
+        monkeypatch.setattr("hil.runs.replace_file", full)
+        end(self, error)
+
+    end = ActiveRun.end
+    monkeypatch.setattr(ActiveRun, "end", cut)
+    assert run([*COACH, "--no-log"]) == 4
+    (made,) = files("runs/*")
+    record = load_run(Path(made)).record
+    assert (record.state, record.status) == ("failed", 4)
+    assert "run.json cannot be written anew: No space left" in record.error
+
+
+@pytest.mark.slow
+def test_log_and_report_are_never_those_of_the_run_before(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    short = ["coach", "--budget", "40", "--held-out", "1", "--log", "x.mcap", "--overwrite", "--json"]
+    assert run([*short, "--seed", "1"]) == 0
+    old = Path("x.mcap").read_bytes()
+    capsys.readouterr()
+
+    def full(_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    assert run([*short, "--seed", "2"]) == 4
+    said = capsys.readouterr()
+    document = json.loads(said.out)
+    assert document["log"] == "x.unfinished.mcap"
+    assert "x.unfinished.mcap" in said.err
+    assert "from x.unfinished.mcap" in Path(document["report"]).read_text("utf-8")
+    assert Path("x.mcap").read_bytes() == old
 
 
 def test_what_was_learnt_is_printed_when_a_run_is_cut_and_no_file_holds_it(

@@ -132,6 +132,14 @@ def test_bout_and_report_take_a_run_a_file_or_the_newest_and_say_which(capsys: p
     assert Path("runs/a/report/report.html").is_file()
 
 
+def test_an_empty_page_is_no_report() -> None:
+    assert run([*COACH, "--out", "r"]) == 0
+    Path("r/report").mkdir(exist_ok=True)
+    Path("r/report/report.html").write_bytes(b"")
+    assert run(["report", "r", "--quiet"]) == 0
+    assert Path("r/report/report.html").stat().st_size
+
+
 def test_runs_are_listed_and_thinned(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["runs"]) == 0
     assert "There are no runs" in capsys.readouterr().out

@@ -268,6 +268,28 @@ def test_a_disk_that_fills_up_is_told_once_and_then_the_log_is_silent(tmp_path: 
     writer.close()
 
 
+def test_a_log_that_was_to_replace_another_and_can_t_be_finished_is_named_and_the_other_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, told = tmp_path / "log.mcap", list[tuple[str, Path | None]]()
+    path.write_bytes(b"old")
+    writer = LogWriter(path, run={}, overwrite=True, on_failure=lambda text, kept: told.append((text, kept)))
+    writer.metadata("robot", {"id": "1"})
+
+    def full(_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    writer.close()
+    ((text, kept),) = told
+    assert kept == tmp_path / "log.unfinished.mcap"
+    assert f"what there is of it is in {kept}, and {path} is as it was" in text
+    assert path.read_bytes() == b"old"
+    reader = LogReader(kept)
+    assert list(reader.entries()) == []
+    assert "robot" in reader.metadata
+
+
 def test_closing_twice_does_nothing(log: Path, tmp_path: Path) -> None:
     path = tmp_path / "again.mcap"
     writer = write(path, 200)

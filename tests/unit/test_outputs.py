@@ -14,6 +14,7 @@ from hil.outputs import (
     check_distinct,
     check_output,
     free_folder,
+    overwrite_file,
     replace_file,
     write_output,
 )
@@ -65,17 +66,33 @@ def test_what_may_be_replaced_is_as_it_was_until_the_new_is_whole(tmp_path: Path
     output.finish()
     assert path.read_bytes() == b"new"
     assert names(tmp_path) == ["x"]
-    given_up = Output(path, overwrite=True)
-    given_up.file.write(b"half")
-    given_up.leave()
+
+
+def test_what_was_to_replace_another_and_is_not_whole_stays_beside_it(tmp_path: Path) -> None:
+    path = tmp_path / "x.mcap"
+    path.write_bytes(b"old")
+    for name in ("x.unfinished.mcap", "x.unfinished-2.mcap"):
+        given_up = Output(path, overwrite=True)
+        given_up.file.write(b"half")
+        given_up.file.flush()
+        assert (tmp_path / name).read_bytes() == b"half", "where a program that is killed leaves it"
+        assert given_up.leave() == tmp_path / name
+    empty = Output(path, overwrite=True)
+    assert empty.leave() is None
+    gone = Output(path, overwrite=True)
+    gone.file.write(b"x")
+    gone.discard()
+    whole = Output(path, overwrite=True)
+    whole.file.write(b"new")
+    whole.finish()
     assert path.read_bytes() == b"new"
-    assert names(tmp_path) == ["x"]
+    assert names(tmp_path) == ["x.mcap", "x.unfinished-2.mcap", "x.unfinished.mcap"]
 
 
 def test_what_is_left_or_discarded_of_a_new_file(tmp_path: Path) -> None:
     left = Output(tmp_path / "a" / "left")
     left.file.write(b"half")
-    left.leave()
+    assert left.leave() == tmp_path / "a" / "left"
     assert (tmp_path / "a" / "left").read_bytes() == b"half", "a log that is cut is worth keeping"
     gone = Output(tmp_path / "gone")
     gone.file.write(b"x")
@@ -126,6 +143,32 @@ def test_a_failed_save_leaves_nothing_of_itself(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(OSError, match="No space"):
         write_output(tmp_path / "x", b"new")
     assert names(tmp_path) == []
+
+
+@pytest.mark.parametrize("text", [b"longer than it was", b"short"])
+def test_a_text_is_written_over_another_in_its_place(tmp_path: Path, text: bytes) -> None:
+    (tmp_path / "x").write_bytes(b"as it was")
+    overwrite_file(tmp_path / "x", text)
+    assert (tmp_path / "x").read_bytes() == text
+
+
+def test_a_text_that_does_not_fit_leaves_the_old_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    (tmp_path / "x").write_bytes(b"as it was")
+    monkeypatch.setattr("hil.outputs.os.fsync", full)
+    with pytest.raises(OSError, match="No space"):
+        overwrite_file(tmp_path / "x", b"longer than it was")
+    assert (tmp_path / "x").read_bytes() == b"as it was"
+
+
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_what_is_written_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, overwrite: bool) -> None:
+    synced: list[int] = []
+    monkeypatch.setattr("hil.outputs.os.fsync", lambda number: synced.append(os.fstat(number).st_size))
+    write_output(tmp_path / "x", b"new", overwrite=overwrite)
+    assert synced == [3], "all of it, before it is said to be there"
 
 
 def test_a_folder_gets_the_first_free_number(tmp_path: Path) -> None:

@@ -290,6 +290,18 @@ def test_a_report_that_cannot_be_written_is_told_of(coached: Path, tmp_path: Pat
 
 
 @pytest.mark.slow
+def test_a_report_that_does_not_fit_on_the_disk_leaves_no_stub(
+    coached: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("hil.outputs.os.fsync", full)
+    with pytest.raises(LogError, match="No space left"):
+        write_report(coached, tmp_path / "report")
+    assert not (tmp_path / "report").exists()
+
+
 def test_many_categories_have_a_row_of_panels_for_what_the_eyes_see(tmp_path: Path) -> None:
     with open_recorder(tmp_path / "log.mcap") as recorder:
         for code in range(16):
