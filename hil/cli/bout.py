@@ -81,11 +81,21 @@ def bout(
         given, advice = advice, runs.file_of(advice, runs.ADVICE, verbs=("coach",), opponent=opponent)
         if given != advice and not quiet:
             console.print(f"Advice: {advice}", markup=False)
+    else:
+        advice = None
+    used = None if advice is None else str(advice)
     player = _controller(advice, controller, seed)
     if opponent is None and link is None:
         learnt_against = load_advice(advice).opponent if advice else ""
         opponent = learnt_against if learnt_against in common.OPPONENTS else "flat-light"
-    described = {"verb": "bout", "controller": name, "trials": trials, "seed": seed, "opponent": opponent or ""}
+    described = {
+        "verb": "bout",
+        "controller": name,
+        "advice": used or "",
+        "trials": trials,
+        "seed": seed,
+        "opponent": opponent or "",
+    }
     url = common.url_of(link, opponent, seed)
     with (
         running(
@@ -118,11 +128,12 @@ def bout(
             _play(session, console, player, ring, seeds, title=title, quiet=quiet),
         )
         short = require is not None and tally.win_rate.value < require
-        result = {"controller": name, **tally.to_dict()}
+        result = {"controller": name, "advice": used, **tally.to_dict()}
         session.finish(result)
         run.finish(result, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     document = {
         "controller": name,
+        "advice": used,
         "seed": seed,
         "run": run.folder,
         "log": str(run.log) if run.log else None,

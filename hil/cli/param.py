@@ -76,6 +76,8 @@ def param(
             write_output(save, tomli_w.dumps(result).encode(), overwrite=overwrite)
         except OSError as error:
             raise OutputError(f"cannot write {save}: {error.strerror}") from error
+        if not quiet:
+            console.print(f"Saved: {save}", markup=False)
     if as_json:
         common.print_json(result)
     elif name is not None:

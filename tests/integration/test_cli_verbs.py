@@ -86,10 +86,16 @@ def test_bouts_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert documents[0] == documents[1]
     keys = {"opponent", "trials", "wins", "losses", "draws", "win_rate", "win_rate_ci95", "median_time_to_win_s"}
     assert set(first) >= keys
+    assert first["advice"] is None
     assert first["wins"] + first["losses"] + first["draws"] == first["trials"] == 5
     assert first["win_rate"] == first["wins"] / 5
     low, high = first["win_rate_ci95"]
     assert 0 <= low <= first["win_rate"] <= high <= 1
+
+
+def test_bouts_say_by_which_advice(capsys: pytest.CaptureFixture[str], advice: Path) -> None:
+    assert run(["bout", "--advice", str(advice), "--trials", "1", "--json", "--no-log"]) == 0
+    assert json.loads(capsys.readouterr().out)["advice"] == str(advice)
 
 
 def test_a_robot_that_never_won_has_no_time_to_win(capsys: pytest.CaptureFixture[str], advice: Path) -> None:
