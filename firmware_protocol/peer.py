@@ -228,6 +228,7 @@ class Peer(Requests):
         """
         self._heard += duration
         self._silence_due += duration
+        self.streams.missed(duration)
 
     def reject(self) -> None:
         """Count a piece of wire input that was no good message."""

@@ -115,6 +115,19 @@ def test_a_silent_line_is_no_stopped_stream() -> None:
     assert news(bench) == []
 
 
+def test_where_nobody_listened_no_stream_has_stopped() -> None:
+    bench = Bench()
+    bench.connect()
+    live(bench, 1.0, reading=True)
+    bench.clock.advance(30.0)  # this program was held up
+    bench.peer.missed(30.0)
+    bench.heartbeat(armed=True)
+    live(bench, 0.2, reading=True)
+    assert news(bench) == []
+    live(bench, 1.0, reading=False)
+    assert len(news(bench)) == 1, "what stops afterwards is seen as before"
+
+
 def test_what_is_not_wanted_any_more_is_not_missed() -> None:
     bench = Bench()
     bench.connect()
