@@ -353,9 +353,10 @@ class Peer(Requests):
     def _watch_streams(self, now: float) -> None:
         """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
         stopped, missing = self.streams.check(now, self._heard)
-        for message in missing if self._open_session else stopped:
-            requests = self.streams.asked(message, now) if self._open_session else 0
-            if requests:
+        for message in dict.fromkeys([*stopped, *missing]):  # what stops again soon is told of, and asked for later
+            requests = 0
+            if self._open_session and message in missing:
+                requests = self.streams.asked(message, now)
                 self._ask_for_stream(message, self.streams.intervals[message])
             last = requests == MOST_REQUESTS
             if last or message in stopped:

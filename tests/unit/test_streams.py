@@ -93,6 +93,24 @@ def test_it_is_asked_for_three_times_five_seconds_apart_and_then_left_at_that() 
     assert len(intervals(bench)) == 1, "when it has come again, it is asked for anew"
 
 
+def test_a_stream_that_stops_again_soon_is_told_of_at_once_and_asked_for_later() -> None:
+    bench = Bench()
+    bench.connect()
+    live(bench, 1.0, reading=True)
+    live(bench, 0.6, reading=False)
+    live(bench, 0.5, reading=True)
+    intervals(bench)
+    live(bench, 1.0, reading=False)
+    assert [type(event) for event in news(bench)] == [StreamStopped, StreamBack, StreamStopped]
+    again = news(bench)[-1]
+    assert isinstance(again, StreamStopped)
+    assert again.text == "robot 1 sends no JUNIOR_SENSORS any more: stopped by another client"
+    assert intervals(bench) == []
+    live(bench, ASK_AGAIN, reading=False)
+    assert intervals(bench) == [(JuniorSensors.ID, 20_000.0)]
+    assert len(news(bench)) == 3
+
+
 def test_a_watcher_says_so_and_changes_nothing() -> None:
     watcher = Bench(open_session=False)
     watcher.heartbeat(armed=True)
