@@ -521,7 +521,8 @@ class Peer(Requests):
             case PeerState.LOST:
                 self._lose(now)
             case PeerState.SILENT:
-                self._handshake = None
+                self._handshake = self._arming = None
+                self.armed = None
                 self._gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED:
@@ -567,7 +568,7 @@ class Peer(Requests):
     def _lose(self, now: float) -> None:
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
-        self._handshake = None
+        self._handshake = self._arming = None
         self.armed = None
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
@@ -578,7 +579,7 @@ class Peer(Requests):
         self._gone("it has restarted", now)
         self._restarted = self._known
         self._cut_off = None
-        self._handshake = None
+        self._handshake = self._arming = None
         self._numbering.session = None
         self.armed = None
         self.streams.end()
