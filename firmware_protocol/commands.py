@@ -229,7 +229,19 @@ class StateExchange(CommandExchange):
 
 
 class ArmExchange(StateExchange):
-    """Arming: disarming makes it pointless."""
+    """Arming: disarming makes it pointless.
+
+    A robot denies it to a host that names its number, and whose session is not the one that is open.
+    """
+
+    def answer(self, received: Received) -> bool:
+        """Take the acknowledgement, and then the state."""
+        message, command = received.message, self._command
+        denied = type(message) is CommandAck and message.command == command.command and message.result == CommandResult.DENIED
+        if denied and command.param3 > 0:
+            self.refuse(*reason_in_words(Reason.WRONG_SESSION))
+            return True
+        return super().answer(received)
 
 
 def state_in_words(heartbeat: Heartbeat) -> str:
