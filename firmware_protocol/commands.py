@@ -167,7 +167,8 @@ class StateExchange(CommandExchange):
     """Arming, disarming, the emergency stop: answered when the robot has accepted it *and* says that it is in that state.
 
     Its HEARTBEAT is asked for together with the command, so that it takes no longer; what it said before it accepted does
-    not count. Both are repeated, and after `STATE_WAIT` it is an error.
+    not count. Both are repeated, and after `STATE_WAIT` it is an error. Whether that request was acknowledged matters to
+    nobody, and acknowledgements don't say which request they are for: they are left to who waits for one.
 
     Args:
         name: What is asked, in words.
@@ -181,7 +182,6 @@ class StateExchange(CommandExchange):
         self._request = CommandLong(
             command.target_system, command.target_component, Command.REQUEST_MESSAGE, param1=float(Heartbeat.ID)
         )
-        self._requests = 0
         self._ack: CommandAck | None = None
         self._accepted_at = NEVER
         self._said: Heartbeat | None = None
@@ -196,7 +196,6 @@ class StateExchange(CommandExchange):
 
     def messages(self) -> Sequence[Message]:
         """The command, and the question for the state."""
-        self._requests += 1
         return [*super().messages(), self._request]
 
     def ask(self, now: float, retry: Retry) -> Sequence[Message]:
@@ -217,9 +216,6 @@ class StateExchange(CommandExchange):
             if self._ack is not None and received.time >= self._accepted_at and self._reached(message):
                 self.finish(self._ack)
             return False  # others look at heartbeats, too
-        if type(message) is CommandAck and message.command == Command.REQUEST_MESSAGE and self._requests > 0:
-            self._requests -= 1
-            return True
         return super().answer(received)
 
     def accepted(self, ack: CommandAck, time: float) -> None:

@@ -179,6 +179,15 @@ def test_a_refused_request_says_so(bench: Bench) -> None:
     assert "the request for JUNIOR_CONTEST" in failed(ticket)
 
 
+def test_disarming_takes_no_acknowledgement_from_a_request(bench: Bench) -> None:
+    bench.peer.disarm()
+    ticket = bench.peer.request(JuniorSensors)
+    bench.wait(0.005)
+    bench.command_ack(Command.REQUEST_MESSAGE)  # that of the state was lost
+    bench.heard(sensors(20.0))
+    assert ticket.value().time == 20.0
+
+
 def test_a_ping_is_answered_by_its_own_number(bench: Bench) -> None:
     ticket = bench.peer.ping()
     bench.wait(0.005)
