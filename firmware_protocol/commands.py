@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 M = TypeVar("M", bound="Message")
 
-HOLD: Final = 0.15
-"""Longest time a late answer to a repeated command may still be under way, in s."""
 PROGRESS_WAIT: Final = 2.0
 """A robot that says IN_PROGRESS is given so long to say more before it is asked again, in s."""
 LONGEST_PROGRESS: Final = 30.0
@@ -133,13 +131,13 @@ class CommandExchange(Exchange[CommandAck]):
         command: The message, confirmation 0.
     """
 
-    hold = HOLD
+    holds = True
 
     def __init__(self, name: str, command: CommandLong) -> None:
         super().__init__(name, ("command", command.target_component, command.command), command.target_component, command)
         self._command = command
         if command.command == Command.FLIGHT_TERMINATION:
-            self.hold = 0.0  # repeating it does no harm, waiting might
+            self.holds = False  # repeating it does no harm, waiting might
         disarms = command.command == Command.ARM_DISARM and command.param1 == 0
         self.urgent = disarms or command.command == Command.FLIGHT_TERMINATION
 
