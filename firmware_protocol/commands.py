@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 M = TypeVar("M", bound="Message")
 
-HOLD: Final = 0.15
-"""Longest time a late answer to a repeated command may still be under way, in s."""
 PROGRESS_WAIT: Final = 2.0
 """A robot that says IN_PROGRESS is given so long to say more before it is asked again, in s."""
 LONGEST_PROGRESS: Final = 30.0
@@ -133,13 +131,13 @@ class CommandExchange(Exchange[CommandAck]):
         command: The message, confirmation 0.
     """
 
-    hold = HOLD
+    holds = True
 
     def __init__(self, name: str, command: CommandLong) -> None:
         super().__init__(name, ("command", command.target_component, command.command), command.target_component, command)
         self._command = command
         if command.command == Command.FLIGHT_TERMINATION:
-            self.hold = 0.0  # repeating it does no harm, waiting might
+            self.holds = False  # repeating it does no harm, waiting might
         disarms = command.command == Command.ARM_DISARM and command.param1 == 0
         self.urgent = disarms or command.command == Command.FLIGHT_TERMINATION
 
@@ -167,7 +165,8 @@ class StateExchange(CommandExchange):
     """Arming, disarming, the emergency stop: answered when the robot has accepted it *and* says that it is in that state.
 
     Its HEARTBEAT is asked for together with the command, so that it takes no longer; what it said before it accepted does
-    not count. Both are repeated, and after `STATE_WAIT` it is an error.
+    not count. Both are repeated, and after `STATE_WAIT` it is an error. Whether that request was acknowledged matters to
+    nobody, and acknowledgements don't say which request they are for: they are left to who waits for one.
 
     Args:
         name: What is asked, in words.
@@ -181,7 +180,6 @@ class StateExchange(CommandExchange):
         self._request = CommandLong(
             command.target_system, command.target_component, Command.REQUEST_MESSAGE, param1=float(Heartbeat.ID)
         )
-        self._requests = 0
         self._ack: CommandAck | None = None
         self._accepted_at = NEVER
         self._said: Heartbeat | None = None
@@ -196,7 +194,6 @@ class StateExchange(CommandExchange):
 
     def messages(self) -> Sequence[Message]:
         """The command, and the question for the state."""
-        self._requests += 1
         return [*super().messages(), self._request]
 
     def ask(self, now: float, retry: Retry) -> Sequence[Message]:
@@ -217,9 +214,6 @@ class StateExchange(CommandExchange):
             if self._ack is not None and received.time >= self._accepted_at and self._reached(message):
                 self.finish(self._ack)
             return False  # others look at heartbeats, too
-        if type(message) is CommandAck and message.command == Command.REQUEST_MESSAGE and self._requests > 0:
-            self._requests -= 1
-            return True
         return super().answer(received)
 
     def accepted(self, ack: CommandAck, time: float) -> None:
@@ -229,7 +223,19 @@ class StateExchange(CommandExchange):
 
 
 class ArmExchange(StateExchange):
-    """Arming: disarming makes it pointless."""
+    """Arming: disarming makes it pointless.
+
+    A robot denies it to a host that names its number, and whose session is not the one that is open.
+    """
+
+    def answer(self, received: Received) -> bool:
+        """Take the acknowledgement, and then the state."""
+        message, command = received.message, self._command
+        denied = type(message) is CommandAck and message.command == command.command and message.result == CommandResult.DENIED
+        if denied and command.param3 > 0:
+            self.refuse(*reason_in_words(Reason.WRONG_SESSION))
+            return True
+        return super().answer(received)
 
 
 def state_in_words(heartbeat: Heartbeat) -> str:

@@ -110,7 +110,8 @@ class StreamStopped:
 
     Attributes:
         stream: Name of the message.
-        requests: How often it has been asked for again; 0 where we only watch, and change nothing.
+        requests: How often it has been asked for again; 0 where we only watch, and change nothing, or where it has stopped
+            again so soon that it is asked for later.
         last: It is not asked for any more.
     """
 

@@ -24,6 +24,8 @@ NOW: Final = float("-inf")
 """Due at once."""
 NEVER: Final = float("inf")
 """Not due at all."""
+HOLD: Final = 0.15
+"""Longest time a late answer to a repeated command may still be under way, in s."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +40,14 @@ class Retry:
         factor: Every further wait is this much longer.
         longest: But never longer than this, in s.
         tries: Give up after asking so often.
+        hold: Longest time a late answer to a repeated command may still be under way, in s.
     """
 
     first: float = 0.08
     factor: float = 1.5
     longest: float = 0.4
     tries: int = 10
+    hold: float = HOLD
 
 
 class Ticket(Generic[T]):
@@ -98,8 +102,8 @@ class Exchange(ABC, Generic[T]):
         ticket: What the asker holds.
         blocking: The next of its lane has to wait.
         urgent: It goes before what is due at the same time and is not.
-        hold: Time after the last question during which the next of its lane has to wait even after the answer, where the
-            answers to two questions could not be told apart, in s.
+        holds: The answers to two questions could not be told apart: where it was repeated, the next of its lane has to wait
+            for `Retry.hold` after the last question, even after the answer.
         due: When to ask (again), in s.
         tries: How often it was asked since the last progress.
         repeated: It was asked more than once.
@@ -108,7 +112,7 @@ class Exchange(ABC, Generic[T]):
     """
 
     urgent: bool = False
-    hold: float = 0.0
+    holds: bool = False
 
     def __init__(self, name: str, lane: Hashable, component: int, question: Message) -> None:
         self.ticket: Ticket[T] = Ticket(name)
@@ -351,8 +355,8 @@ class Exchanges:
     def _sweep(self) -> None:
         """Forget what has ended, and look when something is due next."""
         for exchange in self._active:
-            if exchange.hold and exchange.ticket.done and exchange.repeated:
-                self._free_from[exchange.lane] = exchange.sent_last + exchange.hold
+            if exchange.holds and exchange.ticket.done and exchange.repeated:
+                self._free_from[exchange.lane] = exchange.sent_last + self._retry.hold
         self._active = [exchange for exchange in self._active if not exchange.ticket.done]
         self._busy = {exchange.lane for exchange in self._active if exchange.blocking}
         self.urgent = self.urgent and any(exchange.urgent and exchange.due == NOW for exchange in self._active)

@@ -143,12 +143,13 @@ def pace_for(capacity: float, *, signed: bool) -> Pace | None:
         return None
     left = capacity * SHARE - bytes_per_second(SPARED, signed=signed)
     periods = ceil(frame_length(JuniorSensors, signed=signed) / max(left, 1.0) / _TICK)
-    wait = Retry().first + _QUESTION_AND_ANSWER / capacity
+    usual, passing = Retry(), _QUESTION_AND_ANSWER / capacity
+    wait = usual.first + passing
     return Pace(
         capacity=capacity,
         demand=bytes_per_second(ROBOT_DEFAULTS, signed=signed),
         streams={**JUNIOR_STREAMS, JuniorSensors: max(periods * _TICK, JUNIOR_STREAMS[JuniorSensors])},
         sys_status=SLOW_SYS_STATUS,
         referee=SLOW_REFEREE,
-        retry=Retry(first=wait, longest=max(Retry().longest, 2 * wait)),
+        retry=Retry(first=wait, longest=max(usual.longest, 2 * wait), hold=usual.hold + passing),
     )

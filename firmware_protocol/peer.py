@@ -228,6 +228,7 @@ class Peer(Requests):
         """
         self._heard += duration
         self._silence_due += duration
+        self.streams.missed(duration)
 
     def reject(self) -> None:
         """Count a piece of wire input that was no good message."""
@@ -352,9 +353,10 @@ class Peer(Requests):
     def _watch_streams(self, now: float) -> None:
         """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
         stopped, missing = self.streams.check(now, self._heard)
-        for message in missing if self._open_session else stopped:
-            requests = self.streams.asked(message, now) if self._open_session else 0
-            if requests:
+        for message in dict.fromkeys([*stopped, *missing]):  # what stops again soon is told of, and asked for later
+            requests = 0
+            if self._open_session and message in missing:
+                requests = self.streams.asked(message, now)
                 self._ask_for_stream(message, self.streams.intervals[message])
             last = requests == MOST_REQUESTS
             if last or message in stopped:
@@ -519,7 +521,8 @@ class Peer(Requests):
             case PeerState.LOST:
                 self._lose(now)
             case PeerState.SILENT:
-                self._handshake = None
+                self._handshake = self._arming = None
+                self.armed = None
                 self._gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED:
@@ -565,7 +568,7 @@ class Peer(Requests):
     def _lose(self, now: float) -> None:
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
-        self._handshake = None
+        self._handshake = self._arming = None
         self.armed = None
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
@@ -576,7 +579,7 @@ class Peer(Requests):
         self._gone("it has restarted", now)
         self._restarted = self._known
         self._cut_off = None
-        self._handshake = None
+        self._handshake = self._arming = None
         self._numbering.session = None
         self.armed = None
         self.streams.end()

@@ -126,6 +126,15 @@ class Streams:
             stream.requests = 0
         return back
 
+    def missed(self, duration: float) -> None:
+        """Nobody has listened for a while: whatever came then, none of them has stopped by that.
+
+        Args:
+            duration: How long, in s.
+        """
+        for stream in self._streams.values():
+            stream.heard += duration
+
     def stale(self, message: type[Message], age: float) -> bool:
         """Whether a reading is too old to act on.
 

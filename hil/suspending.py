@@ -85,6 +85,7 @@ class Suspension:
         self._now = now
         self._noted = noted if noted is not None else lambda _: None
         self._asked = False
+        self._given_up = False
         self._continued = False
         self._attending = False
         self._attended = now()
@@ -119,9 +120,12 @@ class Suspension:
         away = self._now() - self._attended > GAP
         if self._asked:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
+            self._asked = self._given_up = False  # now: who asks again meanwhile has a program that is stuck stopped
             self._stop_robots()
-            self._asked = False
-            self._stop()
+            self._asked = False  # what was asked for meanwhile is done now
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            if not self._given_up:
+                self._stop()
             away = True
         self._continued = False
         if away:
@@ -136,6 +140,7 @@ class Suspension:
         """It is stuck. What was going on goes on afterwards, so nothing may be said to the robots here."""
         if self._asked:
             self._asked = False
+            self._given_up = True
             self._stop()
 
     def _continue(self, _number: int, _frame: FrameType | None) -> None:

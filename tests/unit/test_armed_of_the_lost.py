@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
+from peer_bench import Bench
 from scripted_robot import ScriptedRobot
 
+from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.links import MemoryLink
 from hil.bridge import Bridge
@@ -80,3 +82,26 @@ def test_it_is_none(happens: Callable[[ScriptedRobot, Plug], None], patience: fl
     seen.append(junior.armed)
     assert seen == [None]
     assert not bool(junior.peer.kept)
+
+
+def test_it_is_none_where_it_falls_silent_during_the_handshake() -> None:
+    bench = Bench()
+    bench.heartbeat(armed=True)
+    bench.version()
+    assert bench.state() is PeerState.OPENING
+    seen = [bench.peer.armed]
+    bench.wait(4.0)
+    seen.append(bench.peer.armed)
+    assert bench.state() is PeerState.SILENT
+    assert seen == [True, None]
+    assert not bench.peer.kept
+
+
+def test_it_is_none_where_it_falls_silent_after_it_was_refused() -> None:
+    bench = Bench()
+    bench.heartbeat(armed=True)
+    bench.version(major=1)
+    assert bench.state() is PeerState.REFUSED
+    bench.wait(4.0)
+    assert bench.state() is PeerState.SILENT
+    assert bench.peer.armed is None

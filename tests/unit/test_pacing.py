@@ -10,13 +10,16 @@ from firmware_bench import FirmwareBench
 
 import hil
 from firmware_protocol.address import parse_address
+from firmware_protocol.commands import CommandExchange
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, Received
+from firmware_protocol.exchange import Exchanges
 from firmware_protocol.faults import FaultSpec
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
+    CommandAck,
     CommandLong,
     CommandResult,
     Heartbeat,
@@ -39,6 +42,7 @@ from firmware_protocol.pacing import (
     least_capacity,
     pace_for,
 )
+from firmware_protocol.quality import Counters
 from firmware_protocol.streams import JUNIOR_STREAMS
 from hil.lines import capacity_of, need_full_rate, pace_of
 from simdevice.world import junior_world
@@ -210,6 +214,30 @@ def test_the_usual_rate_of_a_stream_is_that_of_the_line() -> None:
         before = junior.peer.counters.good
         junior.wait(5.0)
         assert junior.peer.counters.good - before < 250 / 2
+
+
+def test_on_a_slow_line_a_late_answer_is_waited_for_longer_before_the_next_question_of_its_kind() -> None:
+    pace = pace_for(960.0, signed=False)
+    assert pace is not None
+    exchanges = Exchanges("robot 1", Counters(), pace.retry)
+
+    def answer(time: float) -> None:
+        exchanges.answer(Received(CommandAck(Command.SET_MESSAGE_INTERVAL, CommandResult.ACCEPTED), 1, 1, 0, time, b""))
+
+    first, second = (
+        exchanges.add(CommandExchange(f"streaming {kind.NAME}", CommandLong(1, 1, Command.SET_MESSAGE_INTERVAL, 0, kind.ID)))
+        for kind in (JuniorSensors, RobotStatus)
+    )
+    assert len(exchanges.due(0.0)) == 1
+    assert exchanges.due(pace.retry.first - 0.01) == []
+    assert len(exchanges.due(pace.retry.first)) == 1, "it is repeated"
+    answer(pace.retry.first + 0.01)  # to the first try
+    assert first.done
+    late = 2 * pace.retry.first  # and to the second, after as long as that to the first took
+    assert exchanges.due(late) == []
+    answer(late)
+    assert not second.done
+    assert len(exchanges.due(pace.retry.first + pace.retry.hold + 0.01)) == 1
 
 
 def test_a_fast_line_is_left_as_it_is() -> None:

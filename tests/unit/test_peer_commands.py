@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from peer_bench import Bench, failed
+from peer_bench import HOST_NUMBER, Bench, failed
 from scripted_robot import result, sensors
 
 from firmware_protocol.errors import EncodeError, PeerError, RefusedError
@@ -107,6 +107,24 @@ def test_disarming_does_not_wait_for_arming(bench: Bench) -> None:
     assert "disarming has replaced arming" in failed(arming)
 
 
+def test_arming_that_is_denied_to_the_host_of_a_session_says_that_another_has_the_robot(bench: Bench) -> None:
+    arming = bench.peer.arm()
+    bench.wait(0.005)
+    assert bench.take(CommandLong)[0].param3 == HOST_NUMBER
+    bench.command_ack(Command.ARM_DISARM, CommandResult.DENIED)
+    assert failed(arming) == "the robot refused arming: another host has taken it over, or it has restarted"
+    assert arming.reason is Reason.WRONG_SESSION
+
+
+def test_arming_that_is_denied_without_a_session_is_not_allowed() -> None:
+    watcher = Bench(open_session=False)
+    arming = watcher.peer.arm()
+    watcher.wait(0.005)
+    watcher.command_ack(Command.ARM_DISARM, CommandResult.DENIED)
+    assert failed(arming) == "the robot refused arming: it is not allowed or a value is out of range"
+    assert arming.reason is Reason.NONE
+
+
 def test_a_late_answer_to_a_repeated_command_is_not_taken_for_that_to_the_next(bench: Bench) -> None:
     bench.peer.message_interval(JuniorSensors, 0.02)
     bench.wait(0.1)  # asked twice
@@ -159,6 +177,15 @@ def test_a_refused_request_says_so(bench: Bench) -> None:
     bench.wait(0.005)
     bench.command_ack(Command.REQUEST_MESSAGE, CommandResult.DENIED)
     assert "the request for JUNIOR_CONTEST" in failed(ticket)
+
+
+def test_disarming_takes_no_acknowledgement_from_a_request(bench: Bench) -> None:
+    bench.peer.disarm()
+    ticket = bench.peer.request(JuniorSensors)
+    bench.wait(0.005)
+    bench.command_ack(Command.REQUEST_MESSAGE)  # that of the state was lost
+    bench.heard(sensors(20.0))
+    assert ticket.value().time == 20.0
 
 
 def test_a_ping_is_answered_by_its_own_number(bench: Bench) -> None:

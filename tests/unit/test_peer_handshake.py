@@ -7,10 +7,10 @@ import itertools
 import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
 
-from firmware_protocol.commands import HOLD
 from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
+from firmware_protocol.exchange import HOLD
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,

@@ -93,6 +93,24 @@ def test_it_is_asked_for_three_times_five_seconds_apart_and_then_left_at_that() 
     assert len(intervals(bench)) == 1, "when it has come again, it is asked for anew"
 
 
+def test_a_stream_that_stops_again_soon_is_told_of_at_once_and_asked_for_later() -> None:
+    bench = Bench()
+    bench.connect()
+    live(bench, 1.0, reading=True)
+    live(bench, 0.6, reading=False)
+    live(bench, 0.5, reading=True)
+    intervals(bench)
+    live(bench, 1.0, reading=False)
+    assert [type(event) for event in news(bench)] == [StreamStopped, StreamBack, StreamStopped]
+    again = news(bench)[-1]
+    assert isinstance(again, StreamStopped)
+    assert again.text == "robot 1 sends no JUNIOR_SENSORS any more: stopped by another client"
+    assert intervals(bench) == []
+    live(bench, ASK_AGAIN, reading=False)
+    assert intervals(bench) == [(JuniorSensors.ID, 20_000.0)]
+    assert len(news(bench)) == 3
+
+
 def test_a_watcher_says_so_and_changes_nothing() -> None:
     watcher = Bench(open_session=False)
     watcher.heartbeat(armed=True)
@@ -113,6 +131,19 @@ def test_a_silent_line_is_no_stopped_stream() -> None:
     bench.wait(2.0)
     live(bench, 0.2, reading=True)
     assert news(bench) == []
+
+
+def test_where_nobody_listened_no_stream_has_stopped() -> None:
+    bench = Bench()
+    bench.connect()
+    live(bench, 1.0, reading=True)
+    bench.clock.advance(30.0)  # this program was held up
+    bench.peer.missed(30.0)
+    bench.heartbeat(armed=True)
+    live(bench, 0.2, reading=True)
+    assert news(bench) == []
+    live(bench, 1.0, reading=False)
+    assert len(news(bench)) == 1, "what stops afterwards is seen as before"
 
 
 def test_what_is_not_wanted_any_more_is_not_missed() -> None:
