@@ -72,18 +72,22 @@ def param(
             raise common.UsageError(str(error)) from error
     result = {key: shortest(number) for key, number in result.items()}
     if save:
-        try:
-            write_output(save, tomli_w.dumps(result).encode(), overwrite=overwrite)
-        except OSError as error:
-            raise OutputError(f"cannot write {save}: {error.strerror}") from error
-        if not quiet:
-            console.print(f"Saved: {save}", markup=False)
+        _save(result, save, console, overwrite=overwrite, quiet=quiet)
     if as_json:
         common.print_json(result)
     elif name is not None:
         typer.echo(result[name])
     elif not quiet:
         _show(console, result)
+
+
+def _save(values: Mapping[str, float], path: Path, console: Console, *, overwrite: bool, quiet: bool) -> None:
+    try:
+        write_output(path, tomli_w.dumps(values).encode(), overwrite=overwrite)
+    except OSError as error:
+        raise OutputError(f"cannot write {path}: {error.strerror}") from error
+    if not quiet:
+        console.print(f"Saved: {path}", markup=False)
 
 
 def _tell_of(junior: Junior, link: str, tell: Callable[[str], None]) -> None:
