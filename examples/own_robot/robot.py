@@ -142,9 +142,10 @@ class Robot(Motion):
         self.send_parameter(m.param_id)
 
     def on_manual_control(self, m: Message) -> None:
-        """The stick of whoever armed the robot; 32767 means not given."""
+        """The stick of the ground station that armed the robot; 32767 means not given."""
         x, r = (0 if axis == 32767 else axis for axis in (m.x, m.r))
-        if m.sender == self.keeper and max(abs(x), abs(r)) <= 1000 and not self.fire("stick"):
+        theirs = m.sender == self.keeper and not self.kept_by_session
+        if theirs and max(abs(x), abs(r)) <= 1000 and not self.fire("stick"):
             self.drive(max(-1, min(1, (x + r) / 1e3)), max(-1, min(1, (x - r) / 1e3)), 0.25)
 
     def on_command_long(self, m: Message) -> None:

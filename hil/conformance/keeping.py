@@ -138,7 +138,7 @@ def other_session(robot: Subject) -> str:
 @GROUP.check("other-host-cannot-arm", rule="The keeper")
 def other_host(robot: Subject) -> str:
     """Arming with a number that is not that of the session's host is denied."""
-    for number in (robot.host ^ 1 or 2, robot.host % 65_535 + 1):
+    for number in (robot.host ^ 1 or 2, robot.host % 65_535 + 1, 0.5):
         result = robot.command(Command.ARM_DISARM, 1, param3=number)
         require(result == CommandResult.DENIED, f"arming with another host's number was answered by {_result(result)}")
         robot.expect_state(State.DISARMED, "after arming with another host's number")
@@ -210,6 +210,32 @@ def new_keeper(robot: Subject) -> str:
     return "from a host to a ground station, to a second one"
 
 
+@GROUP.check("manual-control-dead-man", rule="MANUAL_CONTROL", needs=("ground-station-obeyed",))
+def dead_man(robot: Subject) -> str:
+    """MANUAL_CONTROL holds for 250 ms."""
+    with robot.parameters(WATCHDOG=2000.0):
+        robot.order(Command.ARM_DISARM, 1)
+        with robot.watching():
+            robot.send(ManualControl(robot.system, x=0, r=0), Timesync(0, 44))
+            reading = given(robot.wait(Timesync, lambda m: m.ts1 == 44 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
+            begun = reading.tc1 * 1e-9
+            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=0.5), "it did not drive")
+            ended = given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s")
+    return in_time("it ended", ended - begun, 0.25)
+
+
+@GROUP.check("stick-range", rule="What is not understood", needs=("ground-station-obeyed",))
+def stick(robot: Subject) -> str:
+    """MANUAL_CONTROL with a stick beyond its range is ignored."""
+    robot.order(Command.ARM_DISARM, 1)
+    for field in ("x", "r"):
+        for value in (1001, -1001, -32_768):
+            robot.raw(robot.forged(ManualControl(robot.system), field, value))
+            robot.spend(QUIET / 4)
+            robot.expect_state(State.READY, f"after MANUAL_CONTROL with {field} {value}")
+    return "x, r"
+
+
 def _driven(robot: Subject, say: Callable[[], None]) -> float:
     """Let a ground station drive by hand, once; see how long the robot goes on, in s of its own time.
 
@@ -254,17 +280,31 @@ def not_kept(robot: Subject) -> str:
     return f"driving ended {words}"
 
 
-@GROUP.check("manual-control-from-who-armed", rule="MANUAL_CONTROL", needs=("stopped-state-said-at-once",))
+@GROUP.check(
+    "manual-control-from-who-armed",
+    rule="MANUAL_CONTROL",
+    needs=("stopped-state-said-at-once", "ground-station-obeyed"),
+)
 def manual(robot: Subject) -> str:
-    """MANUAL_CONTROL is taken from the system and component that armed the robot."""
+    """MANUAL_CONTROL is taken from the system and component that armed the robot without a number."""
     robot.need_sources()
-    robot.arm()
+    robot.order(Command.ARM_DISARM, 1)
     for who in robot.strangers:
         robot.send_as(who, ManualControl(robot.system, x=0, r=0))
         robot.expect_state(State.READY, f"after MANUAL_CONTROL from system {who[0]}, component {who[1]}")
     robot.send(ManualControl(robot.system, x=0, r=0))
     robot.expect_state(State.DRIVING, "after MANUAL_CONTROL from who armed it")
     return "another component and another system are ignored"
+
+
+@GROUP.check("manual-control-not-for-host", rule="MANUAL_CONTROL")
+def hosted(robot: Subject) -> str:
+    """MANUAL_CONTROL does not drive what a host has armed, though it comes from the host's own address."""
+    robot.arm()
+    robot.send(ManualControl(robot.system, x=0, r=0))
+    robot.expect_state(State.READY, "after MANUAL_CONTROL to what a host has armed")
+    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.NONE, "of its host, after that")
+    return "it stands, and its host still drives"
 
 
 @GROUP.check("anybody-stops", rule="The keeper", needs=("emergency-stop-latched",))

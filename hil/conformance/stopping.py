@@ -227,20 +227,6 @@ def run_out(robot: Subject) -> str:
     return words
 
 
-@GROUP.check("manual-control-dead-man", rule="MANUAL_CONTROL")
-def manual(robot: Subject) -> str:
-    """MANUAL_CONTROL holds for 250 ms."""
-    with robot.parameters(WATCHDOG=2000.0):
-        robot.arm()
-        with robot.watching():
-            robot.send(ManualControl(robot.system, x=0, r=0), Timesync(0, 44))
-            reading = given(robot.wait(Timesync, lambda m: m.ts1 == 44 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
-            begun = reading.tc1 * 1e-9
-            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=0.5), "it did not drive")
-            ended = given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s")
-    return in_time("it ended", ended - begun, 0.25)
-
-
 @GROUP.check("reboot-comes-up-disarmed", rule="ROBOT_STATUS")
 def reboot(robot: Subject) -> str:
     """After a reboot the robot is disarmed, its clock begins anew, and the boot is counted."""

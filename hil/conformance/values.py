@@ -9,14 +9,12 @@ from firmware_protocol.messages import (
     JuniorManeuver,
     JuniorMemoryWrite,
     JuniorWheels,
-    ManualControl,
     Reason,
     State,
 )
 from firmware_protocol.vocabulary import Action
 from hil.conformance.numbering import STAY
 from hil.conformance.orders import named
-from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
 
 if TYPE_CHECKING:
@@ -90,15 +88,3 @@ def contest(robot: Subject) -> str:
     robot.expect_state(State.READY, "after refused contests")
     _refused(robot, lambda: robot.numbered(JuniorContest, command=1, countdown=1.0), [("countdown", 60_001, 0)])
     return f"{words}, countdown"
-
-
-@GROUP.check("stick-range", rule="What is not understood")
-def stick(robot: Subject) -> str:
-    """MANUAL_CONTROL with a stick beyond its range is ignored."""
-    robot.arm()
-    for field in ("x", "r"):
-        for value in (1001, -1001, -32_768):
-            robot.raw(robot.forged(ManualControl(robot.system), field, value))
-            robot.spend(QUIET / 4)
-            robot.expect_state(State.READY, f"after MANUAL_CONTROL with {field} {value}")
-    return "x, r"

@@ -181,10 +181,15 @@ def disarmed(robot: Subject) -> str:
     return _words(found)
 
 
-@GROUP.check("stick-turns-wheels", rule="MANUAL_CONTROL", moving=True, needs=("wheels-turn-as-told",))
+@GROUP.check(
+    "stick-turns-wheels",
+    rule="MANUAL_CONTROL",
+    moving=True,
+    needs=("wheels-turn-as-told", "ground-station-obeyed", "ground-station-keeps"),
+)
 def stick(robot: Subject) -> str:
     """MANUAL_CONTROL: x is forward, r turns clockwise."""
-    robot.arm()
+    robot.order(Command.ARM_DISARM, 1)
     for x, r, wanted in ((0, 350, (1, -1)), (0, -350, (-1, 1)), (300, 0, (1, 1)), (-300, 0, (-1, -1))):
 
         def push(x: int = x, r: int = r) -> None:

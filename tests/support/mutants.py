@@ -235,13 +235,6 @@ MUTANTS: Final = (
         "return robot != NULL;",
     ),
     Mutant(
-        "manual-control-dead-man",
-        "holds the stick for a second",
-        "protocol.c",
-        "MANUAL_MS = 250",
-        "MANUAL_MS = 1000",
-    ),
-    Mutant(
         "wheels-run-out",
         "drives for twice the time",
         "numbered.c",

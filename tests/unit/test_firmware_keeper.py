@@ -169,6 +169,20 @@ def test_robot_alive_keeps_nothing_that_was_not_armed(bench: FirmwareBench) -> N
     assert bench.wheels == (0, 0)
 
 
+def test_no_stick_drives_what_a_host_has_armed_though_it_comes_from_the_host_s_address(bench: FirmwareBench) -> None:
+    bench.armed()
+    for _ in range(10):
+        bench.tick(HOST, ManualControl(target=1, x=500, r=0))
+        assert bench.wheels == (0, 0)
+    assert bench.state() is State.READY
+    assert bench.ask(bench.wheels_message(0.25, 0.25, 1.0)) is Reason.NONE
+    bench.tick(ManualControl(target=1, x=500, r=0))
+    assert bench.wheels == (250, 250), "its host still drives"
+    assert arm(bench) is CommandResult.ACCEPTED
+    bench.tick(ManualControl(target=1, x=500, r=0))
+    assert bench.wheels == (500, 500), "who armed without a number does"
+
+
 def test_a_robot_that_somebody_else_keeps_is_not_kept_by_robot_alive(line: FirmwareBench) -> None:
     line.open()
     ground = MavlinkCodec(system=9, component=190)
@@ -183,7 +197,7 @@ def test_a_robot_that_somebody_else_keeps_is_not_kept_by_robot_alive(line: Firmw
 # --- the number that arms -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("number", [OTHER, HOST_NUMBER - 1, HOST_NUMBER + 1, 1, 65535, 1e9])
+@pytest.mark.parametrize("number", [OTHER, HOST_NUMBER - 1, HOST_NUMBER + 1, HOST_NUMBER + 0.5, 1, 0.5, 1e-9, 65535, 1e9])
 def test_a_number_that_is_not_the_session_s_is_denied(bench: FirmwareBench, number: float) -> None:
     bench.open()
     assert arm(bench, number) is CommandResult.DENIED
@@ -193,6 +207,8 @@ def test_a_number_that_is_not_the_session_s_is_denied(bench: FirmwareBench, numb
 
 def test_a_number_is_denied_while_no_session_is_open(bench: FirmwareBench) -> None:
     assert arm(bench, HOST_NUMBER) is CommandResult.DENIED
+    assert arm(bench, 0.5) is CommandResult.DENIED
+    assert bench.state() is State.DISARMED
     bench.open()
     assert arm(bench) is CommandResult.ACCEPTED
     assert arm(bench, HOST_NUMBER) is CommandResult.DENIED, "arming without it has closed the session"
@@ -201,6 +217,7 @@ def test_a_number_is_denied_while_no_session_is_open(bench: FirmwareBench) -> No
 
 def test_the_greatest_number_is_one_like_any_other(bench: FirmwareBench) -> None:
     open_by(bench, 65535)
+    assert arm(bench, 65536) is CommandResult.DENIED
     assert arm(bench, 65535) is CommandResult.ACCEPTED
     bench.perform((Action.FF,), 5.0)
     assert moves_for(bench, RobotAlive(65535)) == 1000

@@ -7,6 +7,7 @@ from firmware_bench import HOST, TICK, FirmwareBench
 
 from firmware_protocol.messages import (
     Command,
+    CommandResult,
     ContestCommand,
     Heartbeat,
     JuniorSensors,
@@ -60,10 +61,11 @@ def test_deadline_dead_man_and_watchdog_stop_the_wheels(age: int) -> None:
     bench = aged(age)
     assert bench.ask(bench.wheels_message(0.5, 0.5, 0.1)) is Reason.NONE
     assert sum(bench.wheels != (0, 0) for _ in range(40) if [bench.tick(HOST)]) == 19
-    bench.tick(ManualControl(target=1, x=500, r=0))
-    assert sum(bench.wheels != (0, 0) for _ in range(100) if [bench.tick(HOST)]) == 49
     bench.perform((Action.FF,), 5.0)
     assert sum(bench.wheels != (0, 0) for _ in range(100) if [bench.tick()]) == 49
+    assert bench.command(Command.ARM_DISARM, 1.0) is CommandResult.ACCEPTED
+    bench.tick(ManualControl(target=1, x=500, r=0))
+    assert sum(bench.wheels != (0, 0) for _ in range(100) if [bench.tick(HOST)]) == 49
     assert bench.state() is State.READY
 
 

@@ -70,10 +70,17 @@ def drive(bench: FirmwareBench) -> bool:
     return bench.ask(bench.wheels_message(0.2, 0.2, 1.0)) is Reason.NONE
 
 
-def manual(bench: FirmwareBench) -> bool:
+def host_s_manual(bench: FirmwareBench) -> bool:
     before = bench.wheels
     bench.tick(PUSH)
     return bench.wheels == (500, 500) and before != bench.wheels
+
+
+def manual(bench: FirmwareBench) -> bool:
+    """As a ground station, which takes over first what is armed: that stops what goes on, but for a contest."""
+    if bench.state() is not State.DISARMED:
+        bench.command(Command.ARM_DISARM, 1.0)
+    return host_s_manual(bench)
 
 
 def perform(bench: FirmwareBench) -> bool:
@@ -104,7 +111,8 @@ TABLE: Final[dict[Callable[[FirmwareBench], bool], tuple[State | None, ...]]] = 
     emergency_stop: (STP, STP, STP, STP, STP, STP, STP),
     new_session: (DIS, DIS, DIS, DIS, CNT, CON, STP),
     drive: (NOT, DRV, DRV, DRV, NOT, NOT, NOT),
-    manual: (NOT, DRV, DRV, NOT, NOT, NOT, NOT),
+    manual: (NOT, DRV, DRV, DRV, NOT, NOT, NOT),
+    host_s_manual: (NOT, NOT, NOT, NOT, NOT, NOT, NOT),
     perform: (NOT, PRF, PRF, PRF, NOT, NOT, NOT),
     start_contest: (NOT, CNT, CNT, CNT, NOT, NOT, NOT),
     stop_contest: (DIS, RDY, DRV, PRF, RDY, RDY, STP),

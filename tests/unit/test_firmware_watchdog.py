@@ -100,7 +100,8 @@ def test_wheels_stop_when_their_time_is_over(duration: float, ticks: int) -> Non
 
 
 def test_a_stick_let_go_stops_the_wheels() -> None:
-    bench = FirmwareBench().armed()
+    bench = FirmwareBench()
+    bench.arm()
     bench.tick(ManualControl(target=1, x=600, r=300))
     assert bench.wheels == (900, 300)
     for _ in range(49):
@@ -125,13 +126,15 @@ def test_a_stick_let_go_stops_the_wheels() -> None:
     ],
 )
 def test_sticks(control: ManualControl, wheels: tuple[int, int]) -> None:
-    bench = FirmwareBench().armed()
+    bench = FirmwareBench()
+    bench.arm()
     bench.tick(control)
     assert bench.wheels == wheels
 
 
 def test_only_the_system_that_armed_drives_by_stick() -> None:
-    bench = FirmwareBench().armed()
+    bench = FirmwareBench()
+    bench.arm()
     bench.tick(raw=MavlinkCodec(system=9, component=1).encode(ManualControl(target=1, x=500, r=0)))
     assert bench.wheels == (0, 0)
 

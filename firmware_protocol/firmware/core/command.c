@@ -13,19 +13,20 @@ static uint8_t choice_of(float param)
 /* A host names, as `param3`, the number of its session; a ground station leaves that empty, 0 or NaN. */
 static uint8_t arm(struct junior *robot, struct sender from, uint8_t choice, float number)
 {
-    uint16_t host = number > 0.0f ? protocol_number(number) : 0;
+    float host = (float)robot->session.host;
+    bool named = number > 0.0f;
 
     if (choice == NO) {
         states_fire(robot, EVENT_DISARM, ROBOT_REASON_DISARMED);
         return MAV_RESULT_ACCEPTED;
     }
-    if (choice != YES || (host != 0 && (!robot->session.open || host != robot->session.host))) {
+    if (choice != YES || (named && (!robot->session.open || number < host || number > host))) {
         return MAV_RESULT_DENIED;
     }
     if (states_fire(robot, EVENT_ARM, ROBOT_REASON_NONE) != ROBOT_REASON_NONE) {
         return MAV_RESULT_TEMPORARILY_REJECTED;
     }
-    keeper_set(robot, host != 0 ? KEEPER_SESSION : KEEPER_SENDER, from);
+    keeper_set(robot, named ? KEEPER_SESSION : KEEPER_SENDER, from);
     return MAV_RESULT_ACCEPTED;
 }
 

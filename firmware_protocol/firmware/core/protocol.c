@@ -55,13 +55,13 @@ static int16_t limited(int16_t value)
     return value < -1000 ? -1000 : value > 1000 ? 1000 : value;
 }
 
-/* Only from who armed. */
+/* Only from the ground station that armed: what a host has armed, another program at its address must not drive. */
 static void drive_manually(struct junior *robot, struct sender from, const mavlink_manual_control_t *control)
 {
     int16_t forward = control->x;
     int16_t turn = control->r;
 
-    if (!keeper_is(robot, from) || !stick(&forward) || !stick(&turn)
+    if (robot->keeper.by != KEEPER_SENDER || !keeper_is(robot, from) || !stick(&forward) || !stick(&turn)
         || states_fire(robot, EVENT_MANUAL, ROBOT_REASON_BY_COMMAND) != ROBOT_REASON_NONE) {
         return;
     }
