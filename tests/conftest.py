@@ -65,18 +65,12 @@ def clients() -> str:
     return "" if os.environ.get("HIL_CLIENTS") else "other people's programs (run .ci/clients, which installs them)"
 
 
-def nightly() -> str:
-    """Nothing but time."""
-    return "" if os.environ.get("HIL_NIGHTLY") else "minutes (run .ci/nightly, which has them)"
-
-
 OPTIONAL: Final[dict[str, Callable[[], str]]] = {
     "avr": avr,
     "arduino": arduino,
     "node": node,
     "browser": browser,
     "clients": clients,
-    "nightly": nightly,
 }
 """By marker: what of it this machine lacks, and how to get it; empty for nothing."""
 

@@ -213,7 +213,6 @@ def bare(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Callable
         pytester.makepyfile(SUITE.format(marker=marker))
         monkeypatch.setenv("PATH", str(pytester.path))
         monkeypatch.delenv("HIL_CLIENTS", raising=False)
-        monkeypatch.delenv("HIL_NIGHTLY", raising=False)
         return pytester.runpytest_inprocess(*OPTIONS, *arguments)
 
     return run
@@ -228,7 +227,6 @@ def bare(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> Callable
         ("node", "*node: needs nodejs (on Debian or Ubuntu: sudo apt install nodejs)*"),
         ("browser", "*browser: needs chromium (on Debian or Ubuntu: sudo apt install chromium)*"),
         ("clients", "*clients: needs other people's programs (run .ci/clients*"),
-        ("nightly", "*nightly: needs minutes (run .ci/nightly*"),
     ],
 )
 def test_where_a_tool_is_missing_its_tests_are_skipped_and_told_why(
