@@ -39,6 +39,8 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="there are no ptys on Windows"),
 ]
 
+RARER: Final = {"another vehicle", "a ground station", "id 255", "text"}
+"""Every command is tried with them at night; what is judged of them is tried in `test_diagnosis.py` each time."""
 WAIT: Final = 0.6
 """How long every command waits for a robot here, in s."""
 EVERY: Final = 20
@@ -188,7 +190,7 @@ def opposite(line: Line) -> Iterator[str]:
         yield endpoint.url
 
 
-@pytest.mark.parametrize("name", LINES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] if name in RARER else []) for name in LINES])
 def test_every_command_says_what_is_the_matter(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     line = LINES[name]
     with opposite(line) as url:
