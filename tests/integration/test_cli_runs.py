@@ -61,6 +61,7 @@ def test_what_may_be_replaced_stays_where_nothing_could_be_opened(folder: Path, 
     assert [path.name for path in folder.iterdir()] == ["old.mcap"]
 
 
+@pytest.mark.slow
 def test_runs_that_begin_in_the_same_second_have_folders_of_their_own(folder: Path) -> None:
     command = [sys.executable, "-c", "from hil.cli import main; main()", *CHASE]
     programs = [subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=folder) for _ in range(4)]  # noqa: S603
@@ -111,6 +112,7 @@ def test_what_a_run_says_of_itself() -> None:
     assert (record.link, record.robot) == ("", ""), "an emulated robot's id says nothing"
 
 
+@pytest.mark.slow
 def test_bout_and_report_take_a_run_a_file_or_the_newest_and_say_which(capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*COACH, "--out", "runs/a"]) == 0
     assert run([*COACH, "--opponent", "flat-heavy", "--out", "runs/b"]) == 0

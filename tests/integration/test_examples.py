@@ -70,6 +70,7 @@ def test_plain_pymavlink(junior_pty: ServedJunior) -> None:
     assert text.endswith("disarm: accepted; arm: accepted; disarm: accepted; it is disarmed\n")
 
 
+@pytest.mark.slow
 @NEEDS_PTY
 def test_pymavlink_session(junior_pty: ServedJunior) -> None:
     pytest.importorskip("pymavlink")

@@ -307,12 +307,14 @@ def told(time: int) -> bytes:
     return world.nvm
 
 
+@pytest.mark.slow
 def test_a_frame_from_the_end_of_time_shuts_nobody_out(folder: Path) -> None:
     path = str(key_file(folder))
     with served("tcp://127.0.0.1:0", nvm=told(END)) as url:  # switched on anew
         assert run(["param", url, "SPD_FAST", "--signing-key", path]) == 0
 
 
+@pytest.mark.slow
 def test_a_time_that_has_come_too_far_is_named_and_can_be_forgotten(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = str(key_file(folder))
     memory = folder / "robot.nvm"

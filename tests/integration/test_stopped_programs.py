@@ -31,7 +31,10 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "waitid"), reason="this system does not tell of processes that are stopped")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "waitid"), reason="this system does not tell of processes that are stopped"),
+]
 
 PERIOD: Final = 0.005
 """Control period, in s."""
@@ -271,7 +274,6 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
         shell.until("ready> ")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["SIGSTOP", "SIGTSTP"])
 @pytest.mark.parametrize(
     ("verb", "figure"),

@@ -56,6 +56,7 @@ BOMBS: Final[dict[str, Callable[[], bytes]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_bomb_costs_little_and_is_told(tmp_path: Path, name: str) -> None:
     path = tmp_path / "bomb.mcap"

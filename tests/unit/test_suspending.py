@@ -62,6 +62,7 @@ class Noting(Suspension):
         self.log.append("stopped")
 
 
+@pytest.mark.slow
 def test_a_second_signal_stops_a_program_that_is_stuck_in_stopping_its_robots() -> None:
     def step(_duration: float) -> None:
         if suspension.log.count("step") == 1:
