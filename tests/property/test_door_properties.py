@@ -160,7 +160,8 @@ NAMES: Final = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("count", [200, pytest.param(2000, marks=[pytest.mark.slow, pytest.mark.nightly])])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [200, pytest.param(2000, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_damaged_file_costs_little_and_gives_nothing_but_the_doors_error(
     kinds: dict[str, Kind], name: str, count: int, tmp_path: Path

@@ -133,6 +133,7 @@ def test_nothing_else_looks_for_a_tool() -> None:
     assert {path: lines for path, lines in found.items() if lines} == {}
 
 
+@pytest.mark.slow
 def test_what_needs_a_tool_bears_its_marker() -> None:
     found = {str(path): unmarked(path.read_text(encoding="utf-8")) for path in CODE if path.name.startswith("test_")}
     del found[__file__]
