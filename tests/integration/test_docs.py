@@ -83,6 +83,7 @@ def test_commands_exist(block: Block) -> None:
         parse(arguments)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted({block.page.name for block in of("sh", "run")}))
 def test_commands_print_what_the_page_shows(name: str, tmp_path: Path) -> None:
     printed = None
@@ -94,6 +95,7 @@ def test_commands_print_what_the_page_shows(name: str, tmp_path: Path) -> None:
                 assert shape(printed) == shape(block.text), f"{block} shows something else: run tests/support/doc_pages.py"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=tools(name)) for name in sorted({block.page.name for block in of("python")})]
 )

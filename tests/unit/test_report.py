@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+pytestmark = pytest.mark.slow  # pictures are drawn
+
 PNG = b"\x89PNG\r\n\x1a\n"
 WIN, LOSS, DRAW = BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW
 

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire import Message
 
+pytestmark = pytest.mark.slow  # pictures are drawn
+
 NAN = math.nan
 GOOD = Advice(PalSettings(), (AdviceEntry(255, 3, (Action.FF,) * 4, 2.5, 7), AdviceEntry(255, 0, (Action.L,), 1.5, 3)))
 
