@@ -9,7 +9,6 @@ from hil.runs import RUNNING
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from hil.coaching import Checkpoint
     from hil.runs import Run
@@ -21,11 +20,8 @@ def saved_by(run: Run) -> Checkpoint | None:
     Args:
         run: The run.
     """
-    try:
-        saved = load_checkpoint(run.saved_to)
-    except CheckpointError:
-        return None
-    return None if saved.pal.finished else saved
+    saved = _checkpoint(run)
+    return None if saved is None or saved.pal.finished else saved
 
 
 def successor(run: Run, found: Sequence[Run]) -> Run | None:
@@ -39,14 +35,14 @@ def successor(run: Run, found: Sequence[Run]) -> Run | None:
     for later in found:
         if later.folder == run.folder:
             return None
-        if later.source is not None and later.source.resolve() == source and (later.state == RUNNING or _loads(later.saved_to)):
+        goes_on = later.source is not None and later.source.resolve() == source
+        if goes_on and (later.state == RUNNING or _checkpoint(later) is not None):
             return later
     return None
 
 
-def _loads(checkpoint: Path) -> bool:
+def _checkpoint(run: Run) -> Checkpoint | None:
     try:
-        load_checkpoint(checkpoint)
+        return load_checkpoint(run.saved_to)
     except CheckpointError:
-        return False
-    return True
+        return None

@@ -167,6 +167,12 @@ class Junior:
         )
         return f"Junior {self.peer.system} on {self.bridge.link.url}{firmware}"
 
+    @property
+    def uid(self) -> str:
+        """Its unique id, 16 hexadecimal digits; empty where it does not say any."""
+        version = self.peer.version
+        return f"{version.uid:016x}" if version is not None and version.uid else ""
+
     def wait_until_back(self) -> None:
         """Wait until a robot that was lost can be used again: its link is open again, and the handshake done anew.
 

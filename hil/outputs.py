@@ -15,6 +15,7 @@ import re
 from typing import TYPE_CHECKING, BinaryIO, Final
 
 from firmware_protocol.errors import HilError
+from hil.processes import is_running
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -273,22 +274,3 @@ def _sweep(path: Path) -> None:
             found = _PART.fullmatch(other.name)
             if found is not None and found["name"] == path.name and not is_running(int(found["pid"])):
                 other.unlink(missing_ok=True)
-
-
-def is_running(pid: int) -> bool:
-    """Whether there is a process of this id.
-
-    Args:
-        pid: Process id.
-    """
-    if pid == os.getpid():
-        return True
-    if os.name != "posix":  # there is no asking without pywin32; a leftover stays
-        return True
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:  # somebody else's
-        return True
-    return True

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import platform
 import re
 import shutil
 from dataclasses import asdict, dataclass, field, fields
@@ -24,7 +25,8 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.doors import Door
 from hil.json_text import json_text
-from hil.outputs import is_running, overwrite_file, replace_file
+from hil.outputs import overwrite_file, replace_file
+from hil.processes import is_running
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -144,8 +146,8 @@ class Run:
     def state(self) -> str:
         """How it stands: as recorded, or `killed` where it says that it is running and its process is gone."""
         record = self.record
-        if record.state == RUNNING and record.host in {"", os.uname().nodename if hasattr(os, "uname") else ""}:
-            return RUNNING if is_running(record.pid) and record.process in {"", process_identity(record.pid)} else "killed"
+        if record.state == RUNNING and record.host in {"", platform.node()}:
+            return RUNNING if is_running(record.pid, record.process) else "killed"
         return record.state
 
     @property
@@ -188,20 +190,6 @@ class Run:
             self.folder.rmdir()
             if self.folder.parent == RUNS:
                 RUNS.rmdir()
-
-
-def process_identity(pid: int) -> str:
-    """Which process has an id: when the computer and the process were started; empty where the system does not tell.
-
-    Args:
-        pid: Process id. Ids are used again, in a container soon: this is not.
-    """
-    try:
-        boot = Path("/proc/sys/kernel/random/boot_id").read_text().strip()
-        started = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19]  # field 22; 2 may hold anything
-    except (OSError, IndexError):
-        return ""
-    return f"{boot} {started}"
 
 
 def make_run(record: RunRecord, when: datetime, *, out: Path | None = None) -> Run:

@@ -136,7 +136,7 @@ def bout(
         "advice": used,
         "seed": seed,
         "run": run.folder,
-        "log": str(run.log) if run.log else None,
+        "log": run.log_file,
         **tally.to_dict(),
     }
     with run.telling():

@@ -175,7 +175,7 @@ def coach(
             signing_key=signing_key,
         ) as session:
             if begun.wanted and saved is None:
-                saved = begun.newest(robot=_uid(session))
+                saved = begun.newest(robot=session.junior.uid)
             if saved is not None:
                 settings, seed = saved.pal.settings, saved.seed
             if begun.source is not None:
@@ -197,7 +197,7 @@ def coach(
                 raise
             document = coaching.document(tally)
             session.finish(document)
-        document["log"] = str(run.log) if run.log else None  # closing it may have failed
+        document["log"] = run.log_file  # closing it may have failed
         wall_seconds = clock.now()
         if not as_json:  # before the report is drawn: should that fail, the outcome has been told
             for line in coaching_summary(
@@ -223,12 +223,6 @@ def _settings(objective: Objective | None, budget: int, phases: PhasesName, peri
         )
     except SettingsError as error:
         raise common.UsageError(str(error)) from error
-
-
-def _uid(session: Session) -> str:
-    """Unique id of the robot, as runs have it; empty where it does not say any."""
-    version = session.junior.peer.version
-    return f"{version.uid:016x}" if version is not None and version.uid else ""
 
 
 def _report_folder(run: ActiveRun) -> Path | None:

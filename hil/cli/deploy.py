@@ -100,7 +100,7 @@ def deploy(
         run.finish(document)
     with run.telling():
         if as_json:
-            common.print_json({"advice": str(advice), "run": run.folder, "log": str(run.log) if run.log else None, **document})
+            common.print_json({"advice": str(advice), "run": run.folder, "log": run.log_file, **document})
         elif run.log and not quiet:
             console.print(f"Log: {run.log}", markup=False)
     return run.ended()

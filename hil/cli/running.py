@@ -20,6 +20,7 @@ from hil.cli import common
 from hil.connecting import fault_option
 from hil.key_file import load_key
 from hil.outputs import check_distinct, check_output
+from hil.processes import process_identity
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -56,6 +57,11 @@ class ActiveRun:
         """Its folder, for JSON."""
         return None if self.run is None else str(self.run.folder)
 
+    @property
+    def log_file(self) -> str | None:
+        """Its log, for JSON."""
+        return None if self.log is None else str(self.log)
+
     def place(self, named: Path | None, name: str) -> Path:
         """Where an output goes: where it was asked for, or into the folder.
 
@@ -87,9 +93,8 @@ class ActiveRun:
             junior: The robot.
             emulated_here: It is one of this process: its id says nothing.
         """
-        version = junior.peer.version
-        if version is not None and version.uid and not emulated_here:
-            self.describe(robot=f"{version.uid:016x}")
+        if junior.uid and not emulated_here:
+            self.describe(robot=junior.uid)
 
     def finish(self, result: Mapping[str, object], status: int = common.EXIT_DONE) -> None:
         """It has come to its end.
@@ -255,7 +260,7 @@ def running(
             what,
             now.isoformat(timespec="milliseconds"),
             pid=os.getpid(),
-            process=runs.process_identity(os.getpid()),
+            process=process_identity(os.getpid()),
             host=platform.node(),
             command=shlex.join(["hil", *sys.argv[1:]]),
             link="" if emulated_here else url,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hil import runs
+from hil.processes import process_identity
 from hil.runs import Run, RunError, RunRecord, all_runs, file_of, load_run, make_run, newest
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def test_what_it_says_is_read_back_and_a_process_that_is_gone_was_killed() -> No
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells which process has an id")
 def test_a_process_of_the_same_id_is_another() -> None:
     run = make_run(record(), WHEN)
-    run.record.process = runs.process_identity(os.getpid())
+    run.record.process = process_identity(os.getpid())
     assert run.state == runs.RUNNING
     run.record.process = "another start of the computer 17"
     assert run.state == "killed"
