@@ -43,6 +43,15 @@ class LinkError(HilError):
         self.url = url
 
 
+def bare_text(error: LinkError) -> str:
+    """What an error of a link says, without the address.
+
+    Args:
+        error: The error.
+    """
+    return str(error).removeprefix(f"{error.url}: ")
+
+
 class LinkOpenError(LinkError):
     """The link could not be opened.
 

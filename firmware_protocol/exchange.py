@@ -59,9 +59,11 @@ class Ticket(Generic[T]):
         result: The answer; None while there is none.
         error: Why there will be none.
         reason: The robot's reason for refusing.
+        asked_at: When it was first said to the robot, in s; None before.
+        answered_at: When the answer came, by the stamp of the bytes that brought it, in s; None before, and where none did.
     """
 
-    __slots__ = ("done", "error", "name", "reason", "result")
+    __slots__ = ("answered_at", "asked_at", "done", "error", "name", "reason", "result")
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -69,6 +71,8 @@ class Ticket(Generic[T]):
         self.result: T | None = None
         self.error: HilError | None = None
         self.reason = Reason.NONE
+        self.asked_at: float | None = None
+        self.answered_at: float | None = None
 
     def value(self) -> T:
         """The answer.
@@ -162,7 +166,7 @@ class Exchange(ABC, Generic[T]):
             self.repeated = True
         else:
             self._asked = True
-            self.sent_first = now
+            self.sent_first = self.ticket.asked_at = now
         self.tries += 1
         self.sent_last = now
         self.due = now + self._interval
@@ -328,6 +332,8 @@ class Exchanges:
                 blocking = exchange.blocking
                 if exchange.answer(received):
                     ended = exchange.ticket.done or not exchange.blocking
+                    if exchange.ticket.done:
+                        exchange.ticket.answered_at = received.time
                     if blocking and ended and not exchange.repeated:
                         self._counters.answered(received.time - exchange.sent_first)
                     if ended:

@@ -21,10 +21,12 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
 from firmware_protocol.signing import redacted, trouble
+from hil.clock import LastReading
 from hil.diagnosis import Seen
-from hil.pump import LIMIT, SLICE, InlinePump, Lost, Pump, ThreadedPump
+from hil.operator import INTERRUPT, Operator
+from hil.pump import LIMIT, SLICE, Back, Lost, Pump, open_pump
 from hil.redaction import Redaction
-from hil.reopening import Reopening
+from hil.taps import NOTHING, Circumstances, Opening
 from hil.witness import Witness
 
 if TYPE_CHECKING:
@@ -37,8 +39,8 @@ if TYPE_CHECKING:
     from firmware_protocol.pacing import Pace
     from firmware_protocol.signing import Signing
     from firmware_protocol.wire import Message
-    from hil.pump import Chunk
-    from hil.reopening import Opener
+    from hil.pump import Chunk, Turn
+    from hil.reopening import Reopening
     from hil.taps import Tap
 
 _GROUND_STATION: Final = 6
@@ -71,14 +73,14 @@ class Bridge:
     When the link ends, that step returns what had come before, and a PeerLost for every robot that was there; all open
     tickets fail with the link's error. Every later `step` or `send` raises that error.
 
-    With an opener and patience the link is opened again meanwhile: open tickets and new questions fail with a
+    With `reopening` the link is opened again meanwhile: open tickets and new questions fail with a
     PeerLostError, `step` goes on as if nobody spoke, LinkNews tell what happens, and the handshake is done anew when the
     link is back. A robot is known by its unique id; PeerBack says that it can be used again, disarmed and with a new
     session. Only when the patience is over has the link ended as above.
 
     Args:
         link: An open link; closed with the bridge.
-        clock: Tells the time; for a lock-step link, the device's own.
+        clock: Tells the time; for a lock-step link, the device's own. Who is to see its last reading passes a `LastReading`.
         taps: What sees everything.
         system: Own system id.
         component: Own component id.
@@ -86,15 +88,18 @@ class Bridge:
         open_sessions: False watches only, and neither stops nor disarms the robots, until one is taken: see `Peer`.
         session: Gives numbers, 1..65535: the first is the host's own, the others are of sessions. A run that must be
             repeatable passes a seeded source.
-        opener: Opens the link again when it is gone; None does not.
-        patience: How long it is tried to have link and robot back, in s.
+        reopening: How the link is opened again when it is gone, and how long that is tried; None does not.
         arrived: Called whenever something has come, in another thread where the link is read by one.
+        pump: Hands over what the link brings; None makes the one that suits it.
+        operator: Whose keys and signals are taken in by the steps; None: nobody's.
+        network: Name of the network; None is the address of the link.
         signing: Signs what is sent, and refuses what others have not signed; None: nothing is signed.
         pace: What to ask of the robots on a slow line; None: it carries all that they say.
 
     Attributes:
         pace: Likewise.
         link: The link in use; another one after a loss.
+        network: Name of the network.
         host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
         peers: Robots heard so far that are spoken with, by system id.
@@ -103,6 +108,7 @@ class Bridge:
         overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
+        operator: Whose keys and signals are taken in by the steps.
         witness: What was seen while no robot could be used: since the bridge began, or since one was lost.
         farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
@@ -118,16 +124,20 @@ class Bridge:
         robots: Collection[int] | None = None,
         open_sessions: bool = True,
         session: Callable[[], int] = random_session,
-        opener: Opener | None = None,
-        patience: float = 0.0,
+        reopening: Reopening | None = None,
         arrived: Callable[[], None] | None = None,
+        pump: Pump | None = None,
+        operator: Operator | None = None,
+        network: str | None = None,
         signing: Signing | None = None,
         pace: Pace | None = None,
     ) -> None:
         self.link = link
+        self.network = link.url if network is None else network
         self.pace = pace
         self._pace_untold = pace
-        self.now = clock.now()
+        reading = clock if isinstance(clock, LastReading) else LastReading(clock)
+        self.now = reading.now()
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
@@ -135,21 +145,25 @@ class Bridge:
         self.unsent = 0
         self.overrun = 0
         self.lost: LinkError | None = None
-        self.patience = patience if opener is not None else 0.0
-        self._read_clock = clock.now
+        self.patience = 0.0 if reopening is None else reopening.patience
+        self._read_clock = reading.read
         self._taps = tuple(taps)
+        signed = 0 if signing is None else signing.clock()
+        for tap in self._taps:
+            tap.opened(Opening(self.network, link.url, link.wire, link.lockstep, self.now, signed))
         self._system = system
         self._component = component
         self._robots = robots
         self._open_sessions = open_sessions
-        self._session = session
-        self.host = session()
+        self._draw = session
+        self.host = self._session()
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._redaction = Redaction(link.wire)
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
+        self._overrun = 0
         self._overrun_due = float("-inf")
         self._taken_in = self.now
         self._told = False
@@ -165,12 +179,12 @@ class Bridge:
         self._complaint: tuple[float, str] | None = None
         self._untold: list[Event] = []
         self._url = link.url
-        self._reopening = Reopening(opener, patience) if opener is not None and patience > 0 else None
-        self._pump: Pump
-        if link.lockstep:
-            self._pump = InlinePump(link, clock, self._reopening)
-        else:
-            self._pump = ThreadedPump(link, clock, self._reopening, arrived)
+        self._anew: str | None = None
+        self._reopening = reopening
+        self._arrived = arrived
+        self._pump = open_pump(link, clock, self._reopening, arrived) if pump is None else pump
+        self.operator = Operator() if operator is None else operator
+        self.operator.attach(self._wake)
 
     def __enter__(self) -> Self:
         return self
@@ -205,17 +219,26 @@ class Bridge:
         Returns:
             What has happened, in order.
 
+        In lock-step, a step that is given no time, and in which nothing is to be taken in or sent, is none.
+
         Raises:
             LinkError: The link had ended before this step (LinkClosedError, also after `close`).
+            KeyboardInterrupt: The operator asked for it; what has happened is returned by the next step.
         """
         if self._told or self._closed:
             raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
-        until = self.next_due()
-        chunks = self._pump.take(wait if until > self.now else 0.0, until)
+        until, hurry = self.next_due(), self.operator.waiting
+        if wait <= 0 and self.link.lockstep and until > self.now and not hurry and self._nothing_waits:
+            return []
+        chunks = self._pump.take(wait if until > self.now and not hurry else 0.0, until)
         now = self.now = self._read_clock()
         events, self._untold = self._untold, []
+        turn, self._pump.turn = self._pump.turn, None
+        met = self._look_around(turn)
         for tap in self._taps:
-            tap.step(now, chunks)
+            tap.step(now, chunks, met)
+        if self._anew is not None:
+            self._forget_sessions(self._anew, now, events)
         if sum([len(data) for _, data in chunks]) >= SLICE:
             self._fall_behind(chunks, now, events)
         else:
@@ -230,15 +253,53 @@ class Bridge:
         elif rest := self._codec.flush(now):
             self._pass(self._redaction.judged(rest))
             self._take(rest, events)
-        self._hear_of_link(now, events)
+        self._hear_of_link(met, now, events)
         if self._reopening is not None:
-            self._turn(self._reopening, now, events)
+            self._turn(self._reopening, turn, now, events)
         if now >= self.next_due() and self._ended is None:
             self._service(now, events)
-        ended = self._ended or self._pump.error
+        ended = self._ended or met.ended
         if ended is not None:
             self._end(ended, now, events)
+        if met.inputs and any(one.what == INTERRUPT for one in met.inputs):
+            self._untold = events
+            raise KeyboardInterrupt
         return events
+
+    @property
+    def _nothing_waits(self) -> bool:
+        """A step would find nothing to take in or to see to, if time has not moved."""
+        return self._anew is None and self._pump.turn is None and not self._pump.pending
+
+    def _wake(self) -> None:
+        """Have a step that waits return at once, since the operator asks for something."""
+        self._pump.wake()
+        if self._arrived is not None:
+            self._arrived()
+
+    def _session(self) -> int:
+        """Draw a number."""
+        number = self._draw()
+        for tap in self._taps:
+            tap.session_drawn(number)
+        return number
+
+    def _look_around(self, turn: Turn | None) -> Circumstances:
+        """What this step has met besides bytes."""
+        pump = self._pump
+        inputs, news = self.operator.take(), self.link.news()
+        overrun, ended = pump.overrun, pump.error
+        if not (inputs or news or turn or ended) and overrun == self._overrun:
+            return NOTHING
+        dropped, self._overrun = overrun - self._overrun, overrun
+        return Circumstances(
+            inputs,
+            turn.error if isinstance(turn, Lost) else None,
+            ended,
+            turn.link.url if isinstance(turn, Back) else "",
+            tuple(news),
+            dropped,
+        )
 
     def send(self, message: Message) -> None:
         """Send a message outside all questions and answers.
@@ -271,19 +332,23 @@ class Bridge:
     def begin_anew(self, cause: str) -> None:
         """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
 
-        Everything open fails with a PeerLostError, and the handshake is done anew, by which they are stopped and disarmed.
+        With the next step everything open fails with a PeerLostError, before that takes anything in or sends anything; then the
+        handshake is done anew, by which they are stopped and disarmed.
 
         Args:
             cause: Why, in words.
         """
-        if self._failed or self._ended is not None or self._closed:
-            return
-        now = self.now = self._read_clock()
+        if not (self._failed or self._ended is not None or self._closed):
+            self._anew = cause
+
+    def _forget_sessions(self, cause: str, now: float, events: list[Event]) -> None:
+        """Do what `begin_anew` asked for, before anything else is done."""
+        self._anew = None
         error = LinkClosedError(self.link.url, cause)
         for peer in self.peers.values():
             if peer.taken:
                 for event in (*peer.unplugged(error, now), *peer.plugged_in(now)):
-                    self._untold.append(event)
+                    events.append(event)
                     self._tell(event)
 
     def close(self) -> None:
@@ -291,6 +356,7 @@ class Bridge:
         if self._closed:
             return
         self._closed = True
+        self.operator.detach(self._wake)
         try:
             self._pump.close()
         finally:
@@ -393,9 +459,8 @@ class Bridge:
         self.peers[system] = peer
         return peer
 
-    def _turn(self, reopening: Reopening, now: float, events: list[Event]) -> None:
+    def _turn(self, reopening: Reopening, turn: Turn | None, now: float, events: list[Event]) -> None:
         """See to a link that was lost or is back, and to who is at its other end."""
-        turn, self._pump.turn = self._pump.turn, None
         if isinstance(turn, Lost):
             self._lose(turn.error, now, events)
         elif turn is not None:
@@ -443,18 +508,17 @@ class Bridge:
         events.append(news)
         self._tell(news)
 
-    def _hear_of_link(self, now: float, events: list[Event]) -> None:
+    def _hear_of_link(self, met: Circumstances, now: float, events: list[Event]) -> None:
         """Tell what has happened to the link, of bytes that were dropped, and that robots on a slow line are asked for less."""
         if self._pace_untold is not None and self.peers:
             self._report(self._pace_untold.text, now, events)
             self._pace_untold = None
-        for text in self.link.news():
+        for text in met.news:
             self._report(text, now, events)
-        overrun = self._pump.overrun
-        if overrun != self.overrun and now >= self._overrun_due:
-            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
+        if self._overrun != self.overrun and now >= self._overrun_due:
+            dropped = f"{self._overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
             self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
-            self.overrun = overrun
+            self.overrun = self._overrun
             self._overrun_due = now + _NEWS_PERIOD
 
     def seen(self, wanted: int | None = None) -> Seen:
@@ -535,27 +599,36 @@ class Bridge:
         encode = self._codec.encode
         frames = [encode(message) for message in messages]
         data = b"".join(frames)
+        failure: LinkError | None = None
         try:
             self.link.write(data)
-        except LinkTimeoutError:
-            self.unsent += 1
-            return
         except LinkError as error:
-            if self._reopening is None:
-                self._ended = error
-            else:
-                self._failed = True
-                self._pump.drop(error)
-            return
-        if self._looking:
-            self.witness.sent(data)
+            failure = error
+        else:
+            if self._looking:
+                self.witness.sent(data)
         if any(isinstance(message, SetupSigning) for message in messages):
             pairs = zip(messages, frames, strict=True)
             data = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)
+        if failure is not None:
+            self._fail_to_write(failure, data, now)
+            return
         for tap in self._taps:
             tap.wire_tx(now, data)
             for message in messages:
                 tap.sent(now, message)
+
+    def _fail_to_write(self, error: LinkError, data: bytes, now: float) -> None:
+        """The link has not taken these bytes."""
+        for tap in self._taps:
+            tap.unsent(now, data, error)
+        if isinstance(error, LinkTimeoutError):
+            self.unsent += 1
+        elif self._reopening is None:
+            self._ended = error
+        else:
+            self._failed = True
+            self._pump.drop(error)
 
     def _explained(self, error: LinkError, now: float) -> LinkError:
         """Why a link has ended, with what was said at its other end just before."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.codec import SPLITTERS
@@ -14,22 +14,26 @@ from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, random_session
-from hil.clock import MonotonicClock
+from hil.clock import LastReading, MonotonicClock
 from hil.fault_file import read_faults
 from hil.junior import Junior
-from hil.key_file import load_key, no_signatures, open_signing
+from hil.key_file import calendar, load_key, no_signatures, open_signing
 from hil.lines import pace_of
+from hil.operator import Operator
+from hil.pump import open_pump
+from hil.reopening import Opener, Reopening
 from hil.safety import Limits
 from hil.seeds import Branch, generator
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
     from firmware_protocol.signing import SigningKey
+    from hil.pump import Pump
     from hil.taps import Tap
     from simdevice.board_interface import BoardMaker
     from simdevice.crowd import Crowd
@@ -51,6 +55,8 @@ def connect(
     reconnect: float = 0.0,
     ports: Callable[[], Sequence[SerialPort]] = list_ports,
     signing_key: SigningKey | Path | str | None = None,
+    operator: Operator | None = None,
+    opener: NetworkOpener | None = None,
 ) -> Junior:
     """Connect to a robot and do the handshake. The robot is stopped and disarmed by that, and no other one is.
 
@@ -69,6 +75,8 @@ def connect(
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
         signing_key: Key that robot and host sign with, or the file that holds it (`hil keygen` makes one). An emulated robot
             in this process comes up with it.
+        operator: Whose keys and signals are taken in by the bridge's steps; None: nobody's.
+        opener: Opens the link; None opens what the address names.
 
     Returns:
         The robot; use it in a `with` block, which stops the robot on every way out.
@@ -84,25 +92,21 @@ def connect(
     address = parse_address(url)
     patience = check_patience(reconnect)
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
-    opener = AddressOpener(address, ports, key)
+    if opener is None:
+        opener = AddressOpener(address, ports, key)
     if system is None:
         system = asked_for(address)
-    robots = None if system is None else [system]
-    pace = pace_of(address, opener.faults, signed=key is not None)
-    link = opener.open()
-    bridge = Bridge(
-        link,
-        opener.clock,
+    bridge = open_bridge(
+        address,
+        opener,
+        key,
         taps=taps,
-        robots=robots,
+        robots=None if system is None else [system],
         open_sessions=False,
-        session=opener.session,
-        opener=opener,
         patience=patience,
-        signing=open_signing(key, link, opener.clock),
-        pace=pace,
+        operator=operator,
     )
-    junior = Junior(bridge, opener.clock.now, limits)
+    junior = Junior(bridge, limits)
     try:
         junior.find(system, timeout)
     except BaseException:
@@ -128,6 +132,82 @@ def check_patience(reconnect: float) -> float:
     return reconnect
 
 
+class NetworkOpener(Opener, Protocol):
+    """Opens the link of one network, again and again, and has what else a bridge needs.
+
+    Attributes:
+        faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
+        clock: The clock that the link runs by.
+        session: A source of session numbers.
+    """
+
+    faults: FaultSpec | None
+    clock: Clock
+    session: Callable[[], int]
+
+    def pump(
+        self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator
+    ) -> Pump:
+        """What hands over what the link brings."""
+        ...
+
+    def signing_time(self) -> int:
+        """The calendar, as signatures carry it, in 10 us since 2015-01-01 GMT."""
+        ...
+
+
+def open_bridge(
+    address: Address,
+    opener: NetworkOpener,
+    key: SigningKey | None,
+    *,
+    taps: Sequence[Tap],
+    robots: Collection[int] | None,
+    open_sessions: bool,
+    patience: float,
+    operator: Operator | None = None,
+    arrived: Callable[[], None] | None = None,
+) -> Bridge:
+    """Open a network, and begin to serve it.
+
+    Args:
+        address: Its address; also its name.
+        opener: Opens its link.
+        key: Signing key.
+        taps: As in `Bridge`, and what follows likewise.
+        robots: Likewise.
+        open_sessions: Likewise.
+        patience: Likewise.
+        operator: Likewise.
+        arrived: Likewise.
+
+    Raises:
+        AddressError: Nothing can be signed on this link.
+        LinkOpenError: The link could not be opened.
+    """
+    pace = pace_of(address, opener.faults, signed=key is not None)
+    link = opener.open()
+    reading = LastReading(opener.clock)
+    reopening = Reopening(opener, patience) if patience > 0 else None
+    signing = open_signing(key, link, reading, opener.signing_time)
+    operator = operator or Operator()
+    return Bridge(
+        link,
+        reading,
+        taps=taps,
+        robots=robots,
+        open_sessions=open_sessions,
+        session=opener.session,
+        reopening=reopening,
+        pump=opener.pump(link, reopening, arrived, operator),
+        arrived=arrived,
+        operator=operator,
+        network=address.url,
+        signing=signing,
+        pace=pace,
+    )
+
+
 class AddressOpener:
     """Opens what an address names, again and again: see `hil.reopening.Opener`.
 
@@ -138,6 +218,7 @@ class AddressOpener:
         address: The address, taken apart.
         ports: Lists the serial ports of this machine.
         key: Signing key that an emulated robot in this process comes up with.
+        clock: Tells the time in real time; None makes one.
 
     Attributes:
         faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
@@ -153,6 +234,7 @@ class AddressOpener:
         address: Address,
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
+        clock: Clock | None = None,
     ) -> None:
         seed = number_option(address, "seed") or 0
         self.faults = fault_option(address)
@@ -166,7 +248,7 @@ class AddressOpener:
             self.session = lambda: int(numbers.integers(1, 0x10000))
             self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
         else:
-            self.clock = MonotonicClock()
+            self.clock = clock or MonotonicClock()
             bare, _, options = address.url.partition("?")
             kept = "&".join(option for option in options.split("&") if option and not option.startswith(("faults=", "seed=")))
             self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
@@ -188,6 +270,20 @@ class AddressOpener:
         else:
             self._faulty.open_again(self._inner)
         return self._faulty
+
+    def pump(
+        self,
+        link: Link,
+        reopening: Reopening | None,
+        arrived: Callable[[], None] | None,
+        operator: Operator,  # noqa: ARG002 - a log's is its pump's business
+    ) -> Pump:
+        """What hands over what the link brings."""
+        return open_pump(link, self.clock, reopening, arrived)
+
+    def signing_time(self) -> int:
+        """The calendar, as signatures carry it, in 10 us since 2015-01-01 GMT."""
+        return calendar()
 
     def let_pass(self, duration: float) -> None:
         """Let the emulated robot in this process live on, unheard.

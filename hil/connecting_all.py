@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
-from hil.bridge import Bridge
-from hil.connecting import AddressOpener, asked_for, check_patience, number_option
-from hil.key_file import load_key, open_signing
-from hil.lines import pace_of
+from hil.clock import MonotonicClock
+from hil.connecting import AddressOpener, asked_for, check_patience, number_option, open_bridge
+from hil.key_file import load_key
 from hil.networks import Networks, RobotAddress
+from hil.operator import Operator
 from hil.robots import SETTLE, Robots
 from hil.safety import Limits
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.links.serial import SerialPort
     from firmware_protocol.signing import SigningKey
+    from hil.connecting import NetworkOpener
     from hil.taps import Tap
 
 
@@ -34,6 +35,8 @@ def connect_all(
     reconnect: float = 0.0,
     ports: Callable[[], Sequence[SerialPort]] = list_ports,
     signing_key: SigningKey | Path | str | None = None,
+    operator: Operator | None = None,
+    opener_of: Callable[[Address], NetworkOpener] | None = None,
 ) -> Robots:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
@@ -51,6 +54,8 @@ def connect_all(
             meanwhile. 0 does not: they are gone with their link.
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
         signing_key: Key that host and robots sign with, on every network, or the file that holds it.
+        operator: Whose keys and signals are taken in by the bridges' steps; None: nobody's.
+        opener_of: Gives what opens the link of an address; None opens what it names.
 
     Returns:
         The robots; use it in a `with` block, which stops and disarms all on every way out.
@@ -68,28 +73,30 @@ def connect_all(
     patience = check_patience(reconnect)
     addresses = [parse_address(url) for url in urls]
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
+    if opener_of is None:
+        clock = MonotonicClock()  # one for all: their times are compared
+
+        def opener_of(address: Address) -> NetworkOpener:
+            return AddressOpener(address, ports, key, clock)
+
+    operator = operator or Operator()
     networks = Networks()
     robots = Robots(networks, limits)
     try:
         for address in addresses:
-            opener = AddressOpener(address, ports, key)
-            pace = pace_of(address, opener.faults, signed=key is not None)
-            link = opener.open()
-            bridge = Bridge(
-                link,
-                opener.clock,
-                taps=taps,
+            bridge = open_bridge(
+                address,
+                opener_of(address),
+                key,
+                taps=[tap.of_network(address.url) for tap in taps] if len(addresses) > 1 else taps,
                 robots=_allowed(address, expect),
                 open_sessions=not watch,
-                session=opener.session,
-                opener=opener,
                 patience=patience,
+                operator=operator,
                 arrived=networks.wake,
-                signing=open_signing(key, link, opener.clock),
-                pace=pace,
             )
             try:
-                networks.add(address.url, bridge, opener.clock)
+                networks.add(address.url, bridge)
             except ValueError:
                 bridge.close()
                 raise

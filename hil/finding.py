@@ -20,13 +20,12 @@ OTHERS_WAIT = 1.5
 
 
 def find_robot(
-    bridge: Bridge, now: Callable[[], float], step: Callable[[float], object], system: int | None, timeout: float
+    bridge: Bridge, step: Callable[[float], object], system: int | None, timeout: float
 ) -> Peer:
     """Wait for a robot, and take it. Where the bridge opens no sessions by itself, no other one gets a session.
 
     Args:
         bridge: Speaks with the robots on the link.
-        now: Reads the clock, in s.
         step: Serves the bridge once, for so long in s.
         system: System id of the robot; None takes the first that answers.
         timeout: Longest wait in s.
@@ -39,18 +38,18 @@ def find_robot(
         VersionError: It speaks a protocol we do not.
         LinkClosedError: The link went away.
     """
-    deadline = now() + timeout
-    patience = now() + OTHERS_WAIT
-    while now() < deadline:
+    deadline = bridge.now + timeout
+    patience = bridge.now + OTHERS_WAIT
+    while bridge.now < deadline:
         chosen = _candidate(bridge, system)
         if chosen is not None and chosen.ready and chosen.taken:
             return chosen
         if chosen is not None and chosen.ready:
-            chosen.take(now())
-        elif chosen is not None and chosen.failure is not None and (system or chosen.taken or now() >= patience):
+            chosen.take(bridge.now)
+        elif chosen is not None and chosen.failure is not None and (system or chosen.taken or bridge.now >= patience):
             raise named(bridge.link.url, chosen.failure)
         try:
-            step(min(STEP, deadline - now()))
+            step(min(STEP, deadline - bridge.now))
         except LinkClosedError as error:
             if bridge.farewell:
                 raise NoRobotError(nobody(bridge.seen(system), timeout)) from error

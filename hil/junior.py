@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Protocol, Self, TypeVar, cast
 
 from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
@@ -36,6 +36,19 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+
+class Company(Protocol):
+    """The robots that one belongs to, where there are several: whoever waits for one serves all."""
+
+    def now(self) -> float:
+        """Time of the last step, in s."""
+        ...
+
+    def step(self, wait: float) -> list[Event]:
+        """Serve all links once, and hand every robot its events."""
+        ...
+
+
 WAIT = 0.05
 """Longest wait of one step of the bridge, in s."""
 REFEREE_WAIT = 0.5
@@ -55,10 +68,9 @@ class Junior:
 
     Args:
         bridge: Speaks with the robot.
-        now: Reads the clock, in s.
         limits: Bounds on what is asked of it.
-        serve: Serves the links of several robots once, for so long in s, and hands each its events (`notice`); the links are
-            then closed by whoever does that. None serves the bridge.
+        robots: Serve the links of several robots, and hand each its events (`notice`); they close the links, too. None: this
+            is the only one, and serves its bridge itself.
 
     Attributes:
         bridge: Speaks with the robot.
@@ -75,16 +87,14 @@ class Junior:
     def __init__(
         self,
         bridge: Bridge,
-        now: Callable[[], float],
         limits: Limits = Limits(),  # noqa: B008 - frozen
-        serve: Callable[[float], list[Event]] | None = None,
+        robots: Company | None = None,
     ) -> None:
         self.bridge = bridge
         self.limits = limits
         self.referee: Referee | None = None
         self.between: Callable[[], None] | None = None
-        self.now = now
-        self._serve = serve
+        self._robots = robots
         self._reading: Received | None = None
         self._early: dict[int, Received] = {}
         self._listeners: list[Callable[[Event], None]] = []
@@ -96,6 +106,8 @@ class Junior:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is not None and issubclass(kind, KeyboardInterrupt):
+            self.bridge.operator.interrupted()
         self.close()
 
     # --- connecting --------------------------------------------------------------------------------------------------
@@ -115,7 +127,7 @@ class Junior:
             VersionError: It speaks a protocol we do not.
             LinkClosedError: The link went away.
         """
-        peer = find_robot(self.bridge, self.now, self._step, system, timeout)
+        peer = find_robot(self.bridge, self._step, system, timeout)
         self.adopt(peer)
         self.bridge.keep([peer.system])
         self._look_for_referee()
@@ -129,8 +141,8 @@ class Junior:
         """
         if not self.peer.ready and self.peer.unavailable is not None:  # nor later, when nobody thinks of it any more
             raise self.peer.unavailable
+        deadline = self.deadline(TAKE_WAIT)
         self.peer.take(self.now())
-        deadline = self.now() + TAKE_WAIT
         while not self.peer.session and self.now() < deadline:
             if self.peer.failure is not None:
                 raise self.peer.failure
@@ -186,7 +198,7 @@ class Junior:
             LinkClosedError: Its link could not be opened again in time.
         """
         patience = self.bridge.patience
-        deadline = self.now() + patience
+        deadline = self.deadline(patience)
         while not self.peer.ready:
             failure = self.peer.failure
             if isinstance(failure, VersionError):
@@ -207,7 +219,11 @@ class Junior:
 
     @property
     def sensors(self) -> JuniorSensors:
-        """The latest reading, unless it is stale: then a fresh one is asked for, as the first is; raises as `read_sensors`."""
+        """The latest reading that has come, unless it is stale: then a fresh one is asked for, as the first is.
+
+        Raises as `read_sensors`.
+        """
+        self._step(0.0)
         latest = self.latest
         return self.read_sensors() if latest is None or self.stale else latest
 
@@ -218,7 +234,7 @@ class Junior:
 
     @property
     def age(self) -> float:
-        """Time since the latest reading came, in s; infinite before the first."""
+        """Time from the latest reading to the last step, in s; infinite before the first."""
         return float("inf") if self._reading is None else self.now() - self._reading.time
 
     @property
@@ -354,7 +370,21 @@ class Junior:
             PeerError: The robot is gone, does not answer, or was lost and is back since it was armed.
             LinkError: The link is gone.
         """
-        ticket = self.start(maneuver, period=period)
+        return self.follow(self.start(maneuver, period=period), until=until)
+
+    def follow(self, ticket: Ticket[JuniorManeuverResult], *, until: Callable[[], bool] | None = None) -> ManeuverReport:
+        """Wait for the report of a maneuver that was started.
+
+        Args:
+            ticket: What `start` gave.
+            until: As for `perform`.
+
+        Returns:
+            How it went.
+
+        Raises:
+            RefusedError: As by `perform`, and the other errors likewise.
+        """
         broken_off = False
         while not ticket.done:
             self._step(WAIT)
@@ -426,13 +456,29 @@ class Junior:
 
     # --- time --------------------------------------------------------------------------------------------------------
 
+    def now(self) -> float:
+        """Time of the last step, in s: between two steps it stands still, whatever the program does meanwhile."""
+        return self.bridge.now if self._robots is None else self._robots.now()
+
+    def deadline(self, duration: float) -> float:
+        """When a time that begins now is over, in s; a step of no length sees what time it is.
+
+        Args:
+            duration: How long, in s.
+
+        Raises:
+            LinkError: The link is gone.
+        """
+        self._step(0.0)
+        return self.now() + duration
+
     def wait(self, duration: float) -> None:
         """Let time pass, and serve the link meanwhile.
 
         Args:
             duration: How long, in s.
         """
-        deadline = self.now() + duration
+        deadline = self.deadline(duration)
         while (left := deadline - self.now()) > 1e-9:
             self._step(min(WAIT, left))
 
@@ -470,8 +516,8 @@ class Junior:
         return ticket.value()
 
     def _step(self, wait: float) -> list[Event]:
-        if self._serve is not None:
-            return self._serve(wait)
+        if self._robots is not None:
+            return self._robots.step(wait)
         events = self.bridge.step(wait)
         for event in events:
             self.notice(event)
@@ -513,20 +559,20 @@ class Junior:
         self._closed = True
         self._listeners.clear()
         try:
-            deadline = self.now() + STOP_WAIT
+            deadline = self.deadline(STOP_WAIT)
             while ticket is not None and not ticket.done and self.now() < deadline:
                 self._step(min(WAIT, deadline - self.now()))
         except (HilError, OSError):
             pass  # the robot stops by its own watchdog
         finally:
-            if self._serve is None:
+            if self._robots is None:
                 self.bridge.close()
 
     def leave(self) -> None:
         """Give the link back and let the robot go on with what it does: a contest, that is; all else ends by its watchdog."""
         self._closed = True
         self._listeners.clear()
-        if self._serve is None:
+        if self._robots is None:
             self.bridge.close()
 
     def ask_to_end(self) -> Ticket[CommandAck] | None:

@@ -15,8 +15,8 @@ from firmware_protocol.wire import MAVLINK
 from hil.doors import Door
 
 if TYPE_CHECKING:
-    from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
+    from hil.clock import LastReading
 
 _OTHERS: Final = 0o077
 """What nobody but the owner may do with a key file."""
@@ -81,16 +81,24 @@ def load_key(path: Path) -> SigningKey:
     raise KeyFileError(reason)
 
 
-def open_signing(key: SigningKey | None, link: Link, clock: Clock) -> Signing | None:
+def calendar() -> int:
+    """The present time as signatures carry it: in 10 us since 2015-01-01 GMT."""
+    return signing_time(time.time())
+
+
+def open_signing(
+    key: SigningKey | None, link: Link, reading: LastReading, begun: Callable[[], int] = calendar
+) -> Signing | None:
     """What signs on a link.
 
-    Times in signatures are those of the calendar, so that they go on where an earlier run stopped. On a link in lock-step
-    they begin at zero, with a robot that is new as well: equal runs sign equally.
+    Times in signatures begin with the calendar's, so that they go on where an earlier run stopped, and go on by the steps'
+    readings of the clock. On a link in lock-step they begin at zero, with a robot that is new as well: equal runs sign equally.
 
     Args:
         key: The key; None: nothing is signed.
         link: An open link; closed on an error.
-        clock: The clock it runs by.
+        reading: The clock it runs by, as the bridge reads it.
+        begun: Reads the calendar, in 10 us since 2015-01-01 GMT.
 
     Raises:
         AddressError: Nothing can be signed on this link.
@@ -101,8 +109,9 @@ def open_signing(key: SigningKey | None, link: Link, clock: Clock) -> Signing | 
         link.close()
         raise no_signatures(link.url)
     if link.lockstep:
-        return Signing(key, lambda: virtual_time(clock.now()))
-    return Signing(key, calendar)
+        return Signing(key, lambda: virtual_time(reading.now()))
+    origin = begun() - virtual_time(reading.now())
+    return Signing(key, lambda: origin + virtual_time(reading.now()))
 
 
 def no_signatures(url: str) -> AddressError:
@@ -112,8 +121,3 @@ def no_signatures(url: str) -> AddressError:
         url: Address of the link.
     """
     return AddressError(url, "nothing is signed on a CAN bus", "Leave --signing-key out: who is on the bus is believed")
-
-
-def calendar() -> int:
-    """The present time as signatures carry it: in 10 us since 2015-01-01 GMT."""
-    return signing_time(time.time())

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import threading
+import queue
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 from firmware_protocol.errors import LinkError
@@ -10,7 +11,6 @@ from firmware_protocol.errors import LinkError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event
     from hil.bridge import Bridge
 
@@ -44,20 +44,20 @@ class Networks:
     def __init__(self) -> None:
         self.bridges: dict[str, Bridge] = {}
         self.failures: dict[str, LinkError] = {}
-        self._clocks: dict[str, Clock] = {}
-        self._arrived = threading.Event()
+        self._bell: queue.SimpleQueue[None] = queue.SimpleQueue()
+        self._untold: list[tuple[str, Event]] = []
 
     def wake(self) -> None:
-        """Something has come on one of the networks; for the pumps, which are other threads."""
-        self._arrived.set()
+        """Something has come on one of the networks, or is asked for; for pumps, which are other threads, and for signals."""
+        if self._bell.empty():
+            self._bell.put(None)
 
-    def add(self, name: str, bridge: Bridge, clock: Clock) -> None:
+    def add(self, name: str, bridge: Bridge) -> None:
         """Add a network.
 
         Args:
             name: Its name.
             bridge: Speaks with its robots; its `arrived` is our `wake`.
-            clock: What the bridge runs by.
 
         Raises:
             ValueError: There is one of this name, or some would run in lock-step and others in real time.
@@ -67,7 +67,6 @@ class Networks:
         if any(other.link.lockstep != bridge.link.lockstep for other in self.bridges.values()):
             raise ValueError("networks run all in lock-step or all in real time: else the emulated ones would run away")
         self.bridges[name] = bridge
-        self._clocks[name] = clock
 
     @property
     def alive(self) -> Mapping[str, Bridge]:
@@ -75,8 +74,11 @@ class Networks:
         return {name: bridge for name, bridge in self.bridges.items() if name not in self.failures}
 
     def now(self) -> float:
-        """Time in s; in lock-step that of the network furthest behind."""
-        return min(self._clocks[name].now() for name in (self.alive or self.bridges))
+        """Time of the last step, in s; in lock-step that of the network furthest behind."""
+        bridges = (self.alive or self.bridges).values()
+        if next(iter(bridges)).link.lockstep:
+            return min(bridge.now for bridge in bridges)
+        return max(bridge.now for bridge in bridges)
 
     def step(self, wait: float) -> list[tuple[str, Event]]:
         """Wait for something to come, and serve every network.
@@ -95,21 +97,24 @@ class Networks:
             raise next(reversed(self.failures.values()))
         if len(alive) > 1:
             if next(iter(alive.values())).link.lockstep:
-                behind = min(alive, key=lambda name: self._clocks[name].now())
+                behind = min(alive, key=lambda name: alive[name].now)
                 alive = {behind: alive[behind]}
             else:
                 due = min(bridge.next_due() for bridge in alive.values())
-                if not any(bridge.pending for bridge in alive.values()):
-                    self._arrived.wait(max(0.0, min(wait, due - self.now())))
-                self._arrived.clear()
+                if not any(bridge.pending or bridge.operator.waiting for bridge in alive.values()):
+                    with suppress(queue.Empty):
+                        self._bell.get(timeout=max(0.0, min(wait, due - self.now())))
                 wait = 0.0
                 alive = dict(sorted(alive.items(), key=lambda item: not item[1].urgent))
-        events: list[tuple[str, Event]] = []
+        events, self._untold = self._untold, []
         for name, bridge in alive.items():
             try:
                 events += [(name, event) for event in bridge.step(wait)]
             except LinkError as error:
                 self.failures[name] = error
+            except KeyboardInterrupt:
+                self._untold = events
+                raise
         if not self.alive:
             raise next(reversed(self.failures.values()))
         return events

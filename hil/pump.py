@@ -89,6 +89,10 @@ class Pump(Protocol):
         """
         ...
 
+    def wake(self) -> None:
+        """Have a `take` that waits return at once, or the next one; called in any thread, and by signal handlers."""
+        ...
+
     def let_go(self) -> None:
         """Nobody writes to the link that is lost any more: it may be closed, and opened again."""
         ...
@@ -113,6 +117,22 @@ def _cut(chunk: Chunk, size: int) -> tuple[Chunk, Chunk | None]:
     if len(data) <= size:
         return chunk, None
     return (stamp, data[:size]), (stamp, data[size:])
+
+
+def open_pump(
+    link: Link, clock: Clock, reopening: Reopening | None = None, arrived: Callable[[], None] | None = None
+) -> Pump:
+    """What reads a link: in the caller's thread where it runs in lock-step, else in one of its own.
+
+    Args:
+        link: What to read.
+        clock: Stamps the chunks.
+        reopening: How to open it again; None does not.
+        arrived: Called, by the thread, whenever there is something to take.
+    """
+    if link.lockstep:
+        return InlinePump(link, clock, reopening)
+    return ThreadedPump(link, clock, reopening, arrived)
 
 
 class InlinePump:
@@ -171,6 +191,9 @@ class InlinePump:
             self._down = True
             self._rest = None  # not worth more than what the link still held
             self.turn = Lost(error)
+
+    def wake(self) -> None:
+        """Nobody waits: time passes as fast as the machine can."""
 
     def let_go(self) -> None:
         """Close what is lost."""
@@ -233,6 +256,7 @@ class ThreadedPump:
         self._held = 0
         self._chunks = 0
         self._waiting = False
+        self._woken = False
         self._bell: queue.SimpleQueue[None] = queue.SimpleQueue()
         self._stop = threading.Event()
         self._free = threading.Event()
@@ -286,8 +310,14 @@ class ThreadedPump:
                 self._bell.get_nowait()
             self._waiting = True
         with suppress(queue.Empty):
-            self._bell.get(timeout=wait)
-        self._waiting = False
+            if not self._woken:
+                self._bell.get(timeout=wait)
+        self._waiting = self._woken = False
+
+    def wake(self) -> None:
+        """Ring the bell; no lock is taken, which the thread that is interrupted by a signal may hold."""
+        self._woken = True
+        self._bell.put(None)
 
     def drop(self, error: LinkError, *, refused: bool = False) -> None:
         """Have the thread take the link for lost, within the length of a read; see `Pump.drop`."""

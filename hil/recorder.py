@@ -6,6 +6,7 @@ import json
 from math import nan
 from typing import TYPE_CHECKING, Final, Self
 
+from firmware_protocol.errors import LinkTimeoutError, bare_text
 from firmware_protocol.events import (
     Event,
     LinkNews,
@@ -35,11 +36,23 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.joints import DEFINITION, JOINT_STATE, encode_joints
-from hil.mcaplog.records import AdviceRecord, BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import (
+    AdviceRecord,
+    BridgeOpening,
+    BridgeStep,
+    EventRecord,
+    RejectedInput,
+    SessionDrawn,
+    StepRecord,
+    TrialRecord,
+    UnsentBytes,
+    WireBytes,
+)
 from hil.mcaplog.schemas import message_schema, record_schema
 from hil.mcaplog.writer import LogWriter
 from hil.protagonist import Protagonist
 from hil.scene import SceneClock, places, shapes
+from hil.taps import NOTHING
 from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
@@ -48,9 +61,12 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
+    from firmware_protocol.errors import LinkError
     from firmware_protocol.wire import Message
     from hil.bouts import Bout
+    from hil.mcaplog.writer import LogSink
     from hil.ring import Engagement
+    from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial
 
 FLUSH_REAL_TIME: Final = 0.25
@@ -75,13 +91,14 @@ class Recorder:
         path: The log file.
         run: Whatever differs between two runs of the same seed: wall clock, command line, paths.
         config: Program version, protocol version, seed, configuration; as text.
-        link: Address of the link.
+        link: Name of the network: the address of its link. Of several, that of the first.
         lockstep: The link is in lock-step.
         system: MAVLink system id of the host.
         component: MAVLink component id of the host.
         overwrite: A file that exists is replaced, when the log is whole.
         on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
             (None: no file does); the run goes on without a log.
+        writer: Takes the entries; None writes them to `path`.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -100,9 +117,10 @@ class Recorder:
         component: int = HOST_COMPONENT,
         overwrite: bool = False,
         on_failure: Callable[[str, Path | None], None] | None = None,
+        writer: LogSink | None = None,
     ) -> None:
         self.path = path
-        self._writer = LogWriter(
+        self._writer: LogSink = writer or LogWriter(
             path,
             run=run,
             flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
@@ -111,6 +129,7 @@ class Recorder:
         )
         self._writer.metadata("config", config)
         self._now = 0.0
+        self._network = link
         self._step_channel = self._writer.channel("/bridge/step", record_schema(BridgeStep))
         self._rx_channel, self._tx_channel = (
             self._writer.channel(topic, record_schema(WireBytes)) for topic in ("/wire/rx", "/wire/tx")
@@ -119,9 +138,8 @@ class Recorder:
             "/junior/joints", JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr"
         )
         self._plotted_at = -PLOT_INTERVAL
-        self._encode_step = step_encoder()
+        self._encode_step = step_encoder(link)
         self._encode_rx, self._encode_tx = (wire_encoder(direction, link) for direction in ("rx", "tx"))
-        self._inputs: list[str] = []
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -138,19 +156,36 @@ class Recorder:
 
     # --- the bridge's tap --------------------------------------------------------------------------------------------
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def of_network(self, name: str) -> Tap:
+        """What records one of several networks, into the same log.
+
+        Args:
+            name: Its name.
+        """
+        return _Network(self, name)
+
+    def opened(self, opening: Opening) -> None:
+        """The bridge begins."""
+        self._now = opening.clock
+        self._record("/bridge/open", opening, self._now, BridgeOpening)
+
+    def session_drawn(self, number: int) -> None:
+        """A number was drawn by chance."""
+        self._drawn_for(self._network, number)
+
+    def _drawn_for(self, network: str, number: int) -> None:
+        self._record("/bridge/session", SessionDrawn(network, number), self._now)
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """The bridge has begun a step.
 
         Args:
             time: Its one reading of the clock, in s.
             chunks: What it received since the step before: stamps in s, bytes.
+            met: What else it has met.
         """
         self._now = time
-        inputs: tuple[str, ...] = ()
-        if self._inputs:
-            inputs = tuple(self._inputs)
-            self._inputs.clear()
-        self._writer.write(self._step_channel, time, self._encode_step(time, chunks, inputs))
+        self._writer.write(self._step_channel, time, self._encode_step(time, chunks, met))
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """Bytes came over the link; time is their stamp, in s."""
@@ -159,6 +194,11 @@ class Recorder:
     def wire_tx(self, time: float, data: bytes) -> None:
         """Bytes went out over the link; time is the bridge's, in s."""
         self._writer.write(self._tx_channel, time, self._encode_tx(data))
+
+    def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        """The link did not take these bytes; time is the bridge's, in s."""
+        refused = UnsentBytes(error.url, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded, or bytes were refused."""
@@ -209,10 +249,6 @@ class Recorder:
             self.note("fault", f"fault {how}: {what}, rehearsed", system=system)
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
-
-    def operator(self, text: str) -> None:
-        """The operator did something (a key, a click); it is recorded with the next step."""
-        self._inputs.append(text)
 
     def note(self, kind: str, text: str, **fields: object) -> None:
         """Something worth telling a person.
@@ -327,10 +363,10 @@ class Recorder:
         """Leave no log: nothing has been said."""
         self._writer.discard()
 
-    def _record(self, topic: str, record: object, time: float) -> None:
+    def _record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
         found = self._records.get(topic)
         if found is None:
-            schema = record_schema(type(record))
+            schema = record_schema(kind or type(record))
             found = self._records[topic] = (self._writer.channel(topic, schema), compile_encoder(schema))
         channel, encode = found
         self._writer.write(channel, time, encode(record))
@@ -364,6 +400,43 @@ class Recorder:
                 writer.write(writer.raw_channel(topic, *POINTS), time, encode_outline(time, piece))
         if pose:
             writer.write(writer.raw_channel("/tf", *TRANSFORMS), time, encode_transforms(time, places(state)))
+
+
+class _Network:
+    """Records one of several networks.
+
+    Args:
+        recorder: Has the log.
+        name: Name of the network.
+    """
+
+    def __init__(self, recorder: Recorder, name: str) -> None:
+        self._recorder = recorder
+        self._name = name
+        self._encode_step = step_encoder(name)
+        self._encode_rx, self._encode_tx = (wire_encoder(direction, name) for direction in ("rx", "tx"))
+        self.opened = recorder.opened
+        self.unsent = recorder.unsent
+        self.received = recorder.received
+        self.sent = recorder.sent
+        self.event = recorder.event
+
+    def of_network(self, name: str) -> Tap:
+        return _Network(self._recorder, name)
+
+    def session_drawn(self, number: int) -> None:
+        self._recorder._drawn_for(self._name, number)
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        recorder = self._recorder
+        recorder._now = time
+        recorder._writer.write(recorder._step_channel, time, self._encode_step(time, chunks, met))
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        self._recorder._writer.write(self._recorder._rx_channel, time, self._encode_rx(data))
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        self._recorder._writer.write(self._recorder._tx_channel, time, self._encode_tx(data))
 
 
 def _words(member: IntEnum) -> str:

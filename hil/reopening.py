@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkOpenError
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkOpenError, bare_text
 
 if TYPE_CHECKING:
     from firmware_protocol.link import Link
@@ -106,7 +106,7 @@ class Reopening:
                 raise self._over()
             link = self.opener.open()
         except LinkOpenError as error:
-            self._why = f" ({_bare(error)})"
+            self._why = f" ({bare_text(error)})"
             if now >= self._deadline - _SLACK:
                 raise self._over() from error
             self._interval = min(self._interval * FACTOR, LONGEST)
@@ -117,14 +117,9 @@ class Reopening:
 
     def _over(self) -> LinkClosedError:
         return LinkClosedError(
-            self._error.url, f"{_bare(self._error)}; it did not come back within {self.patience:g} s{self._why}"
+            self._error.url, f"{bare_text(self._error)}; it did not come back within {self.patience:g} s{self._why}"
         )
 
     def settle(self) -> None:
         """The robot answers: the next loss is one of its own."""
         self._settled = True
-
-
-def _bare(error: LinkError) -> str:
-    """What an error says, without its address."""
-    return str(error).removeprefix(f"{error.url}: ")

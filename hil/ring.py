@@ -13,7 +13,9 @@ from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
 
 if TYPE_CHECKING:
+    from firmware_protocol.exchange import Ticket
     from firmware_protocol.maneuver_fields import ManeuverReport
+    from firmware_protocol.messages import JuniorManeuverResult
     from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.junior import Junior
     from hil.referee import Referee
@@ -38,7 +40,7 @@ class Engagement:
         outcome: UNDECIDED while the bout goes on.
         elapsed: Time since the bout began, in s; None without a referee.
         progress: How much nearer the opponent came to the border, in m; None without a referee.
-        duration: Time from the command until the robot was ready for the next, in s.
+        duration: Time from the command until its result came, in s.
     """
 
     report: ManeuverReport
@@ -131,15 +133,15 @@ class RefereedRing:
 
     def engage(self, maneuver: Maneuver) -> Engagement:
         """Have a maneuver performed; it is broken off when the bout is over."""
-        started = self._junior.now()
-        report = self._junior.perform(maneuver, until=lambda: self._referee.latest.phase == Phase.OVER)
+        ticket = self._junior.start(maneuver)
+        report = self._junior.follow(ticket, until=lambda: self._referee.latest.phase == Phase.OVER)
         state = self._referee.latest
         if state.phase != Phase.OVER:
             state = self._referee.state()
         progress = self._clearance - state.clearance
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
-        return Engagement(report, report.after, outcome, state.elapsed, progress, _lasted(started, self._junior.now()))
+        return Engagement(report, report.after, outcome, state.elapsed, progress, _lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
@@ -165,9 +167,9 @@ class OpenRing:
 
     def engage(self, maneuver: Maneuver) -> Engagement:
         """Have a maneuver performed; see `Ring.engage`."""
-        started = self._junior.now()
-        report = self._junior.perform(maneuver)
-        return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(started, self._junior.now()))
+        ticket = self._junior.start(maneuver)
+        report = self._junior.follow(ticket)
+        return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
@@ -189,9 +191,14 @@ def _recover(junior: Junior) -> None:
     junior.arm()
 
 
-def _lasted(begun: float, ended: float) -> float:
-    """A time in s, to the microsecond: the difference of two clock readings has a rounding that depends on the hour."""
-    return round(ended - begun, 6)
+def _lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
+    """From the step that sent a maneuver to the stamp of what brought its result, in s.
+
+    To the microsecond: the difference of two clock readings has a rounding that depends on the hour.
+    """
+    assert ticket.asked_at is not None
+    assert ticket.answered_at is not None
+    return round(ticket.answered_at - ticket.asked_at, 6)
 
 
 def _code(name: str) -> OpponentCode:

@@ -73,7 +73,6 @@ class Robots:
         self.limits = limits
         self.members: dict[RobotAddress, Junior] = {}
         self.between: Callable[[], None] | None = None
-        self.now = networks.now
         self._expected: frozenset[RobotAddress] = frozenset()
         self._listeners: list[Callable[[str, Event], None]] = []
         self._closed = False
@@ -82,6 +81,9 @@ class Robots:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is not None and issubclass(kind, KeyboardInterrupt):
+            for bridge in self.networks.bridges.values():
+                bridge.operator.interrupted()
         self.close()
 
     # --- who is there ------------------------------------------------------------------------------------------------
@@ -222,9 +224,25 @@ class Robots:
 
     def _join(self, network: str, system: int) -> None:
         bridge = self.networks.bridges[network]
-        junior = Junior(bridge, self.now, self.limits, serve=self.step)
+        junior = Junior(bridge, self.limits, self)
         junior.adopt(bridge.peers[system], network)
         self.members[RobotAddress(network, system)] = junior
+
+    def now(self) -> float:
+        """Time of the last step, in s; in lock-step that of the network furthest behind."""
+        return self.networks.now()
+
+    def deadline(self, duration: float) -> float:
+        """When a time that begins now is over, in s; a step of no length sees what time it is.
+
+        Args:
+            duration: How long, in s.
+
+        Raises:
+            LinkError: The last link is gone.
+        """
+        self.step(0.0)
+        return self.now() + duration
 
     def wait(self, duration: float) -> None:
         """Let time pass, and serve the links meanwhile.
@@ -232,7 +250,7 @@ class Robots:
         Args:
             duration: How long, in s.
         """
-        deadline = self.now() + duration
+        deadline = self.deadline(duration)
         while (left := deadline - self.now()) > 1e-9:
             self.step(min(WAIT, left))
 
@@ -298,7 +316,7 @@ class Robots:
         timeout: float | None,
     ) -> Answers[R]:
         asked = [(junior, question(junior)) for junior in (self if among is None else among)]
-        deadline = float("inf") if timeout is None else self.now() + timeout
+        deadline = float("inf") if timeout is None else self.deadline(timeout)
         while not all(self._over(*pair) for pair in asked) and (left := deadline - self.now()) > 0:
             self.step(min(WAIT, left))
         answers: Answers[R] = Answers()
@@ -377,7 +395,7 @@ class Robots:
         try:
             asked = [(junior, junior.ask_to_end()) for junior in self.members.values()]
             awaited = [ticket for junior, ticket in asked if ticket is not None and junior.peer.ready]
-            deadline = self.now() + STOP_WAIT if asked else 0.0
+            deadline = self.deadline(STOP_WAIT) if asked else 0.0
             while asked and (left := deadline - self.now()) > 0:
                 self.step(min(WAIT, left))
                 if all(ticket.done for ticket in awaited):

@@ -4,7 +4,8 @@ A program that is stopped sends nothing, so the robots' own watchdogs stop their
 when the program went on it would keep them alive where it had left off. So robots are told before the program stops.
 
 Signals arrive between any two instructions, also in the middle of a message that is being sent. So what they ask for is done
-between two steps of the link (`Suspension.attend`), which is at most 50 ms later. A program that is stuck does not step, and
+between two steps of the link (`Suspension.attend`), which is at most 50 ms later, and comes in by a step as all that an
+operator asks for (`hil.operator`): a log tells of it, and a replay of that log goes the same way. A program that is stuck does not step, and
 its robots have been stopped by their watchdogs: it is stopped all the same, after a second.
 
 Windows has no such signals: there nothing of this happens.
@@ -18,6 +19,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.errors import HilError
+from hil.operator import CONTINUE, SUSPEND
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
     from hil.bridge import Bridge
     from hil.junior import Junior
+    from hil.operator import Operator
 
 STOP_WAIT: Final = 0.5
 """How long the robots are given to acknowledge the stop, in s."""
@@ -60,11 +63,12 @@ class Suspension:
     """Sees to Ctrl-Z while robots are connected; a context manager, for the main thread.
 
     Args:
+        operator: Whom the signals are told to, and whose steps tell of them.
         robots: Gives those to be stopped; those that are only watched are left alone.
         bridges: Gives what speaks with them.
         step: Serves the links once, for so long in s, and calls `attend`.
-        now: Reads the clock, in s.
-        noted: Is told of `SIGTSTP` and `SIGCONT`, for the log; None for nobody.
+        now: Time of the last step, in s.
+        replayed: The signals are those of a log: this process is neither stopped nor waits.
 
     Attributes:
         plays_on: The robots play a contest, which needs no host: they are left alone.
@@ -72,34 +76,38 @@ class Suspension:
 
     def __init__(
         self,
+        operator: Operator,
         robots: Callable[[], Collection[Junior]],
         bridges: Callable[[], Collection[Bridge]],
         step: Callable[[float], object],
         now: Callable[[], float],
-        noted: Callable[[str], None] | None = None,
+        *,
+        replayed: bool = False,
     ) -> None:
         self.plays_on = False
+        self._operator = operator
         self._robots = robots
         self._bridges = bridges
         self._step = step
         self._now = now
-        self._noted = noted if noted is not None else lambda _: None
+        self._replayed = replayed
         self._asked = False
         self._given_up = False
         self._continued = False
+        self._resumed = False
         self._attending = False
         self._attended = now()
         self._before: dict[signal.Signals, signal.Handlers | Callable[[int, FrameType | None], object] | int | None] = {}
 
     def __enter__(self) -> Self:
-        if hasattr(signal, "SIGTSTP") and signal.getsignal(signal.SIGTSTP) is not signal.SIG_IGN:
+        here = not self._replayed and hasattr(signal, "SIGTSTP")
+        if here and signal.getsignal(signal.SIGTSTP) is not signal.SIG_IGN:
             handlers = {signal.SIGTSTP: self._ask, signal.SIGCONT: self._continue, signal.SIGALRM: self._give_up}
             self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
         return self
 
     def __exit__(self, *_: object) -> None:
-        if self._before:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        self._set_timer(0.0)
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before = {}
@@ -108,45 +116,58 @@ class Suspension:
         """Do what was asked for by a signal; called between two steps of the links, often."""
         if self._attending:  # stopping the robots takes steps too
             return
-        if self._asked or self._continued:
+        if signals := self._operator.signals():
             self._attending = True
             try:
-                self._see_to_it()
+                self._see_to_it(signals)
             finally:
                 self._attending = False
         self._attended = self._now()
 
-    def _see_to_it(self) -> None:
-        away = self._now() - self._attended > GAP
-        if self._asked:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+    def _see_to_it(self, signals: list[str]) -> None:
+        self._continued = False
+        if SUSPEND in signals:
+            self._set_timer(0.0)
             self._asked = self._given_up = False  # now: who asks again meanwhile has a program that is stuck stopped
             self._stop_robots()
-            self._asked = False  # what was asked for meanwhile is done now
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            self._operator.signals()  # what was asked for meanwhile is done now
+            self._operator.withdraw(SUSPEND)
+            self._asked = False
+            self._set_timer(0.0)
             if not self._given_up:
                 self._stop()
-            away = True
-        self._continued = False
-        if away:
+            self._resumed = True
             self._begin_anew()
+        elif self._resumed:  # that it goes on is told after it has gone on
+            self._resumed = False
+        elif self._now() - self._attended > GAP:
+            self._begin_anew()
+
+    def _set_timer(self, duration: float) -> None:
+        """Be told after a time, in s; 0 is never."""
+        if self._before:
+            signal.setitimer(signal.ITIMER_REAL, duration)
 
     def _ask(self, _number: int, _frame: FrameType | None) -> None:
         if not self._asked:
             self._asked = True
-            signal.setitimer(signal.ITIMER_REAL, STUCK)
+            self._set_timer(STUCK)
+            self._operator.ask(SUSPEND)
 
     def _give_up(self, _number: int, _frame: FrameType | None) -> None:
         """It is stuck. What was going on goes on afterwards, so nothing may be said to the robots here."""
         if self._asked:
             self._asked = False
             self._given_up = True
+            self._operator.withdraw(SUSPEND)
             self._stop()
 
     def _continue(self, _number: int, _frame: FrameType | None) -> None:
-        self._continued = True
         for _, take_again in _around:
             take_again()
+        if not self._continued:
+            self._continued = True
+            self._operator.ask(CONTINUE)
 
     @property
     def _in_charge(self) -> bool:
@@ -157,7 +178,6 @@ class Suspension:
         """Stop and disarm all, and see that it has arrived, if they answer."""
         if not self._in_charge:
             return
-        self._noted("SIGTSTP")
         try:
             tickets = [ticket for junior in self._robots() if (ticket := junior.ask_to_end()) is not None]
             deadline = self._now() + STOP_WAIT
@@ -168,6 +188,8 @@ class Suspension:
 
     def _stop(self) -> None:
         """Stop this process, as if nobody had caught the signal; returns when it goes on."""
+        if self._replayed:
+            return
         for give_back, _ in reversed(_around):
             give_back()
         caught = signal.signal(signal.SIGTSTP, signal.SIG_DFL)
@@ -181,7 +203,7 @@ class Suspension:
         """Open new sessions: whoever had the robots meanwhile, and whatever was under way, they are stopped and disarmed."""
         if not self._in_charge:
             return
-        self._noted("SIGCONT")
-        threading.Event().wait(_READING)
+        if not self._replayed:
+            threading.Event().wait(_READING)
         for bridge in self._bridges():
             bridge.begin_anew(CAUSE)

@@ -14,8 +14,10 @@ from operator import attrgetter
 from struct import Struct
 from typing import Any, Final
 
+from firmware_protocol.errors import bare_text
 from hil.mcaplog.records import BridgeStep, WireBytes
 from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, Field, FieldType, Schema, record_schema
+from hil.taps import NOTHING, Circumstances
 
 Encoder = Callable[[object], bytes]
 """Object with the schema's fields as attributes -> protobuf."""
@@ -200,25 +202,49 @@ def wire_encoder(direction: str, link: str) -> Callable[[bytes], bytes]:
     return encode
 
 
-def step_encoder() -> Callable[[float, Sequence[tuple[float, bytes]], tuple[str, ...]], bytes]:
-    """A faster encoder of `BridgeStep`, for steps with at most one chunk and no input, which most are."""
+def step_encoder(network: str) -> Callable[[float, Sequence[tuple[float, bytes]], Circumstances], bytes]:
+    """A faster encoder of `BridgeStep`, for steps with at most one chunk that meet nothing else, which most are.
+
+    Args:
+        network: Name of the network.
+    """
     schema = record_schema(BridgeStep)
     general = compile_encoder(schema)
     clock, times, sizes = (_tag(field.number, 1 if index == 0 else 2) for index, field in enumerate(schema.fields[:3]))
     times, sizes = times + varint(8), sizes + varint(8)
+    named = next(field for field in schema.fields if field.name == "network")
+    name = network.encode("utf-8", errors="replace")
+    suffix = _tag(named.number, 2) + varint(len(name)) + name
     empty = Struct(f"<{len(clock)}sd").pack
     single = Struct(f"<{len(clock)}sd{len(times)}sd{len(sizes)}sq").pack
 
-    def encode(time: float, chunks: Sequence[tuple[float, bytes]], inputs: tuple[str, ...]) -> bytes:
-        if inputs or len(chunks) > 1:
-            stamps = tuple(stamp for stamp, _ in chunks)
-            return general(BridgeStep(time, stamps, tuple(len(data) for _, data in chunks), inputs))
+    def encode(time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> bytes:
+        if met is not NOTHING or len(chunks) > 1:
+            return general(_step(network, time, chunks, met))
         if not chunks:
-            return empty(clock, time)
+            return empty(clock, time) + suffix
         ((stamp, data),) = chunks
-        return single(clock, time, times, stamp, sizes, len(data))
+        return single(clock, time, times, stamp, sizes, len(data)) + suffix
 
     return encode
+
+
+def _step(network: str, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> BridgeStep:
+    return BridgeStep(
+        clock=time,
+        chunk_times=tuple(stamp for stamp, _ in chunks),
+        chunk_sizes=tuple(len(data) for _, data in chunks),
+        inputs=tuple(one.what for one in met.inputs),
+        input_robots=tuple(one.robot for one in met.inputs),
+        network=network,
+        lost="" if met.lost is None else bare_text(met.lost),
+        lost_link="" if met.lost is None else met.lost.url,
+        ended="" if met.ended is None else bare_text(met.ended),
+        ended_link="" if met.ended is None else met.ended.url,
+        back=met.back,
+        news=met.news,
+        dropped=met.dropped,
+    )
 
 
 def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[[object], Any]:

@@ -34,7 +34,46 @@ class BridgeStep:
     clock: Annotated[float, "s; the one reading of the clock in this step"]
     chunk_times: Annotated[tuple[float, ...], "s; when each chunk consumed in this step had arrived"]
     chunk_sizes: Annotated[tuple[int, ...], "bytes of each chunk"]
-    inputs: Annotated[tuple[str, ...], "what the operator did since the step before"]
+    inputs: Annotated[tuple[str, ...], "what the operator asked for since the step before: interrupt, suspend, continue, key X"]
+    input_robots: Annotated[tuple[str, ...], "of each input, for which robot it was, as far as it was for one"]
+    network: Annotated[str, "name of the network whose step this is: the address of its link"]
+    lost: Annotated[str, "why the link is gone, and is going to be opened again; empty where it is not"]
+    lost_link: Annotated[str, "address of the link that is gone"]
+    ended: Annotated[str, "why the link is gone for good; empty where it is not"]
+    ended_link: Annotated[str, "address of the link that is gone for good"]
+    back: Annotated[str, "address under which the link is there again; empty where it is not"]
+    news: Annotated[tuple[str, ...], "what has happened to the link, in its own words"]
+    dropped: Annotated[int, "bytes that came and were given up since the step before, since too many waited"]
+
+
+@dataclass(frozen=True)
+class BridgeOpening:
+    """How a bridge begins: what its first step starts from."""
+
+    network: Annotated[str, "name of the network: the address of its link as it was asked for"]
+    link: Annotated[str, "address of the link, as it calls itself"]
+    wire: Annotated[str, "what it carries: mavlink or can"]
+    lockstep: Annotated[bool, "time passes only while the host waits"]
+    clock: Annotated[float, "s; the first reading of the clock"]
+    signing_time: Annotated[int, "10 us since 2015-01-01 GMT; the calendar at that moment; 0: nothing is signed"]
+
+
+@dataclass(frozen=True)
+class SessionDrawn:
+    """A number was drawn by chance: the first of a network is the host's own, the others are of sessions."""
+
+    network: Annotated[str, "name of the network"]
+    number: Annotated[int, "the number, 1..65535"]
+
+
+@dataclass(frozen=True)
+class UnsentBytes:
+    """Bytes that the link did not take."""
+
+    link: Annotated[str, "address of the link"]
+    data: Annotated[bytes, "the bytes"]
+    timeout: Annotated[bool, "it did not take them in time, and is still there; else it is gone"]
+    error: Annotated[str, "why"]
 
 
 @dataclass(frozen=True)
@@ -88,5 +127,8 @@ class AdviceRecord:
     json: Annotated[str, "the advice file's content"]
 
 
-RECORDS: Final = (WireBytes, RejectedInput, BridgeStep, EventRecord, TrialRecord, StepRecord, AdviceRecord)
+RECORDS: Final = (
+    WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, TrialRecord, StepRecord,
+    AdviceRecord,
+)  # fmt: skip
 """Every kind of entry defined here."""

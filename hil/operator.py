@@ -1,0 +1,134 @@
+"""What a person, or a signal, asks of a program that serves links: it comes in by the bridge's steps, and only so.
+
+A key or a signal comes at any moment, between any two instructions. Were it acted on at that moment, no log could tell what
+it has decided. So it waits for the next step of a bridge, which takes it in, tells the taps of it, and only then is it acted
+on: by the bridge itself (an interrupt ends the step with a KeyboardInterrupt) or by the program, which asks for `pressed`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+INTERRUPT: Final = "interrupt"
+"""The run is to end: Ctrl-C, SIGTERM or SIGHUP. The step that takes it in raises KeyboardInterrupt."""
+INTERRUPTED: Final = "interrupted"
+"""The program was interrupted between two steps, and ends: nothing is raised by this."""
+SUSPEND: Final = "suspend"
+"""The program is to be stopped for a while: Ctrl-Z."""
+CONTINUE: Final = "continue"
+"""It was stopped, and goes on."""
+KEY: Final = "key "
+"""What a pressed key begins with."""
+
+
+class Input(NamedTuple):
+    """One thing that was asked for.
+
+    Attributes:
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, or `key X`.
+        robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
+    """
+
+    what: str
+    robot: str = ""
+
+
+class Operator:
+    """Takes in what is asked for, and hands it to the bridges' steps.
+
+    Attributes:
+        keys: Gives the keys that were pressed since it was last called, each with the robot that it is for; None: nobody
+            presses any.
+    """
+
+    def __init__(self) -> None:
+        self.keys: Callable[[], Iterable[Input]] | None = None
+        self._asked: deque[Input] = deque()
+        self._taken: list[Input] = []
+        self._wakers: list[Callable[[], None]] = []
+        self._interrupting = False
+
+    @property
+    def serving(self) -> bool:
+        """A bridge is open, whose next step takes in what is asked for."""
+        return bool(self._wakers)
+
+    @property
+    def waiting(self) -> bool:
+        """Something was asked for that no step has taken in: the next one need not wait."""
+        return bool(self._asked)
+
+    def attach(self, wake: Callable[[], None]) -> None:
+        """A bridge is open.
+
+        Args:
+            wake: Has its step return at once; called in whatever thread, and by signal handlers.
+        """
+        self._wakers.append(wake)
+
+    def detach(self, wake: Callable[[], None]) -> None:
+        """A bridge is closed. Repeating it does nothing.
+
+        Args:
+            wake: As given to `attach`.
+        """
+        if wake in self._wakers:
+            self._wakers.remove(wake)
+
+    def ask(self, what: str, robot: str = "") -> None:
+        """Ask for something; fit for signal handlers and other threads.
+
+        Args:
+            what: As in `Input`.
+            robot: Likewise.
+        """
+        self._asked.append(Input(what, robot))
+        for wake in self._wakers:
+            wake()
+
+    def interrupted(self) -> None:
+        """The program has been interrupted, by a step or between two: what ends a run is taken in with its last steps."""
+        if not self._interrupting:
+            self._asked.append(Input(INTERRUPTED))
+
+    def withdraw(self, what: str) -> None:
+        """It has been seen to otherwise, should no step have taken it in.
+
+        Args:
+            what: As in `Input`.
+        """
+        with suppress(ValueError):
+            self._asked.remove(Input(what))
+
+    def take(self) -> tuple[Input, ...]:
+        """What was asked for since the step before; called by every step of a bridge, once."""
+        if self.keys is not None:
+            self._asked.extend(self.keys())
+        if not self._asked:
+            return ()
+        taken: list[Input] = []
+        while self._asked:
+            taken.append(self._asked.popleft())
+        self._taken += [one for one in taken if one.what not in {INTERRUPT, INTERRUPTED}]
+        self._interrupting = self._interrupting or any(one.what == INTERRUPT for one in taken)
+        return tuple(taken)
+
+    def pressed(self) -> list[Input]:
+        """The keys that steps have taken in since this was last called, in order."""
+        return self._done(lambda one: one.what.startswith(KEY))
+
+    def signals(self) -> list[str]:
+        """Likewise, whether the program was to be stopped, or has gone on."""
+        return [one.what for one in self._done(lambda one: one.what in {SUSPEND, CONTINUE})]
+
+    def _done(self, wanted: Callable[[Input], bool]) -> list[Input]:
+        if not self._taken:
+            return []
+        found = [one for one in self._taken if wanted(one)]
+        self._taken = [one for one in self._taken if not wanted(one)]
+        return found
