@@ -17,6 +17,8 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
@@ -93,6 +95,7 @@ class LogWriter:
         self._schemas: dict[str, SchemaRecord] = {}
         self._channels: dict[str, Channel] = {}
         self._chunks: list[ChunkIndex] = []
+        self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
         self._span: tuple[int, int] | None = None
@@ -178,6 +181,36 @@ class LogWriter:
         if self._open:
             self._write_metadata(name, _text(values))
             self._flush_file()
+
+    def attachment(self, name: str, data: bytes, *, media_type: str, time: float) -> None:
+        """Write an attachment, a whole file inside the log, at once.
+
+        Args:
+            name: Name of the attachment.
+            data: Its content.
+            media_type: What it is, as `application/json`.
+            time: Log time in s; when it was made is not said, so that equal runs give equal logs.
+
+        Raises:
+            LogError: As in `write`.
+        """
+        if not self._open:
+            return
+        stamp = round(time * 1e9)
+        record = _serialize(Attachment(create_time=0, log_time=stamp, name=name, media_type=media_type, data=data))
+        self._attachments.append(
+            AttachmentIndex(
+                offset=self._offset,
+                length=len(record),
+                log_time=stamp,
+                create_time=0,
+                data_size=len(data),
+                name=name,
+                media_type=media_type,
+            )
+        )
+        self._put(record)
+        self._flush_file()
 
     def flush(self) -> None:
         """Close the chunk and hand everything to the operating system.
@@ -273,7 +306,7 @@ class LogWriter:
     def _summary(self) -> bytes:
         start, end = self._span or (0, 0)
         statistics = Statistics(
-            attachment_count=0,
+            attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts=dict(sorted(self._counts.items())),
             chunk_count=len(self._chunks),
@@ -288,6 +321,7 @@ class LogWriter:
             (Opcode.CHANNEL, list(self._channels.values())),
             (Opcode.STATISTICS, [statistics]),
             (Opcode.CHUNK_INDEX, list(self._chunks)),
+            (Opcode.ATTACHMENT_INDEX, list(self._attachments)),
             (Opcode.METADATA_INDEX, list(self._metadata)),
         ]
         body, offsets = bytearray(), bytearray()
