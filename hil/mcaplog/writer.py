@@ -98,6 +98,7 @@ class LogWriter:
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
+        """Messages of each channel so far, which number them."""
         self._span: tuple[int, int] | None = None
         self._offset = 0
         self._open = True
@@ -147,6 +148,7 @@ class LogWriter:
             self._pending.append((0, 0, _serialize(record)))
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
+        self._counts[found.id] = 0
         self._pending.append((0, 0, _serialize(found)))
         return found.id
 
@@ -264,7 +266,6 @@ class LogWriter:
             offsets[channel] = self._offset
             size = 8 * len(place)
             self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place))
-            self._counts[channel] = self._counts.get(channel, 0) + len(place) // 2
         self._chunks.append(
             ChunkIndex(
                 chunk_length=len(body),
@@ -282,14 +283,15 @@ class LogWriter:
 
     def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
         """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
-        buffer, index, head = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack
+        buffer, index, head, counts = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, self._counts
         for channel, stamp, data in self._pending:
             if channel:
                 place = index.get(channel)
                 if place is None:
                     place = index[channel] = []
                 place += (stamp, len(buffer))
-                buffer += head(_MESSAGE, 22 + len(data), channel, 0, stamp, stamp)
+                counts[channel] = number = counts[channel] + 1
+                buffer += head(_MESSAGE, 22 + len(data), channel, number, stamp, stamp)
             buffer += data
         self._forget()
         return bytes(buffer), index
@@ -308,7 +310,7 @@ class LogWriter:
         statistics = Statistics(
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
-            channel_message_counts=dict(sorted(self._counts.items())),
+            channel_message_counts={channel: count for channel, count in self._counts.items() if count},
             chunk_count=len(self._chunks),
             message_count=sum(self._counts.values()),
             message_end_time=end,

@@ -94,6 +94,14 @@ def test_stock_tools_read_it_too(log: Path) -> None:
         assert {record.name for record in reader.iter_metadata()} == {"run", "config"}
 
 
+def test_messages_are_numbered_by_topic(log: Path) -> None:
+    numbers: dict[str, list[int]] = {}
+    with log.open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            numbers.setdefault(channel.topic, []).append(message.sequence)
+    assert numbers == {"/junior/sensors": list(range(1, 201)), "/events": list(range(1, 21))}
+
+
 def test_the_same_calls_give_the_same_bytes_but_for_the_run(tmp_path: Path) -> None:
     one, two = tmp_path / "one.mcap", tmp_path / "two.mcap"
     write(one, 500, run={"command": "hil coach", "started": "now"}).close()
