@@ -46,6 +46,8 @@ MAGIC: Final = b"\x89MCAP0\r\n"
 LIBRARY: Final = "junior-hil"
 RUN: Final = "run"
 """Name of the one metadata record that may differ between two logs of the same run."""
+SIZES: Final = "sizes"
+"""Name of the metadata record that closes a log: by topic, the bytes of its messages before compression."""
 RUN_BLOCK: Final = 4096
 """The `run` record is padded to a multiple of this, in bytes."""
 CHUNK_SIZE: Final = 256 * 1024
@@ -99,6 +101,8 @@ class LogWriter:
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
         """Messages of each channel so far, which number them."""
+        self._sizes: dict[int, int] = {}
+        """Bytes of each channel's message records."""
         self._span: tuple[int, int] | None = None
         self._offset = 0
         self._open = True
@@ -148,7 +152,7 @@ class LogWriter:
             self._pending.append((0, 0, _serialize(record)))
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
-        self._counts[found.id] = 0
+        self._counts[found.id] = self._sizes[found.id] = 0
         self._pending.append((0, 0, _serialize(found)))
         return found.id
 
@@ -235,6 +239,8 @@ class LogWriter:
         if not self._open:
             return
         self._finish_chunk()
+        sizes = {topic: str(self._sizes[channel.id]) for topic, channel in self._channels.items()}
+        self._write_metadata(SIZES, sizes)
         self._put(_serialize(DataEnd(0)))
         self._put(self._summary())
         self._put(MAGIC)
@@ -283,7 +289,8 @@ class LogWriter:
 
     def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
         """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
-        buffer, index, head, counts = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, self._counts
+        buffer, index, head, head_size = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, _MESSAGE_HEAD.size
+        counts, sizes = self._counts, self._sizes
         for channel, stamp, data in self._pending:
             if channel:
                 place = index.get(channel)
@@ -291,6 +298,7 @@ class LogWriter:
                     place = index[channel] = []
                 place += (stamp, len(buffer))
                 counts[channel] = number = counts[channel] + 1
+                sizes[channel] += head_size + len(data)
                 buffer += head(_MESSAGE, 22 + len(data), channel, number, stamp, stamp)
             buffer += data
         self._forget()

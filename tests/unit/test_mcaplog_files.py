@@ -91,7 +91,7 @@ def test_stock_tools_read_it_too(log: Path) -> None:
         assert [list(message.eye) for message in decoded] == [[index % 1024, 5] for index in range(200)]
         late = list(reader.iter_messages(topics=["/events"], starting_at=3_000_000_000))  # by the index of messages
         assert len(late) == 5
-        assert {record.name for record in reader.iter_metadata()} == {"run", "config"}
+        assert {record.name for record in reader.iter_metadata()} == {"run", "config", "sizes"}
 
 
 def test_messages_are_numbered_by_topic(log: Path) -> None:
@@ -100,6 +100,16 @@ def test_messages_are_numbered_by_topic(log: Path) -> None:
         for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
             numbers.setdefault(channel.topic, []).append(message.sequence)
     assert numbers == {"/junior/sensors": list(range(1, 201)), "/events": list(range(1, 21))}
+
+
+def test_a_log_closes_with_what_each_topic_takes(log: Path) -> None:
+    sizes = {"/junior/sensors": 0, "/events": 0}
+    with log.open("rb") as file:
+        reader = make_reader(file)
+        for _, channel, message in reader.iter_messages():
+            sizes[channel.topic] += 9 + 22 + len(message.data)
+        told = [record.metadata for record in reader.iter_metadata() if record.name == "sizes"]
+    assert told == [{topic: str(size) for topic, size in sizes.items()}]
 
 
 def test_the_same_calls_give_the_same_bytes_but_for_the_run(tmp_path: Path) -> None:
