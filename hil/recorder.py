@@ -347,6 +347,16 @@ class Recorder:
         """A metadata record; `robot` holds the robot's parameters."""
         self._writer.metadata(name, values)
 
+    def attachment(self, name: str, data: bytes, *, media_type: str = "application/octet-stream") -> None:
+        """A file of the run, whole, inside the log: never one that holds a key.
+
+        Args:
+            name: Name of the attachment.
+            data: Its content.
+            media_type: What it is, as `application/json`.
+        """
+        self._writer.attachment(name, data, media_type=media_type, time=self._now)
+
     def flush(self) -> None:
         """Hand everything to the operating system."""
         self._writer.flush()

@@ -1,8 +1,9 @@
 """Logs as MCAP files with protobuf entries: the only place that knows MCAP, protobuf and Foxglove's schemas."""
 
+from hil.mcaplog.attachments import LogAttachment
 from hil.mcaplog.compare import differences
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.writer import LogWriter
 
-__all__ = ["LogEntry", "LogError", "LogReader", "LogWriter", "differences"]
+__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "differences"]

@@ -9,6 +9,8 @@ MIB: Final = 1 << 20
 LARGEST_CHUNK: Final = 16 * MIB
 """What a chunk may unpack to, in bytes: ours hold 256 KiB, those of other programs 1 to 4 MiB."""
 LARGEST_METADATA: Final = MIB
+LARGEST_ATTACHMENTS: Final = 64 * MIB
+"""All attachments together, in bytes: they are kept in memory. Ours have less than 1 MiB."""
 LARGEST_CHANNEL: Final = 4096
 MOST_CHANNELS: Final = 500
 LARGEST_SCHEMAS: Final = 2 * MIB

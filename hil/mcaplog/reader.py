@@ -22,9 +22,11 @@ from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.messages import MESSAGES
+from hil.mcaplog.attachments import LogAttachment, read_attachment
 from hil.mcaplog.encode import NO_FRAME, compile_rebuilder, read_sender
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import (
+    LARGEST_ATTACHMENTS,
     LARGEST_CHANNEL,
     LARGEST_METADATA,
     LARGEST_SCHEMAS,
@@ -106,6 +108,7 @@ class LogReader:
         path: The file.
         size: Its size in bytes.
         metadata: The metadata records met in the last pass, by name; of several with one name the last.
+        attachments: The attachments met in the last pass, by name, likewise.
         truncated: The last pass did not come to a proper end of the file.
         damage: What the last pass found wrong, in words.
         bytes_read: Bytes up to the end of the last whole record of the last pass.
@@ -126,6 +129,8 @@ class LogReader:
         self._limits = limits
         self._unpacked = self._records = 0
         self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, LogAttachment] = {}
+        self._attached = 0
         self.truncated = False
         self.damage: list[str] = []
         self.bytes_read = 0
@@ -189,8 +194,8 @@ class LogReader:
         Yields:
             The records; those inside a chunk follow it.
         """
-        self.metadata, self.damage, self.truncated = {}, [], True
-        self.bytes_read = self.messages_read = self._unpacked = self._records = 0
+        self.metadata, self.attachments, self.damage, self.truncated = {}, {}, [], True
+        self.bytes_read = self.messages_read = self._unpacked = self._records = self._attached = 0
         self.stopped = ""
         with self.path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
@@ -201,6 +206,8 @@ class LogReader:
                 yield record
                 if record.opcode == Opcode.METADATA:
                     self._take_metadata(record)
+                elif record.opcode == Opcode.ATTACHMENT and record.content:
+                    self._take_attachment(record)
                 elif record.opcode == Opcode.CHUNK and expand:
                     try:
                         yield from self._open_chunk(record)
@@ -285,6 +292,21 @@ class LogReader:
             self._note(f"the metadata at byte {record.offset:,} is damaged ({error})")
             return
         self.metadata[metadata.name] = {key: value for key, value in metadata.metadata.items() if key != "padding"}
+
+    def _take_attachment(self, record: RawRecord) -> None:
+        self._attached += len(record.content)
+        if self._attached > LARGEST_ATTACHMENTS:
+            self._attached -= len(record.content)
+            self._note(
+                f"the attachment at byte {record.offset:,} was left out: there are more than {LARGEST_ATTACHMENTS:,} bytes"
+            )
+            return
+        try:
+            attachment = read_attachment(record.content)
+        except _DAMAGE as error:
+            self._note(f"the attachment at byte {record.offset:,} is damaged ({error})")
+            return
+        self.attachments[attachment.name] = attachment
 
     def _note(self, text: str) -> None:
         if len(self.damage) < 100:

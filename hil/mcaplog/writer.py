@@ -17,6 +17,8 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
@@ -44,6 +46,8 @@ MAGIC: Final = b"\x89MCAP0\r\n"
 LIBRARY: Final = "junior-hil"
 RUN: Final = "run"
 """Name of the one metadata record that may differ between two logs of the same run."""
+SIZES: Final = "sizes"
+"""Name of the metadata record that closes a log: by topic, the bytes of its messages before compression."""
 RUN_BLOCK: Final = 4096
 """The `run` record is padded to a multiple of this, in bytes."""
 CHUNK_SIZE: Final = 256 * 1024
@@ -93,8 +97,12 @@ class LogWriter:
         self._schemas: dict[str, SchemaRecord] = {}
         self._channels: dict[str, Channel] = {}
         self._chunks: list[ChunkIndex] = []
+        self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
         self._counts: dict[int, int] = {}
+        """Messages of each channel so far, which number them."""
+        self._sizes: dict[int, int] = {}
+        """Bytes of each channel's message records."""
         self._span: tuple[int, int] | None = None
         self._offset = 0
         self._open = True
@@ -144,6 +152,7 @@ class LogWriter:
             self._pending.append((0, 0, _serialize(record)))
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
+        self._counts[found.id] = self._sizes[found.id] = 0
         self._pending.append((0, 0, _serialize(found)))
         return found.id
 
@@ -179,6 +188,36 @@ class LogWriter:
             self._write_metadata(name, _text(values))
             self._flush_file()
 
+    def attachment(self, name: str, data: bytes, *, media_type: str, time: float) -> None:
+        """Write an attachment, a whole file inside the log, at once.
+
+        Args:
+            name: Name of the attachment.
+            data: Its content.
+            media_type: What it is, as `application/json`.
+            time: Log time in s; when it was made is not said, so that equal runs give equal logs.
+
+        Raises:
+            LogError: As in `write`.
+        """
+        if not self._open:
+            return
+        stamp = round(time * 1e9)
+        record = _serialize(Attachment(create_time=0, log_time=stamp, name=name, media_type=media_type, data=data))
+        self._attachments.append(
+            AttachmentIndex(
+                offset=self._offset,
+                length=len(record),
+                log_time=stamp,
+                create_time=0,
+                data_size=len(data),
+                name=name,
+                media_type=media_type,
+            )
+        )
+        self._put(record)
+        self._flush_file()
+
     def flush(self) -> None:
         """Close the chunk and hand everything to the operating system.
 
@@ -200,6 +239,8 @@ class LogWriter:
         if not self._open:
             return
         self._finish_chunk()
+        sizes = {topic: str(self._sizes[channel.id]) for topic, channel in self._channels.items()}
+        self._write_metadata(SIZES, sizes)
         self._put(_serialize(DataEnd(0)))
         self._put(self._summary())
         self._put(MAGIC)
@@ -231,7 +272,6 @@ class LogWriter:
             offsets[channel] = self._offset
             size = 8 * len(place)
             self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place))
-            self._counts[channel] = self._counts.get(channel, 0) + len(place) // 2
         self._chunks.append(
             ChunkIndex(
                 chunk_length=len(body),
@@ -249,14 +289,17 @@ class LogWriter:
 
     def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
         """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
-        buffer, index, head = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack
+        buffer, index, head, head_size = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, _MESSAGE_HEAD.size
+        counts, sizes = self._counts, self._sizes
         for channel, stamp, data in self._pending:
             if channel:
                 place = index.get(channel)
                 if place is None:
                     place = index[channel] = []
                 place += (stamp, len(buffer))
-                buffer += head(_MESSAGE, 22 + len(data), channel, 0, stamp, stamp)
+                counts[channel] = number = counts[channel] + 1
+                sizes[channel] += head_size + len(data)
+                buffer += head(_MESSAGE, 22 + len(data), channel, number, stamp, stamp)
             buffer += data
         self._forget()
         return bytes(buffer), index
@@ -273,9 +316,9 @@ class LogWriter:
     def _summary(self) -> bytes:
         start, end = self._span or (0, 0)
         statistics = Statistics(
-            attachment_count=0,
+            attachment_count=len(self._attachments),
             channel_count=len(self._channels),
-            channel_message_counts=dict(sorted(self._counts.items())),
+            channel_message_counts={channel: count for channel, count in self._counts.items() if count},
             chunk_count=len(self._chunks),
             message_count=sum(self._counts.values()),
             message_end_time=end,
@@ -288,6 +331,7 @@ class LogWriter:
             (Opcode.CHANNEL, list(self._channels.values())),
             (Opcode.STATISTICS, [statistics]),
             (Opcode.CHUNK_INDEX, list(self._chunks)),
+            (Opcode.ATTACHMENT_INDEX, list(self._attachments)),
             (Opcode.METADATA_INDEX, list(self._metadata)),
         ]
         body, offsets = bytearray(), bytearray()

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import random
+import zlib
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 from google.protobuf import descriptor_pb2
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.records import SummaryOffset
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 from report_logs import FullDisk
@@ -86,7 +91,25 @@ def test_stock_tools_read_it_too(log: Path) -> None:
         assert [list(message.eye) for message in decoded] == [[index % 1024, 5] for index in range(200)]
         late = list(reader.iter_messages(topics=["/events"], starting_at=3_000_000_000))  # by the index of messages
         assert len(late) == 5
-        assert {record.name for record in reader.iter_metadata()} == {"run", "config"}
+        assert {record.name for record in reader.iter_metadata()} == {"run", "config", "sizes"}
+
+
+def test_messages_are_numbered_by_topic(log: Path) -> None:
+    numbers: dict[str, list[int]] = {}
+    with log.open("rb") as file:
+        for _, channel, message in make_reader(file).iter_messages(log_time_order=False):
+            numbers.setdefault(channel.topic, []).append(message.sequence)
+    assert numbers == {"/junior/sensors": list(range(1, 201)), "/events": list(range(1, 21))}
+
+
+def test_a_log_closes_with_what_each_topic_takes(log: Path) -> None:
+    sizes = {"/junior/sensors": 0, "/events": 0}
+    with log.open("rb") as file:
+        reader = make_reader(file)
+        for _, channel, message in reader.iter_messages():
+            sizes[channel.topic] += 9 + 22 + len(message.data)
+        told = [record.metadata for record in reader.iter_metadata() if record.name == "sizes"]
+    assert told == [{topic: str(size) for topic, size in sizes.items()}]
 
 
 def test_the_same_calls_give_the_same_bytes_but_for_the_run(tmp_path: Path) -> None:
@@ -103,6 +126,34 @@ def test_the_same_calls_give_the_same_bytes_but_for_the_run(tmp_path: Path) -> N
     reader = LogReader(two)
     list(reader.entries([]))
     assert reader.metadata["run"] == {"command": "hil coach --log somewhere/else.mcap", "started": "later"}
+
+
+def test_attachments_are_indexed_and_counted_and_say_nothing_of_the_wall_clock(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    writer = write(path, 20)
+    writer.attachment("faults.toml", b"loss = 0.05", media_type="application/toml", time=0.4)
+    writer.attachment("advice.json", b"{}", media_type="application/json", time=0.5)
+    writer.close()
+    with path.open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        attached = list(reader.iter_attachments())
+    assert [(one.name, one.media_type, one.data) for one in attached] == [
+        ("faults.toml", "application/toml", b"loss = 0.05"),
+        ("advice.json", "application/json", b"{}"),
+    ]
+    assert [(one.log_time, one.create_time) for one in attached] == [(400_000_000, 0), (500_000_000, 0)]
+    assert summary is not None
+    assert summary.statistics is not None
+    assert summary.statistics.attachment_count == 2
+    data = path.read_bytes()
+    for index in summary.attachment_indexes:
+        record = data[index.offset : index.offset + index.length]
+        assert (record[0], int.from_bytes(record[1:9], "little")) == (Opcode.ATTACHMENT, index.length - 9)
+        assert zlib.crc32(record[9:-4]) == int.from_bytes(record[-4:], "little")
+        assert index.data_size == len(attached[summary.attachment_indexes.index(index)].data)
+    groups = [record for record in StreamReader(BytesIO(data)).records if isinstance(record, SummaryOffset)]
+    assert Opcode.ATTACHMENT_INDEX in {group.group_opcode for group in groups}
 
 
 def test_differences_are_told(tmp_path: Path, log: Path) -> None:
