@@ -243,7 +243,7 @@ class Meter:
         """How many more maneuvers the robot has performed in a boot than it was asked for in it, all boots together."""
         return sum(max(0, count - len(self.asked.get(boot, ()))) for boot, count in self.counted.items())
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         """The bridge has begun a step."""
         del chunks
         self.time = time

@@ -15,8 +15,8 @@ from firmware_protocol.wire import MAVLINK
 from hil.doors import Door
 
 if TYPE_CHECKING:
+    from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from hil.clock import LastReading
 
 _OTHERS: Final = 0o077
 """What nobody but the owner may do with a key file."""
@@ -87,7 +87,7 @@ def calendar() -> int:
 
 
 def open_signing(
-    key: SigningKey | None, link: Link, reading: LastReading, begun: Callable[[], int] = calendar
+    key: SigningKey | None, link: Link, reading: Clock, begun: Callable[[], int] = calendar
 ) -> Signing | None:
     """What signs on a link.
 

@@ -226,7 +226,7 @@ def _connect(world: World, wanted: Emulation) -> Junior:
     spec = _faults(wanted)
     link = FaultyLink(MemoryLink(world, "sim://junior"), spec, seed=wanted.seed, clock=world, split=split_frames)
     numbers = generator(wanted.seed, Branch.SESSION)
-    robot = Junior(Bridge(link, world, session=lambda: int(numbers.integers(1, 0x10000))), world.now)
+    robot = Junior(Bridge(link, world, session=lambda: int(numbers.integers(1, 0x10000))))
     try:
         robot.find()
     except BaseException:

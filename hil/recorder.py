@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from firmware_protocol.errors import LinkError
     from firmware_protocol.wire import Message
     from hil.bouts import Bout
-    from hil.mcaplog.writer import LogSink
+    from hil.mcaplog.sink import LogSink
     from hil.ring import Engagement
     from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 from firmware_protocol.can_frame import pack_frames
 from firmware_protocol.codec import open_codec
 from firmware_protocol.dbc import CanCodec
-from firmware_protocol.errors import EncodeError, LinkClosedError, NoRobotError, PeerLostError
+from firmware_protocol.errors import EncodeError, LinkClosedError, LinkError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import FLAG_SIGNED
@@ -21,10 +21,13 @@ from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.signing import trouble
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.conformance import can_frames, frames
+from hil.clock import LastReading
 from hil.conformance.registry import NotRunError
 from hil.diagnosis import Seen, nobody
-from hil.pump import InlinePump, ThreadedPump
+from hil.operator import INTERRUPT, Operator
+from hil.pump import open_pump
 from hil.redaction import Redaction
+from hil.taps import NOTHING, Circumstances, Opening
 from hil.witness import EVERYBODY, GROUND_STATION, Witness
 
 if TYPE_CHECKING:
@@ -77,6 +80,9 @@ class Probe:
         codec: Speaks the link's language; None is that of the link's wire.
         taps: What sees everything.
         signing: Signs what is sent, where nothing else speaks the link's language.
+        pump: Hands over what the link brings; None makes the one that suits it.
+        operator: Whose signals are taken in by the steps; None: nobody's.
+        network: Name of the network; None is the address of the link.
 
     Attributes:
         host: Our number.
@@ -99,6 +105,9 @@ class Probe:
         codec: Codec | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
+        pump: Pump | None = None,
+        operator: Operator | None = None,
+        network: str | None = None,
     ) -> None:
         self.host = host
         self.system = system or 0
@@ -108,7 +117,9 @@ class Probe:
         self.rejected: list[Rejected] = []
         self.spoilt = 0
         self.lost = 0
-        self.now = clock.now
+        reading = clock if isinstance(clock, LastReading) else LastReading(clock)
+        self.now = reading.now
+        self._read_clock = reading.read
         self._link = link
         ours = open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT, signing=signing if codec is None else None)
         self._codec: Codec = codec or ours
@@ -118,15 +129,23 @@ class Probe:
         self._clients: dict[tuple[int, int], Codec] = {}
         self._taps = tuple(taps)
         self._alive = True
-        self._alive_due = clock.now()
+        self._alive_due = self.now()
         self._alive_sent = 0
-        self._last = clock.now()
-        self._witness = Witness(HOST_SYSTEM, clock.now())
+        self._last = self.now()
+        self._witness = Witness(HOST_SYSTEM, self.now())
         self._next: int | None = None
-        self._pump: Pump = InlinePump(link, clock) if link.lockstep else ThreadedPump(link, clock)
+        self._overrun = 0
+        signed = 0 if signing is None else signing.clock()
+        for tap in self._taps:
+            tap.opened(Opening(network or link.url, link.url, link.wire, link.lockstep, self.now(), signed))
+            tap.session_drawn(host)
+        self._pump = open_pump(link, clock) if pump is None else pump
+        self._operator = operator or Operator()
+        self._operator.attach(self._pump.wake)
 
     def close(self) -> None:
         """Close the link."""
+        self._operator.detach(self._pump.wake)
         self._pump.close()
         self._link.close()
         self._pass(self._redaction.ended(self._judge.flush(self.now(), ended=True)))
@@ -240,7 +259,12 @@ class Probe:
         Raises:
             LinkError: The link is gone.
         """
-        self._link.write(data)
+        try:
+            self._link.write(data)
+        except LinkError as error:
+            for tap in self._taps:
+                tap.unsent(self.now(), data, error)
+            raise
         self._witness.sent(data)
         for tap in self._taps:
             tap.wire_tx(self.now(), data)
@@ -266,15 +290,21 @@ class Probe:
         Raises:
             LinkError: The link is gone.
             PeerLostError: The robot has been silent for too long.
+            KeyboardInterrupt: The operator asked for it.
         """
         now = self.now()
         if self._alive and now >= self._alive_due:
             self._alive_due = now + KEEP_ALIVE
             self.send(RobotAlive(self.host), *([HOST_HEARTBEAT] if self._alive_sent % _HEARTBEATS == 0 else []))
             self._alive_sent += 1
-        chunks = self._pump.take(wait, self._alive_due if self._alive else float("inf"))
+        chunks = self._pump.take(
+            0.0 if self._operator.waiting else wait, self._alive_due if self._alive else float("inf")
+        )
+        now = self._read_clock()
+        ended = None if chunks else self._pump.error
+        met = self._look_around(ended)
         for tap in self._taps:
-            tap.step(self.now(), chunks)
+            tap.step(now, chunks, met)
         for stamp, data in chunks:
             self._witness.came(data, stamp)
             found = self._codec.receive(data, stamp)
@@ -282,10 +312,20 @@ class Probe:
             self._pass(self._redaction.received(stamp, data, judged))
             for event in found:
                 self._take(event)
-        if not chunks and self._pump.error is not None:
-            raise self._pump.error
-        if self.system and self.now() - self._last > LOST_AFTER:
+        if any(one.what == INTERRUPT for one in met.inputs):
+            raise KeyboardInterrupt
+        if ended is not None:
+            raise ended
+        if self.system and now - self._last > LOST_AFTER:
             raise PeerLostError(f"{self._link.url}: the robot has been silent for {LOST_AFTER:g} s")
+
+    def _look_around(self, ended: LinkError | None) -> Circumstances:
+        """What this step has met besides bytes."""
+        inputs, overrun = self._operator.take(), self._pump.overrun
+        if not inputs and ended is None and overrun == self._overrun:
+            return NOTHING
+        dropped, self._overrun = overrun - self._overrun, overrun
+        return Circumstances(inputs, ended=ended, dropped=dropped)
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:
         """Tell the taps of bytes that came."""

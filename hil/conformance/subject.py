@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.signing import Signing
     from hil.conformance.probe import Codec
+    from hil.operator import Operator
+    from hil.pump import Pump
     from hil.taps import Tap
 
 M = TypeVar("M", bound=Message)
@@ -66,6 +68,9 @@ class Subject(Orders):
         codec: Speaks the link's language; None is MAVLink.
         taps: What sees everything.
         signing: Signs what is sent, where nothing else speaks the link's language.
+        pump: As in `Probe`.
+        operator: Likewise.
+        network: Likewise.
 
     Attributes:
         session: Session that is open.
@@ -83,8 +88,22 @@ class Subject(Orders):
         codec: Codec | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
+        pump: Pump | None = None,
+        operator: Operator | None = None,
+        network: str | None = None,
     ) -> None:
-        super().__init__(link, clock, host=session(), system=system, codec=codec, taps=taps, signing=signing)
+        super().__init__(
+            link,
+            clock,
+            host=session(),
+            system=system,
+            codec=codec,
+            taps=taps,
+            signing=signing,
+            pump=pump,
+            operator=operator,
+            network=network,
+        )
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
@@ -209,6 +228,8 @@ class Subject(Orders):
         """Open a session; one that was not open before, unless told which."""
         while session is None:
             drawn = self._draw_session()
+            for tap in self._taps:
+                tap.session_drawn(drawn)
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
         message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)

@@ -34,7 +34,7 @@ def test_coached_deployed_switched_off_and_won_from_memory(
     assert run([*coach, "--no-log", "--quiet", "--advice-out", str(learnt)]) == 0, capsys.readouterr().err
 
     world = junior_world(opponent="flat-light", seed=4, referee=False, board=AvrBoard)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         done = deploy(junior, load_advice(learnt))
     world.step(b"")
@@ -55,7 +55,7 @@ def test_coached_deployed_switched_off_and_won_from_memory(
         outcomes.append(world.table.outcome)
     assert outcomes.count(BoutOutcome.WIN) >= 2
 
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         assert read_memory(junior) == (list(done.plan.slots), done.checksum)
         assert junior.status().boot_count == 2

@@ -79,7 +79,7 @@ def test_a_robot_may_go_farther_than_its_encoders_count(metres: float) -> None:
     world = junior_world(seed=1)
     motors, body = world.device.robot.motors, world.device.robot.body
     motors.travel_left = motors.travel_right = body.ground = metres
-    with hil.Junior(Bridge(MemoryLink(world), world, session=lambda: 1), world.now) as junior:
+    with hil.Junior(Bridge(MemoryLink(world), world, session=lambda: 1)) as junior:
         junior.find()
         before = junior.read_sensors().travel
         motors.travel_left += 0.02

@@ -55,7 +55,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def deployed() -> bytes:
     """The EEPROM of a robot that has been given the advice."""
     world = junior_world(seed=4)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
     return world.device.nvm
@@ -125,7 +125,7 @@ def test_a_memory_that_does_not_hold_what_was_written_falls_short(
 
 def test_the_robot_stands_still_in_the_countdown_then_plays_and_stops_when_the_host_closes() -> None:
     world = junior_world(seed=4)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
         start_contest(junior, countdown=2.0)
@@ -145,7 +145,7 @@ def test_the_robot_stands_still_in_the_countdown_then_plays_and_stops_when_the_h
 
 def test_a_robot_that_is_left_plays_on() -> None:
     world = junior_world(seed=4)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
         start_contest(junior, countdown=1.0)
@@ -159,7 +159,7 @@ def test_a_robot_that_is_left_plays_on() -> None:
 
 def test_a_robot_that_ends_its_contest_itself_is_seen_to() -> None:
     world = junior_world(seed=4, referee=False)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         junior.set_parameter("CONTEST_MAX", 3)
         deploy(junior, PUSH)
@@ -169,7 +169,7 @@ def test_a_robot_that_ends_its_contest_itself_is_seen_to() -> None:
 
 def test_what_another_robot_on_the_link_says_does_not_end_a_contest() -> None:
     crowd = Crowd(2, seed=4, referee=False)
-    with Junior(Bridge(MemoryLink(crowd), crowd, open_sessions=False), crowd.now) as junior:
+    with Junior(Bridge(MemoryLink(crowd), crowd, open_sessions=False)) as junior:
         junior.find(1)
         junior.set_parameter("CONTEST_MAX", 2)
         deploy(junior, PUSH)
@@ -186,7 +186,7 @@ def test_what_another_robot_on_the_link_says_does_not_end_a_contest() -> None:
 
 def test_a_heartbeat_from_before_the_start_does_not_end_a_contest(monkeypatch: pytest.MonkeyPatch) -> None:
     world = junior_world(seed=4, referee=False)
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         junior.set_parameter("CONTEST_MAX", 2)
         deploy(junior, PUSH)
@@ -220,7 +220,7 @@ def test_a_robot_that_is_out_of_reach_is_not_stopped_by_leaving_it() -> None:
             return b"" if self.mute else out
 
     line = OneWay()
-    with Junior(Bridge(MemoryLink(line), line), line.now) as junior:
+    with Junior(Bridge(MemoryLink(line), line)) as junior:
         junior.find()
         deploy(junior, PUSH)
         start_contest(junior, countdown=1.0)

@@ -76,7 +76,7 @@ class Watched:
         if faults:
             link = FaultyLink(link, FaultSpec.parse(faults), seed=1, clock=self, split=split_frames)
         sessions = count(1)
-        junior = hil.Junior(Bridge(link, self, session=sessions.__next__), self.now, hil.Limits(duration=5.0))
+        junior = hil.Junior(Bridge(link, self, session=sessions.__next__), hil.Limits(duration=5.0))
         junior.find()
         return junior
 
@@ -251,7 +251,7 @@ def test_two_robots_that_rehearse_at_once_are_both_in_the_log(tmp_path: Path) ->
     crowd = Crowd(2, seed=4)
     recorder = Recorder(tmp_path / "log.mcap", run={}, config={}, link="sim://junior?count=2", lockstep=True)
     networks = Networks()
-    networks.add("line", Bridge(MemoryLink(crowd), crowd, taps=[recorder]), crowd)
+    networks.add("line", Bridge(MemoryLink(crowd), crowd, taps=[recorder]))
     with recorder, Robots(networks) as robots:
         robots.find(expect=2)
         for junior in robots:

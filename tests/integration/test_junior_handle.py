@@ -27,7 +27,7 @@ class Mute:
 
 
 def handle(world: Mute) -> hil.Junior:
-    junior = hil.Junior(Bridge(MemoryLink(world), world, session=lambda: 77), world.now)
+    junior = hil.Junior(Bridge(MemoryLink(world), world, session=lambda: 77))
     junior.find()
     return junior
 

@@ -62,7 +62,7 @@ def test_its_parameters_are_the_protocol_s() -> None:
 def test_a_host_has_a_maneuver_performed_and_finds_memory_and_parameters_after_power_off(tmp_path: Path) -> None:
     path = tmp_path / "store.json"
     world = World(Store(path))
-    with Junior(Bridge(MemoryLink(world), world), world.now) as junior:
+    with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         junior.arm()
         report = junior.perform("FF S LBRF", period=0.1)
@@ -70,7 +70,7 @@ def test_a_host_has_a_maneuver_performed_and_finds_memory_and_parameters_after_p
         assert junior.sensors.travel[0] < junior.sensors.travel[1] == pytest.approx(0.054, abs=0.003)
         junior.set_parameter("SPD_FAST", 0.5)
     again = World(Store(path))
-    with Junior(Bridge(MemoryLink(again), again), again.now) as junior:
+    with Junior(Bridge(MemoryLink(again), again)) as junior:
         junior.find()
         assert junior.parameter("SPD_FAST") == 0.5
         assert junior.status().boot_count == 2

@@ -77,7 +77,7 @@ def connect(watched: Watched, limits: hil.Limits = LONG, faults: str = "") -> hi
     link: MemoryLink | FaultyLink = MemoryLink(watched)
     if faults:
         link = FaultyLink(link, FaultSpec.parse(faults), seed=1, clock=watched, split=split_frames)
-    junior = hil.Junior(Bridge(link, watched, session=watched.sessions.__next__), watched.now, limits)
+    junior = hil.Junior(Bridge(link, watched, session=watched.sessions.__next__), limits)
     junior.find()
     return junior
 

@@ -64,7 +64,7 @@ def test_robots_are_never_mixed_up(systems: set[int], script: list[tuple[str, in
     link = FaultyLink(MemoryLink(crowd), FaultSpec.parse(faults), seed=seed, clock=crowd, split=split_frames)
     networks = Networks()
     sessions = iter(range(1, 60000))
-    networks.add("line", Bridge(link, crowd, session=lambda: next(sessions)), crowd)
+    networks.add("line", Bridge(link, crowd, session=lambda: next(sessions)))
     robots = Robots(networks)
     robots.find(expect=len(systems), timeout=30.0)
     members = [junior for _, junior in sorted(robots.members.items())]

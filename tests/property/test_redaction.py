@@ -183,7 +183,7 @@ class Log:
     tx: list[bytes] = field(default_factory=list)
     found: list[Received | Rejected] = field(default_factory=list)
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         pass
 
     def wire_rx(self, time: float, data: bytes) -> None:

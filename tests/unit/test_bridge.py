@@ -62,7 +62,7 @@ class Log:
         self.said: list[Message] = []
         self.events: list[Event] = []
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         self.steps.append((time, len(chunks)))
 
     def wire_rx(self, time: float, data: bytes) -> None:

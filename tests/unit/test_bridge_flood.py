@@ -47,7 +47,7 @@ class Order:
         self.said: list[Message] = []
         self.news: list[LinkNews] = []
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         del time
         self.did.append("step")
         self.chunks += chunks

@@ -41,7 +41,7 @@ class Line:
 
 def connected(line: Line) -> Junior:
     """A handle of the robot on this line, not yet found."""
-    return Junior(Bridge(MemoryLink(line), line, open_sessions=False), line.now)
+    return Junior(Bridge(MemoryLink(line), line, open_sessions=False))
 
 
 def test_nothing_is_taken_down_while_a_robot_can_be_used() -> None:

@@ -46,7 +46,7 @@ def test_the_page_says_so() -> None:
 
 
 def by_bridge(robot: Listening) -> Callable[[float], None]:
-    junior = Junior(Bridge(MemoryLink(robot), robot, session=lambda: 77), robot.now)
+    junior = Junior(Bridge(MemoryLink(robot), robot, session=lambda: 77))
     junior.find()
     junior.arm()
     return junior.wait

@@ -42,7 +42,7 @@ def test_what_is_worth_obeying(pressed: str, obeyed: str) -> None:
 @pytest.mark.parametrize("key", ["a", "d", "e", "E"])
 def test_a_robot_that_does_not_answer_a_key_does_not_end_the_view(key: str) -> None:
     robot = ScriptedRobot()
-    with Junior(Bridge(MemoryLink(robot), robot), robot.now) as junior:
+    with Junior(Bridge(MemoryLink(robot), robot)) as junior:
         junior.find()
         robot.deaf = lambda message: isinstance(message, CommandLong)
         assert "robot 1 did not answer" in _obey(Session(junior, None), key)

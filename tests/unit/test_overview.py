@@ -38,7 +38,7 @@ def crowd() -> ScriptedCrowd:
 @pytest.fixture
 def overview(crowd: ScriptedCrowd) -> Overview:
     networks = Networks()
-    networks.add("line", Bridge(MemoryLink(crowd), crowd, open_sessions=False, session=lambda: 5), crowd)
+    networks.add("line", Bridge(MemoryLink(crowd), crowd, open_sessions=False, session=lambda: 5))
     robots = Robots(networks)
     robots.find(expect=3)
     robots.wait(1.0)
@@ -115,7 +115,7 @@ def test_the_chosen_one_stays_chosen_when_another_joins(overview: Overview, crow
 def test_a_robot_with_a_lower_id_that_joins_does_not_get_the_keys() -> None:
     crowd = ScriptedCrowd.of([2, 7])
     networks = Networks()
-    networks.add("line", Bridge(MemoryLink(crowd), crowd, open_sessions=False, session=lambda: 5), crowd)
+    networks.add("line", Bridge(MemoryLink(crowd), crowd, open_sessions=False, session=lambda: 5))
     robots = Robots(networks)
     robots.find(expect=2)
     shown = Overview(robots, obey)

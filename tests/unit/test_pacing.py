@@ -68,7 +68,7 @@ class Overheard:
         self.events: list[Event] = []
         self.said: list[Message] = []
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         """Not looked at."""
 
     def wire_rx(self, time: float, data: bytes) -> None:

@@ -73,7 +73,7 @@ def robot() -> Picky:
 @pytest.fixture
 def junior(robot: Picky) -> Iterator[Junior]:
     sessions = iter(range(100, 200))
-    with Junior(Bridge(MemoryLink(robot), robot, session=lambda: next(sessions)), robot.now) as junior:
+    with Junior(Bridge(MemoryLink(robot), robot, session=lambda: next(sessions))) as junior:
         junior.find()
         yield junior
 

@@ -13,7 +13,7 @@ from hil.junior import Junior
 
 
 def handle(robot: ScriptedRobot) -> Junior:
-    junior = Junior(Bridge(MemoryLink(robot), robot, session=lambda: 77), robot.now)
+    junior = Junior(Bridge(MemoryLink(robot), robot, session=lambda: 77))
     junior.find()
     return junior
 

@@ -364,9 +364,9 @@ def test_when_the_last_network_is_gone_waiting_ends_with_its_error() -> None:
 
 def test_a_name_twice_is_refused() -> None:
     networks, crowd = Networks(), ScriptedCrowd()
-    networks.add("a", Bridge(MemoryLink(crowd), crowd), crowd)
+    networks.add("a", Bridge(MemoryLink(crowd), crowd))
     with pytest.raises(ValueError, match="a is given twice"):
-        networks.add("a", Bridge(MemoryLink(crowd), crowd), crowd)
+        networks.add("a", Bridge(MemoryLink(crowd), crowd))
 
 
 # --- connect_all -----------------------------------------------------------------------------------------------------
@@ -388,7 +388,7 @@ def test_emulated_robots_are_counted_by_themselves() -> None:
 def test_nine_of_ten_do_not_notice_that_the_tenth_is_gone(loss: str, wire: str) -> None:
     crowd = Crowd(10, seed=3, wire=wire)
     networks = Networks()
-    networks.add("line", Bridge(MemoryLink(crowd, wire=wire), crowd, session=lambda: 77), crowd)
+    networks.add("line", Bridge(MemoryLink(crowd, wire=wire), crowd, session=lambda: 77))
     with Robots(networks) as robots:
         robots.find(expect=10)
         robots.arm()
