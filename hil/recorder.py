@@ -258,7 +258,9 @@ class Recorder:
             text: What happened, in words.
             **fields: The particulars, such as JSON can hold.
         """
-        particulars = json.dumps(fields, sort_keys=True, default=str)
+        self._noted(kind, text, json.dumps(fields, sort_keys=True, default=str))
+
+    def _noted(self, kind: str, text: str, particulars: str) -> None:
         self._record("/events", EventRecord(kind, text, particulars), self._now)
         self._say(self._now, SEVERITIES.get(kind, 6), text, kind)
 

@@ -72,6 +72,8 @@ class LogWriter:
         overwrite: A file that exists is replaced, when the log is whole.
         on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
             (None: no file does); nothing is raised then.
+        sync_every: Log time after which what was written is seen onto the disk, in s; 0 sees to that at the end only.
+        output: The file, where it is open already; None opens it.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -86,10 +88,14 @@ class LogWriter:
         flush_every: float = 0.5,
         overwrite: bool = False,
         on_failure: Callable[[str, Path | None], None] | None = None,
+        sync_every: float = 0.0,
+        output: Output | None = None,
     ) -> None:
         self.path = path
         self._interval = round(flush_every * 1e9)
         self._flush_at = 0
+        self._sync_interval = round(sync_every * 1e9)
+        self._sync_at = 0
         self._compressor = zstandard.ZstdCompressor(level=3)
         self._pending: list[tuple[int, int, bytes]] = []
         """What the next chunk will hold: channel, stamp, data; channel 0 is a record that is ready as it is."""
@@ -107,7 +113,7 @@ class LogWriter:
         self._offset = 0
         self._open = True
         try:
-            self._output = Output(path, overwrite=overwrite)
+            self._output = output or Output(path, overwrite=overwrite)
         except OSError as error:
             raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
         self._file = self._output.file
@@ -171,6 +177,9 @@ class LogWriter:
         if stamp >= self._flush_at or self._size >= CHUNK_SIZE:
             self.flush()
             self._flush_at = stamp + self._interval
+            if self._sync_interval and stamp >= self._sync_at:
+                self._sync()
+                self._sync_at = stamp + self._sync_interval
         self._pending.append((channel, stamp, data))
         self._size += len(data) + _MESSAGE_HEAD.size
 
@@ -362,6 +371,14 @@ class LogWriter:
             return
         try:
             self._file.flush()
+        except OSError as error:
+            self._fail(error)
+
+    def _sync(self) -> None:
+        if not self._open:
+            return
+        try:
+            self._output.sync()
         except OSError as error:
             self._fail(error)
 

@@ -1,0 +1,169 @@
+"""The recorder's process as the control process has it: started, written to, listened to.
+
+It runs our own module with this process's interpreter and search path; nothing is forked, and no script of a user's runs
+again. It has a session of its own (a process group on Windows), so that Ctrl-C, Ctrl-Z and a terminal that is closed leave it
+alone: it ends when what it reads ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import marshal
+import re
+import subprocess
+import sys
+from io import BufferedWriter
+from pathlib import Path
+from queue import SimpleQueue
+from struct import Struct
+from threading import Thread
+from typing import IO, TYPE_CHECKING, Any, Final, cast
+
+from hil.recording.handover import plain
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from io import RawIOBase
+
+    from hil.recording.handover import Item
+
+FRAME: Final = Struct("<I")
+"""What stands before each batch and answer: its length."""
+_ROOM: Final = 1 << 20
+"""A batch is sent in halves if it has more bytes than this."""
+_START: Final = "import sys; sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"
+_PYTHON: Final = re.compile(r"python|pypy", re.IGNORECASE)
+
+Answer = tuple[Any, ...]
+"""What the recorder's process says: a word, and what belongs to it."""
+
+
+def can_start() -> bool:
+    """Whether this is a Python that can be started once more: not one built into another program."""
+    return bool(sys.executable) and not getattr(sys, "frozen", False) and _PYTHON.search(Path(sys.executable).name) is not None
+
+
+def read_frame(file: IO[bytes]) -> Any | None:  # noqa: ANN401 - what was written
+    """One batch or answer.
+
+    Args:
+        file: The end of a pipe.
+
+    Returns:
+        It; None where the pipe ends, be it in the middle.
+    """
+    head = file.read(FRAME.size)
+    if len(head) < FRAME.size:
+        return None
+    (size,) = FRAME.unpack(head)
+    data = file.read(size)
+    return marshal.loads(data) if len(data) == size else None  # noqa: S302 - from our own process, by a pipe of ours
+
+
+def frame(content: Any) -> bytes:  # noqa: ANN401 - plain values
+    """What `read_frame` reads.
+
+    Args:
+        content: Plain values.
+    """
+    try:
+        data = marshal.dumps(content)
+    except ValueError:  # an enumeration, a number of numpy's
+        data = marshal.dumps(plain(content))
+    return FRAME.pack(len(data)) + data
+
+
+class HelperPipe:
+    """A helper process, and the pipes to and from it.
+
+    Args:
+        settings: What it begins with.
+
+    Raises:
+        OSError: It can't be started.
+    """
+
+    def __init__(self, settings: Mapping[str, object]) -> None:
+        flags = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+        self._process = subprocess.Popen(  # noqa: S603 - ourselves
+            [sys.executable, "-P", "-c", _START, *(one for one in sys.path if isinstance(one, str))],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            bufsize=0,
+            start_new_session=True,
+            creationflags=flags,
+        )
+        # Its flush goes on where an interrupt has cut it off, since it counts what was written in C.
+        self._file = BufferedWriter(cast("RawIOBase", self._process.stdin), _ROOM + FRAME.size)
+        self._answers: SimpleQueue[Answer | None] = SimpleQueue()
+        self.news: Answer | None = None
+        """`failed` with what belongs to it, or `died` with the exit status, once that is so."""
+        self.refusal: Answer | None = None
+        """Why the log was not opened: name of the error, and its text."""
+        self._write(frame(settings))
+        self._listener = Thread(target=self._listen, name="recorder's answers", daemon=True)
+        self._listener.start()
+
+    @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    def send(self, number: int, items: Sequence[Item], first: int = 0) -> None:
+        """Hand over a batch; blocks while the pipe is full. One that nobody takes any more is dropped.
+
+        Args:
+            number: Of the batch; one that is sent again, with more items, has the number that it had.
+            items: What there is.
+            first: Number of the first item in the batch.
+        """
+        data = frame((number, first, items))
+        if len(data) <= _ROOM or len(items) < 2:
+            self._write(data)
+            return
+        half = len(items) // 2
+        self.send(number, items[:half], first)
+        self.send(number, items[half:], first + half)
+
+    def wait_for(self, word: str) -> Answer | None:
+        """Wait for an answer.
+
+        Args:
+            word: Which.
+
+        Returns:
+            It; None where the process ended without one.
+        """
+        while (answer := self._answers.get()) is not None:
+            if answer[0] == word:
+                return answer
+        self._answers.put(None)
+        return None
+
+    def end(self) -> None:
+        """Say no more, and wait until the process has ended. Repeating it does nothing."""
+        with contextlib.suppress(OSError):
+            self._file.close()
+        self._listener.join()
+        self._process.wait()
+
+    def _write(self, data: bytes) -> None:
+        with contextlib.suppress(OSError, ValueError):  # the listener tells of it
+            self._file.flush()
+            self._file.write(data)
+            self._file.flush()
+
+    def _listen(self) -> None:
+        closed = False
+        with cast("IO[bytes]", self._process.stdout) as stdout:
+            while (answer := read_frame(stdout)) is not None:
+                if answer[0] == "failed":
+                    self.news = answer
+                elif answer[0] == "refused":
+                    self.refusal = answer[1:]
+                closed = closed or answer[0] == "closed"
+                self._answers.put(answer)
+        if not closed:
+            self.news = self.news or ("died", self._process.wait())
+        self._answers.put(None)

@@ -1,0 +1,300 @@
+"""A recorder whose log is written by another process."""
+
+from __future__ import annotations
+
+import json
+from os import fspath
+from typing import TYPE_CHECKING
+
+from firmware_protocol.events import Rejected
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from hil.mcaplog.errors import LogError
+from hil.outputs import Output, OutputExistsError, is_special
+from hil.recorder import Recorder
+from hil.recording import handover as kinds
+from hil.recording.feeds import LockstepFeed, RealTimeFeed
+from hil.recording.handover import MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances
+from hil.recording.pipe import HelperPipe
+from hil.taps import NOTHING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from firmware_protocol.events import Received
+    from firmware_protocol.wire import Message
+    from hil.recording.feeds import Feed
+    from hil.taps import Circumstances, Tap
+
+
+class RecorderProcess(Recorder):
+    """Records as `Recorder` does, the same bytes, with little of the control process's time.
+
+    What the bridge and others tell is handed over to a process of ours, which encodes, compresses and writes. In lock-step
+    nothing is ever lost: where the other process can't follow, a step waits for it. In real time nothing waits; if more than
+    two minutes' worth is waiting to be written, what comes is lost, until there is room again, counted and told of.
+
+    The log is whole up to the last batch when this process is killed, and up to the last flush when the other one is.
+
+    Args:
+        path: The log file.
+        run: Whatever differs between two runs of the same seed: wall clock, command line, paths.
+        config: Program version, protocol version, seed, configuration; as text.
+        link: Name of the network: the address of its link. Of several, that of the first.
+        lockstep: The link is in lock-step.
+        system: MAVLink system id of the host.
+        component: MAVLink component id of the host.
+        overwrite: A file that exists is replaced, when the log is whole.
+        on_failure: Is told, in words, when the log can't be written any further, and which file holds what there is of it
+            (None: no file does), once, by the next step or by `close`; the run goes on without a log. Without it, a LogError
+            is raised there.
+        on_loss: Is told, in words, what was lost, when there is room again; the log tells it too.
+
+    Attributes:
+        lost: Entries that were lost so far.
+
+    Raises:
+        OutputExistsError: There is a file already, and it may not be replaced.
+        LogError: The file cannot be created, or no process started.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        run: Mapping[str, str],
+        config: Mapping[str, str],
+        link: str,
+        lockstep: bool,
+        system: int = HOST_SYSTEM,
+        component: int = HOST_COMPONENT,
+        overwrite: bool = False,
+        on_failure: Callable[[str, Path | None], None] | None = None,
+        on_loss: Callable[[str], None] | None = None,
+    ) -> None:
+        self.path = path
+        self.lost = 0
+        self._network = link
+        self._now = 0.0
+        self._settings = None
+        self._networks = 0
+        self._ending = False
+        self._closed = False
+        self._told = False
+        self._on_failure = on_failure
+        self._on_loss = on_loss
+        # A file is made here, so that whatever is wrong with it is raised, without waiting for the other process.
+        output = None if is_special(path) else _begin(path, overwrite=overwrite)
+        beside = None if output is None else output.hand_over()
+        self._kept = beside or path
+        settings = {
+            "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
+            "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
+            "system": system, "component": component, "overwrite": overwrite,
+        }  # fmt: skip
+        try:
+            self._pipe = HelperPipe(settings)
+        except OSError as error:
+            if output is not None:
+                output.discard()
+            raise LogError(f"cannot write the log {path}: no process for it can be started: {error.strerror}") from error
+        if output is None:
+            self._see_opened()
+        self._feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
+
+    # --- the bridge's tap --------------------------------------------------------------------------------------------
+
+    def of_network(self, name: str) -> Tap:
+        """See `Recorder.of_network`."""
+        self._feed.keep((kinds.NETWORK, name))
+        self._networks += 1
+        return _Network(self, name, self._networks - 1)
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
+        """See `Recorder.step`."""
+        self._now = time
+        feed = self._feed
+        if met is NOTHING:
+            feed.add((kinds.STEP, time, chunks))
+        else:
+            feed.add((kinds.STEP, time, chunks, circumstances(met)))
+        self._stepped(time, chunks)
+
+    def _stepped(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+        self._feed.step(time, sum([len(data) for _, data in chunks]))
+        if self._pipe.news is not None:
+            self._hear()
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Recorder.wire_rx`."""
+        self._feed.add((kinds.RX, time, data))
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Recorder.wire_tx`."""
+        self._feed.add((kinds.TX, time, data))
+
+    def received(self, event: Received | Rejected) -> None:
+        """See `Recorder.received`."""
+        if isinstance(event, Rejected):
+            super().received(event)
+            return
+        message = event.message
+        found = MESSAGE_VALUES.get(type(message))
+        if found is not None:
+            number, values = found
+            sender = (event.system, event.component, event.sequence)
+            self._feed.add((kinds.RECEIVED, event.time, number, values(message), sender))
+
+    def sent(self, time: float, message: Message) -> None:
+        """See `Recorder.sent`."""
+        found = MESSAGE_VALUES.get(type(message))
+        if found is not None:
+            number, values = found
+            self._feed.add((kinds.SENT, time, number, values(message)))
+
+    # --- what happens above the bridge -------------------------------------------------------------------------------
+
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """See `Recorder.metadata`."""
+        self._feed.keep((kinds.METADATA, name, dict(values)))
+
+    def attachment(self, name: str, data: bytes, *, media_type: str = "application/octet-stream") -> None:
+        """See `Recorder.attachment`."""
+        for at in range(0, len(data), PIECE_SIZE):
+            self._feed.keep((kinds.PIECE, data[at : at + PIECE_SIZE]))
+        self._feed.keep((kinds.ATTACHMENT, name, media_type, self._now))
+
+    def flush(self) -> None:
+        """Hand everything to the operating system; waits until that is done."""
+        if self._closed:
+            return
+        self._feed.keep((kinds.FLUSH,))
+        self._feed.hurry()
+        self._pipe.wait_for("flushed")
+        self._hear()
+
+    def close(self) -> None:
+        """Finish the log, and wait until that is done; safe to repeat, and after a failure.
+
+        Raises:
+            LogError: The disk does not take the rest, and nobody else is told.
+        """
+        self._end((kinds.CLOSE,))
+
+    def discard(self) -> None:
+        """Leave no log: nothing has been said."""
+        self._told = True  # there is nothing to be told of
+        self._end((kinds.DISCARD,))
+
+    def _end(self, item: kinds.Item) -> None:
+        if self._closed:
+            return
+        if not self._ending:
+            self._ending = True
+            self._feed.keep(item)
+        self._feed.end()
+        self._pipe.end()
+        self._closed = True
+        self._hear()
+
+    # --- in the recorder's stead -------------------------------------------------------------------------------------
+
+    def _noted(self, kind: str, text: str, particulars: str) -> None:
+        self._feed.keep((kinds.NOTE, str(kind), str(text), particulars, self._now))
+
+    def _record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+        number, values = RECORD_VALUES[kind or type(record)]
+        self._feed.keep((kinds.RECORD, topic, number, values(record), time))
+
+    def _see_opened(self) -> None:
+        """Wait until the other process has opened what is no regular file."""
+        if self._pipe.wait_for("opened") is not None:
+            self._hear()
+            return
+        self._pipe.end()
+        self._closed = True
+        refusal = self._pipe.refusal
+        if refusal is None:
+            raise LogError(f"cannot write the log {self.path}: the process that is to write it has ended")
+        kind, text = refusal
+        raise OutputExistsError(text) if kind == OutputExistsError.__name__ else LogError(text)
+
+    def _lose(self, count: int) -> None:
+        """There is room again, or nothing comes any more."""
+        self.lost += count
+        text = f"{count:,} entries of the log were lost: the disk did not take them in time"
+        self._noted("recorder", text, json.dumps({"lost": count}))
+        if self._on_loss is not None:
+            self._on_loss(text)
+
+    def _hear(self) -> None:
+        """Tell, once, that the log is written no further."""
+        news = self._pipe.news
+        if news is None or self._told:
+            return
+        self._told = True
+        word, *rest = news
+        kept: Path | None
+        if word == "failed":
+            text, name = rest
+            kept = None if name is None else type(self.path)(name)
+        else:
+            text, kept = self._died(rest[0])
+        if self._on_failure is None:
+            raise LogError(text)
+        self._on_failure(text, kept)
+
+    def _died(self, status: int) -> tuple[str, Path | None]:
+        """What to say of a process that is no more."""
+        how = f"was killed by signal {-status}" if status < 0 else f"has ended with status {status}"
+        kept = self._kept if self._kept.is_file() and self._kept.stat().st_size else None
+        rest = "nothing of it is kept" if kept is None else f"what there is of it is in {kept}"
+        return f"the log {self.path} cannot be written any further: the process that writes it {how}; {rest}", kept
+
+
+class _Network:
+    """Records one of several networks.
+
+    Args:
+        recorder: Has the log.
+        name: Name of the network.
+        number: Its number, from 0.
+    """
+
+    def __init__(self, recorder: RecorderProcess, name: str, number: int) -> None:
+        self._recorder = recorder
+        self._name = name
+        self._number = number
+        self.opened = recorder.opened
+        self.unsent = recorder.unsent
+        self.received = recorder.received
+        self.sent = recorder.sent
+        self.event = recorder.event
+        self.of_network = recorder.of_network
+
+    def session_drawn(self, number: int) -> None:
+        """See `Tap.session_drawn`."""
+        self._recorder._drawn_for(self._name, number)  # noqa: SLF001 - its own recorder
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
+        recorder = self._recorder
+        recorder._now = time  # noqa: SLF001 - as above
+        more = () if met is NOTHING else (circumstances(met),)
+        recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.STEP, time, chunks, *more))  # noqa: SLF001
+        recorder._stepped(time, chunks)  # noqa: SLF001
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_rx`."""
+        self._recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.RX, time, data))  # noqa: SLF001
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_tx`."""
+        self._recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))  # noqa: SLF001
+
+
+def _begin(path: Path, *, overwrite: bool) -> Output:
+    try:
+        return Output(path, overwrite=overwrite)
+    except OSError as error:
+        raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
