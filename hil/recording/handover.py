@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import fields
 from operator import attrgetter, index
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Final, SupportsIndex
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
@@ -58,6 +58,10 @@ RECORD_VALUES: Final[dict[type, tuple[int, Values]]] = {
 """By kind of entry: its number, and what takes it apart."""
 
 
+EXACT: Final = frozenset({int, float, str, bytes, tuple, bool, NoneType})
+"""Types that `marshal` takes, what is in a tuple granted."""
+
+
 def plain(value: Any) -> Any:  # noqa: ANN401 - whatever it is worth
     """A value as `marshal` takes it, which asks for exact types: no enumeration, none of numpy's numbers.
 
@@ -67,7 +71,7 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - whatever it is worth
     for kinds, exact in _EXACT:
         if isinstance(value, kinds):
             return exact(value)
-    return index(value) if isinstance(value, SupportsIndex) else float(value)
+    return index(value) if hasattr(value, "__index__") else float(value)
 
 
 _EXACT: Final[tuple[tuple[Any, Callable[[Any], Any]], ...]] = (

@@ -13,7 +13,7 @@ from hil.outputs import Output, OutputExistsError, is_special
 from hil.recorder import Recorder
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
-from hil.recording.handover import MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances
+from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, plain
 from hil.recording.pipe import HelperPipe
 from hil.taps import NOTHING
 
@@ -149,8 +149,11 @@ class RecorderProcess(Recorder):
         """See `Recorder.sent`."""
         found = MESSAGE_VALUES.get(type(message))
         if found is not None:
-            number, values = found
-            self._feed.add((kinds.SENT, time, number, values(message)))
+            number, take = found
+            values = take(message)
+            if not EXACT.issuperset(map(type, values)):  # a codec makes plain numbers, a program may not
+                values = plain(values)
+            self._feed.add((kinds.SENT, time, number, values))
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
 
