@@ -53,7 +53,6 @@ from hil.mcaplog.writer import LogWriter
 from hil.protagonist import Protagonist
 from hil.scene import SceneClock, places, shapes
 from hil.taps import NOTHING
-from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -280,6 +279,8 @@ class Recorder:
             engagement: What the robot did.
             performance: What the learner was told of it.
         """
+        from pal_advisor.maneuvers import fitness  # noqa: PLC0415 - brings numpy, which who only writes a log does without
+
         previous, current = (_label(code) for code in trial.category)
         record = TrialRecord(
             id=trial.id,
