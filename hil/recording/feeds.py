@@ -10,17 +10,21 @@ from collections import deque
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Final, Protocol
 
+from hil.recording.handover import pack
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from hil.recording.handover import Item
 
-LOCKSTEP_BATCH: Final = 0.125
+LOCKSTEP_BATCH: Final = 0.25
 """Log time between batches in lock-step, in s: what is lost when the control process is killed."""
 REAL_TIME_BATCH: Final = 0.05
 """Likewise in real time, by the wall clock."""
 QUEUE: Final = 60_000
 """Items that wait in real time at most: over two minutes of one robot's."""
+PACKED: Final = 512
+"""Items that are packed together at most."""
 QUEUE_BYTES: Final = 8 << 20
 """Received bytes that wait at most."""
 
@@ -38,8 +42,8 @@ class Feed(Protocol):
         """Take an item that is rare, and is never lost."""
         ...
 
-    def step(self, time: float, size: int) -> None:
-        """A step's item has been added: its time in s, and the received bytes that belong to it."""
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
+        """A step begins, whose item comes next: its time in s, and what it has received."""
         ...
 
     def hurry(self) -> None:
@@ -54,14 +58,18 @@ class Feed(Protocol):
 class LockstepFeed:
     """Hands over a batch at a time, and waits until it is taken.
 
+    Each step's items are packed as soon as the next one begins, while they are still in the processor's cache: kept until the
+    batch is due they cost twice the time.
+
     Args:
-        send: Hands over a batch: its number, and its items. An interrupted one is sent again with its number, and more.
+        send: Hands over a batch: its number, and its items, packed. An interrupted one is sent again with its number, and more.
     """
 
-    def __init__(self, send: Callable[[int, Sequence[Item]], None]) -> None:
+    def __init__(self, send: Callable[[int, Sequence[bytes]], None]) -> None:
         self._send = send
         self._number = 0
         self._due = 0.0
+        self._packed: list[bytes] = []
         self._items: list[Item] = []
         self.add: Callable[[Item], None] = self._items.append
 
@@ -69,25 +77,32 @@ class LockstepFeed:
         """Take an item; nothing is ever lost."""
         self.add(item)
 
-    def step(self, time: float, size: int) -> None:  # noqa: ARG002 - part of the interface
-        """Hand over what there is, when that is due."""
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:  # noqa: ARG002 - part of the interface
+        """Pack what there is, and hand it over when that is due."""
+        # An interrupt comes only at calls and jumps: between packing and forgetting there is none.
+        fresh: list[Item] = []
+        add = fresh.append
+        self._packed += (pack(self._items),)
+        self._items, self.add = fresh, add
         if time >= self._due:
-            self.hurry()
+            self._hand_over()
             self._due = time + LOCKSTEP_BATCH
 
     def hurry(self) -> None:
         """Hand over everything."""
-        if not self._items:
-            return
-        self._send(self._number, self._items)
         fresh: list[Item] = []
         add = fresh.append
-        # An interrupt between two of these would lose what is added next: Python looks for one only at calls and jumps.
-        self._items, self.add, self._number = fresh, add, self._number + 1
+        self._packed += (pack(self._items),)
+        self._items, self.add = fresh, add
+        self._hand_over()
 
     def end(self) -> None:
         """Hand over everything."""
         self.hurry()
+
+    def _hand_over(self) -> None:
+        self._send(self._number, self._packed)
+        self._packed, self._number = [], self._number + 1
 
 
 class RealTimeFeed:
@@ -98,7 +113,7 @@ class RealTimeFeed:
         lost: Is told how many items have been lost, when there is room again, or at the end.
     """
 
-    def __init__(self, send: Callable[[int, Sequence[Item]], None], lost: Callable[[int], None]) -> None:
+    def __init__(self, send: Callable[[int, Sequence[bytes]], None], lost: Callable[[int], None]) -> None:
         self._send = send
         self._tell = lost
         self._number = 0
@@ -116,9 +131,10 @@ class RealTimeFeed:
         """Take an item that is rare, and is never lost."""
         self._queue.append(item)
 
-    def step(self, time: float, size: int) -> None:  # noqa: ARG002 - part of the interface
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:  # noqa: ARG002 - part of the interface
         """See whether there is room."""
-        self._bytes += size
+        for _, data in chunks:
+            self._bytes += len(data)
         waiting = len(self._queue)
         if self._losing:
             if waiting < QUEUE // 2 and self._bytes < QUEUE_BYTES // 2:
@@ -154,6 +170,6 @@ class RealTimeFeed:
             self._wake.clear()
             ending = self._ending
             self._bytes = 0  # of what is added meanwhile some is not counted: the limit is none of bytes exactly
-            if queue:
-                self._send(self._number, [queue.popleft() for _ in range(len(queue))])
+            while queue:
+                self._send(self._number, (pack([queue.popleft() for _ in range(min(len(queue), PACKED))]),))
                 self._number += 1

@@ -6,6 +6,7 @@ as the values of their fields and not as frames: what a frame meant depends on w
 
 from __future__ import annotations
 
+import marshal
 from collections.abc import Callable
 from dataclasses import fields
 from operator import attrgetter, index
@@ -85,6 +86,27 @@ _EXACT: Final[tuple[tuple[Any, Callable[[Any], Any]], ...]] = (
 """Kinds of values, the commonest first, and what makes one of the exact type."""
 
 
+def pack(content: Any) -> bytes:  # noqa: ANN401 - plain values, or nearly
+    """Items as bytes.
+
+    Args:
+        content: Items, or what else is made of plain values.
+    """
+    try:
+        return marshal.dumps(content)
+    except ValueError:  # an enumeration, a number of numpy's
+        return marshal.dumps(plain(content))
+
+
+def unpack(data: bytes) -> Any:  # noqa: ANN401 - what was packed
+    """The way back.
+
+    Args:
+        data: What `pack` made, in our own process, and a pipe of ours has brought.
+    """
+    return marshal.loads(data)  # noqa: S302 - see above
+
+
 def circumstances(met: Circumstances) -> Item:
     """What a step has met, taken apart.
 
@@ -117,10 +139,13 @@ class Playback:
     Args:
         recorder: Writes the log.
         answer: Says to the control process that something has been done: `flushed`.
+
+    Attributes:
+        recorder: As given.
     """
 
     def __init__(self, recorder: Recorder, answer: Callable[[str], None]) -> None:
-        self._recorder = recorder
+        self.recorder = recorder
         self._answer = answer
         self._networks: list[Tap] = []
         self._pieces: list[bytes] = []
@@ -153,32 +178,32 @@ class Playback:
             calls[item[0]](*item[1:])
 
     def _step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Item | None = None) -> None:
-        self._recorder.step(time, chunks, NOTHING if met is None else _met(met))
+        self.recorder.step(time, chunks, NOTHING if met is None else _met(met))
 
-    def _received(self, time: float, number: int, values: Item, sender: tuple[int, int, int]) -> None:
-        self._recorder.received(Received(_message(number, values), *sender, time, b""))
+    def _received(self, time: float, number: int, values: Item, *sender: int) -> None:
+        self.recorder.received(Received(_message(number, values), *sender, time, b""))
 
     def _sent(self, time: float, number: int, values: Item) -> None:
-        self._recorder.sent(time, _message(number, values))
+        self.recorder.sent(time, _message(number, values))
 
     def _record(self, topic: str, number: int, values: Item, time: float) -> None:
-        self._recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
+        self.recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
 
     def _note(self, kind: str, text: str, particulars: str, time: float) -> None:
-        self._recorder._now = time  # noqa: SLF001 - `opened` has set it there
-        self._recorder._noted(kind, text, particulars)  # noqa: SLF001 - `note`, once the particulars are in words
+        self.recorder._now = time  # noqa: SLF001 - `opened` has set it there
+        self.recorder._noted(kind, text, particulars)  # noqa: SLF001 - `note`, once the particulars are in words
 
     def _attachment(self, name: str, media_type: str, time: float) -> None:
-        self._recorder._now = time  # noqa: SLF001 - as above
-        self._recorder.attachment(name, b"".join(self._pieces), media_type=media_type)
+        self.recorder._now = time  # noqa: SLF001 - as above
+        self.recorder.attachment(name, b"".join(self._pieces), media_type=media_type)
         self._pieces.clear()
 
     def _flush(self) -> None:
-        self._recorder.flush()
+        self.recorder.flush()
         self._answer("flushed")
 
     def _network(self, name: str) -> None:
-        self._networks.append(self._recorder.of_network(name))
+        self._networks.append(self.recorder.of_network(name))
 
     def _of_network(self, number: int, kind: int, *values: Any) -> None:  # noqa: ANN401 - an item's
         network = self._networks[number]

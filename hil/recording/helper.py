@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 from hil.mcaplog.writer import LogWriter
 from hil.outputs import Output
 from hil.recorder import FLUSH_LOCKSTEP, FLUSH_REAL_TIME, Recorder
-from hil.recording.handover import CLOSE, DISCARD, Playback
+from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
 
 if TYPE_CHECKING:
     from typing import BinaryIO
+
+    from hil.recording.handover import Item
 
 SYNC_REAL_TIME: Final = 1.0
 """Log time between two times that the disk is made to have what was written, in s; in lock-step only the end is."""
@@ -90,21 +92,26 @@ class _Helper:
         playback = Playback(recorder, self._answer)
         last, taken, ended = -1, 0, False
         while (batch := read_frame(incoming)) is not None:
-            number, first, items = batch
+            number, first, packed = batch
             if number != last:
                 last, taken = number, 0
-            new = items[max(0, taken - first) :]  # what was sent before it was interrupted has been taken
-            taken = max(taken, first + len(items))
-            ended = ended or any(item[0] in {CLOSE, DISCARD} for item in new[-1:])
-            if self._failed:
-                continue
-            try:
-                playback.take(new)
-            except Exception as error:  # noqa: BLE001 - as above; what there is of the log is finished below
-                recorder.close()
-                self._tell_failure(f"the log {recorder.path} cannot be written any further: {error!r}", recorder.path)
+            new = packed[max(0, taken - first) :]  # what was sent before it was interrupted has been taken
+            taken = max(taken, first + len(packed))
+            for data in new:
+                items = unpack(data)
+                ended = ended or any(item[0] in {CLOSE, DISCARD} for item in items[-1:])
+                if not self._failed:
+                    self._play(playback, items)
         if not ended:
             recorder.close()
+
+    def _play(self, playback: Playback, items: list[Item]) -> None:
+        try:
+            playback.take(items)
+        except Exception as error:  # noqa: BLE001 - as above; what there is of the log is finished
+            path = playback.recorder.path
+            playback.recorder.close()
+            self._tell_failure(f"the log {path} cannot be written any further: {error!r}", path)
 
     def _tell_failure(self, text: str, kept: Path | None) -> None:
         self._failed = True

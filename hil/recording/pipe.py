@@ -8,7 +8,6 @@ alone: it ends when what it reads ends.
 from __future__ import annotations
 
 import contextlib
-import marshal
 import re
 import subprocess
 import sys
@@ -19,13 +18,11 @@ from struct import Struct
 from threading import Thread
 from typing import IO, TYPE_CHECKING, Any, Final, cast
 
-from hil.recording.handover import plain
+from hil.recording.handover import pack, unpack
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from io import RawIOBase
-
-    from hil.recording.handover import Item
 
 FRAME: Final = Struct("<I")
 """What stands before each batch and answer: its length."""
@@ -57,7 +54,7 @@ def read_frame(file: IO[bytes]) -> Any | None:  # noqa: ANN401 - what was writte
         return None
     (size,) = FRAME.unpack(head)
     data = file.read(size)
-    return marshal.loads(data) if len(data) == size else None  # noqa: S302 - from our own process, by a pipe of ours
+    return unpack(data) if len(data) == size else None
 
 
 def frame(content: Any) -> bytes:  # noqa: ANN401 - plain values
@@ -66,10 +63,7 @@ def frame(content: Any) -> bytes:  # noqa: ANN401 - plain values
     Args:
         content: Plain values.
     """
-    try:
-        data = marshal.dumps(content)
-    except ValueError:  # an enumeration, a number of numpy's
-        data = marshal.dumps(plain(content))
+    data = pack(content)
     return FRAME.pack(len(data)) + data
 
 
@@ -110,21 +104,20 @@ class HelperPipe:
         """Its process id."""
         return self._process.pid
 
-    def send(self, number: int, items: Sequence[Item], first: int = 0) -> None:
+    def send(self, number: int, packed: Sequence[bytes], first: int = 0) -> None:
         """Hand over a batch; blocks while the pipe is full. One that nobody takes any more is dropped.
 
         Args:
-            number: Of the batch; one that is sent again, with more items, has the number that it had.
-            items: What there is.
-            first: Number of the first item in the batch.
+            number: Of the batch; one that is sent again, with more in it, has the number that it had.
+            packed: What is in it.
+            first: Number of the first of these in the batch.
         """
-        data = frame((number, first, items))
-        if len(data) <= _ROOM or len(items) < 2:
-            self._write(data)
-            return
-        half = len(items) // 2
-        self.send(number, items[:half], first)
-        self.send(number, items[half:], first + half)
+        if len(packed) > 1 and sum(map(len, packed)) > _ROOM // 2:
+            half = len(packed) // 2
+            self.send(number, packed[:half], first)
+            self.send(number, packed[half:], first + half)
+        else:
+            self._write(frame((number, first, packed)))
 
     def wait_for(self, word: str) -> Answer | None:
         """Wait for an answer.

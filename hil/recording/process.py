@@ -112,18 +112,16 @@ class RecorderProcess(Recorder):
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """See `Recorder.step`."""
-        self._now = time
-        feed = self._feed
-        if met is NOTHING:
-            feed.add((kinds.STEP, time, chunks))
-        else:
-            feed.add((kinds.STEP, time, chunks, circumstances(met)))
-        self._stepped(time, chunks)
+        feed = self._begin_step(time, chunks)
+        feed.add((kinds.STEP, time, chunks) if met is NOTHING else (kinds.STEP, time, chunks, circumstances(met)))
 
-    def _stepped(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> None:
-        self._feed.step(time, sum([len(data) for _, data in chunks]))
+    def _begin_step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> Feed:
+        self._now = time
         if self._pipe.news is not None:
             self._hear()
+        feed = self._feed
+        feed.step(time, chunks)
+        return feed
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_rx`."""
@@ -142,8 +140,7 @@ class RecorderProcess(Recorder):
         found = MESSAGE_VALUES.get(type(message))
         if found is not None:
             number, values = found
-            sender = (event.system, event.component, event.sequence)
-            self._feed.add((kinds.RECEIVED, event.time, number, values(message), sender))
+            self._feed.add((kinds.RECEIVED, event.time, number, values(message), event.system, event.component, event.sequence))
 
     def sent(self, time: float, message: Message) -> None:
         """See `Recorder.sent`."""
@@ -282,10 +279,9 @@ class _Network:
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         """See `Tap.step`."""
         recorder = self._recorder
-        recorder._now = time  # noqa: SLF001 - as above
         more = () if met is NOTHING else (circumstances(met),)
-        recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.STEP, time, chunks, *more))  # noqa: SLF001
-        recorder._stepped(time, chunks)  # noqa: SLF001
+        feed = recorder._begin_step(time, chunks)  # noqa: SLF001 - as above
+        feed.add((kinds.OF_NETWORK, self._number, kinds.STEP, time, chunks, *more))
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Tap.wire_rx`."""
