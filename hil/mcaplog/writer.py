@@ -53,6 +53,8 @@ RUN_BLOCK: Final = 4096
 CHUNK_SIZE: Final = 256 * 1024
 _PADDING: Final = "padding"
 _MESSAGE_HEAD: Final = Struct("<BQHIQQ")
+_PACK_HEAD: Final = _MESSAGE_HEAD.pack
+_HEAD_SIZE: Final = _MESSAGE_HEAD.size
 _MESSAGE: Final = int(Opcode.MESSAGE)
 _INDEX_HEAD: Final = Struct("<BQHI")
 
@@ -97,9 +99,10 @@ class LogWriter:
         self._sync_interval = round(sync_every * 1e9)
         self._sync_at = 0
         self._compressor = zstandard.ZstdCompressor(level=3)
-        self._pending: list[tuple[int, int, bytes]] = []
-        """What the next chunk will hold: channel, stamp, data; channel 0 is a record that is ready as it is."""
-        self._size = 0
+        self._buffer = bytearray()
+        """The content of the next chunk, as far as it has come."""
+        self._index: dict[int, list[int]] = {}
+        """Of each channel in it, the stamp and the place of its messages by turns."""
         self._schemas: dict[str, SchemaRecord] = {}
         self._channels: dict[str, Channel] = {}
         self._chunks: list[ChunkIndex] = []
@@ -155,11 +158,11 @@ class LogWriter:
         if record is None:
             record = SchemaRecord(id=len(self._schemas) + 1, data=schema, encoding=schema_encoding, name=schema_name)
             self._schemas[schema_name] = record
-            self._pending.append((0, 0, _serialize(record)))
+            self._buffer += _serialize(record)
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
         self._counts[found.id] = self._sizes[found.id] = 0
-        self._pending.append((0, 0, _serialize(found)))
+        self._buffer += _serialize(found)
         return found.id
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -174,14 +177,21 @@ class LogWriter:
             LogError: The disk does not take it (once; from then on nothing is written).
         """
         stamp = round(time * 1e9)
-        if stamp >= self._flush_at or self._size >= CHUNK_SIZE:
+        if stamp >= self._flush_at or len(self._buffer) >= CHUNK_SIZE:
             self.flush()
             self._flush_at = stamp + self._interval
             if self._sync_interval and stamp >= self._sync_at:
                 self._sync()
                 self._sync_at = stamp + self._sync_interval
-        self._pending.append((channel, stamp, data))
-        self._size += len(data) + _MESSAGE_HEAD.size
+        buffer, size = self._buffer, len(data)
+        place = self._index.get(channel)
+        if place is None:
+            place = self._index[channel] = []
+        place += (stamp, len(buffer))
+        self._counts[channel] = number = self._counts[channel] + 1
+        self._sizes[channel] += size + _HEAD_SIZE
+        buffer += _PACK_HEAD(_MESSAGE, size + 22, channel, number, stamp, stamp)
+        buffer += data
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record at once.
@@ -267,9 +277,10 @@ class LogWriter:
         self._output.discard()
 
     def _finish_chunk(self) -> None:
-        if not self._size:
+        if not self._index:
             return
-        raw, index = self._pack()
+        raw, index = bytes(self._buffer), self._index
+        self._forget()
         stamps = [stamp for place in index.values() for stamp in (min(place[::2]), max(place[::2]))]
         first, last = min(stamps), max(stamps)
         chunk = Chunk("zstd", self._compressor.compress(raw), last, first, zlib.crc32(raw), len(raw))
@@ -296,26 +307,8 @@ class LogWriter:
         )
         self._span = (first, last) if self._span is None else (min(first, self._span[0]), max(last, self._span[1]))
 
-    def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
-        """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
-        buffer, index, head, head_size = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, _MESSAGE_HEAD.size
-        counts, sizes = self._counts, self._sizes
-        for channel, stamp, data in self._pending:
-            if channel:
-                place = index.get(channel)
-                if place is None:
-                    place = index[channel] = []
-                place += (stamp, len(buffer))
-                counts[channel] = number = counts[channel] + 1
-                sizes[channel] += head_size + len(data)
-                buffer += head(_MESSAGE, 22 + len(data), channel, number, stamp, stamp)
-            buffer += data
-        self._forget()
-        return bytes(buffer), index
-
     def _forget(self) -> None:
-        self._pending.clear()
-        self._size = 0
+        self._buffer, self._index = bytearray(), {}
 
     def _write_metadata(self, name: str, values: dict[str, str]) -> None:
         record = _serialize(Metadata(name=name, metadata=values))

@@ -181,7 +181,8 @@ class Playback:
         self.recorder.step(time, chunks, NOTHING if met is None else _met(met))
 
     def _received(self, time: float, number: int, values: Item, *sender: int) -> None:
-        self.recorder.received(Received(_message(number, values), *sender, time, b""))
+        system, component, sequence = sender
+        self.recorder.received(Received(_message(number, values), system, component, sequence, time, b""))
 
     def _sent(self, time: float, number: int, values: Item) -> None:
         self.recorder.sent(time, _message(number, values))
