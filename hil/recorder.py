@@ -68,10 +68,8 @@ if TYPE_CHECKING:
     from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial
 
-FLUSH_REAL_TIME: Final = 0.25
-"""Log time between flushes where log time is real time, in s: what a crash may lose."""
-FLUSH_LOCKSTEP: Final = 1.0
-"""Likewise in lock-step, where a second of log time takes a few milliseconds."""
+FLUSH: Final = 0.25
+"""Log time between flushes, in s: what a crash may lose."""
 PLOT_INTERVAL: Final = 0.1
 """Log time between joint states, in s."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
@@ -122,7 +120,8 @@ class Recorder:
         self._writer: LogSink = writer or LogWriter(
             path,
             run=run,
-            flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
+            flush_every=FLUSH,
+            long_chunks=lockstep,
             overwrite=overwrite,
             on_failure=on_failure,
         )

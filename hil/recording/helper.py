@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hil.mcaplog.writer import LogWriter
 from hil.outputs import Output
-from hil.recorder import FLUSH_LOCKSTEP, FLUSH_REAL_TIME, Recorder
+from hil.recorder import FLUSH, Recorder
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
 
@@ -71,7 +71,8 @@ class _Helper:
         writer = LogWriter(
             path,
             run=settings["run"],
-            flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
+            flush_every=FLUSH,
+            long_chunks=lockstep,
             overwrite=settings["overwrite"],
             on_failure=self._tell_failure,
             sync_every=0.0 if lockstep else SYNC_REAL_TIME,

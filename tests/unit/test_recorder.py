@@ -175,8 +175,8 @@ def test_after_a_full_disk_the_robot_can_still_be_spoken_to(tmp_path: Path) -> N
     recorder = open_recorder(tmp_path / "log.mcap")
     wire = Wire(recorder)
     wire.up(SENSORS)
-    recorder._writer._file.close()
-    recorder._writer._file = FullDisk()  # type: ignore[assignment]
+    recorder._writer._output.file.close()
+    recorder._writer._output.file = FullDisk()  # type: ignore[assignment]
     wire.now = 10.0
     with pytest.raises(LogError, match="No space left"):
         wire.up(SENSORS)
