@@ -10,7 +10,7 @@ from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
 from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import Outcome
 from hil.bouts import MOST_LOSSES, Bout, check_engagement
-from hil.doors import Door
+from hil.doors import Document, Door
 from hil.outputs import replace_file
 from hil.ring import UNKNOWN, Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.vocabulary import Maneuver, Stimulus
+    from pal_advisor.maneuvers import Advice
 
 CHECKPOINT_VERSION: Final = 1
 CHECKPOINT_EVERY: Final = 10.0
@@ -303,15 +304,12 @@ class Coaching:
             for record in records:
                 observer.generation(record)
 
-    def save(self) -> None:
-        """Write the checkpoint, whole or not at all.
+    def advice(self) -> Advice:
+        """What was learnt so far."""
+        return self.pal.advice(opponent=self._ring.opponent, seed=self._seed)
 
-        Raises:
-            CheckpointError: It can't be written.
-        """
-        self._saved_at = self.progress.robot_seconds
-        if self._checkpoint is None:
-            return
+    def checkpoint(self) -> bytes:
+        """All that decides how this run goes on, as a checkpoint holds it."""
         document = {
             "version": CHECKPOINT_VERSION,
             "seed": self._seed,
@@ -322,8 +320,19 @@ class Coaching:
             "robot_seconds": self.progress.robot_seconds,
             "pal": self.pal.state_dict(),
         }
+        return json.dumps(document, separators=(",", ":")).encode()
+
+    def save(self) -> None:
+        """Write the checkpoint, whole or not at all.
+
+        Raises:
+            CheckpointError: It can't be written.
+        """
+        self._saved_at = self.progress.robot_seconds
+        if self._checkpoint is None:
+            return
         try:
-            replace_file(self._checkpoint, json.dumps(document, separators=(",", ":")).encode())
+            replace_file(self._checkpoint, self.checkpoint())
         except OSError as error:
             text = f"cannot write the checkpoint {self._checkpoint}: {error.strerror}"
             if self._on_unsaved is None:
@@ -388,10 +397,25 @@ def load_checkpoint(path: Path) -> Checkpoint:
     Raises:
         CheckpointError: It can't be read, is of another version, or is damaged.
     """
-    document = DOOR.document(path, json=True)
+    return _of_document(DOOR.document(path, json=True))
+
+
+def checkpoint_of(data: bytes) -> Checkpoint:
+    """A checkpoint that is held in memory, as a log has it.
+
+    Args:
+        data: As a file would hold it.
+
+    Raises:
+        CheckpointError: It is none, is of another version, or is damaged.
+    """
+    return _of_document(DOOR.document_of(data, "the checkpoint", json=True))
+
+
+def _of_document(document: Document) -> Checkpoint:
     data = document.data
     if not isinstance(data, dict) or data.get("version") != CHECKPOINT_VERSION:
-        raise CheckpointError(f"{path} is no checkpoint of version {CHECKPOINT_VERSION}")
+        raise CheckpointError(f"{document.path} is no checkpoint of version {CHECKPOINT_VERSION}")
     try:
         return _checkpoint(Fields(data))
     except FieldError as error:

@@ -15,7 +15,7 @@ from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, random_session
 from hil.clock import LastReading, MonotonicClock
-from hil.fault_file import read_faults
+from hil.fault_file import fault_file_of, read_faults
 from hil.junior import Junior
 from hil.key_file import calendar, load_key, no_signatures, open_signing
 from hil.lines import pace_of
@@ -145,9 +145,7 @@ class NetworkOpener(Opener, Protocol):
     clock: Clock
     session: Callable[[], int]
 
-    def pump(
-        self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator
-    ) -> Pump:
+    def pump(self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator) -> Pump:
         """What hands over what the link brings."""
         ...
 
@@ -366,6 +364,21 @@ def fault_option(address: Address) -> FaultSpec | None:
             "Give it to `hil emulate --faults`, or have a real robot rehearse it with Junior.inject_failure",
         )
     return spec
+
+
+def fault_file(address: Address) -> bytes | None:
+    """The content of the file that an address takes its faults from; None where it names none.
+
+    Args:
+        address: The address, taken apart.
+
+    Raises:
+        AddressError: It can't be read.
+    """
+    try:
+        return fault_file_of(address.options.get("faults", ""))
+    except FaultSpecError as error:
+        raise AddressError(address.url, f"faults: {error}") from error
 
 
 def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:

@@ -34,7 +34,7 @@ class BridgeStep:
     clock: Annotated[float, "s; the one reading of the clock in this step"]
     chunk_times: Annotated[tuple[float, ...], "s; when each chunk consumed in this step had arrived"]
     chunk_sizes: Annotated[tuple[int, ...], "bytes of each chunk"]
-    inputs: Annotated[tuple[str, ...], "what the operator asked for since the step before: interrupt, suspend, continue, key X"] = ()
+    inputs: Annotated[tuple[str, ...], "what was asked for since the step before: interrupt, suspend, continue, key X"] = ()
     input_robots: Annotated[tuple[str, ...], "of each input, for which robot it was, as far as it was for one"] = ()
     network: Annotated[str, "name of the network whose step this is: the address of its link"] = ""
     lost: Annotated[str, "why the link is gone, and is going to be opened again; empty where it is not"] = ""
