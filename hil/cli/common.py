@@ -18,6 +18,7 @@ from hil.cli.arguments import load_config
 from hil.deploying import DeployError
 from hil.jobs.options import OPPONENTS
 from hil.json_text import json_text
+from hil.mcaplog.errors import UnreadableLogError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -86,8 +87,9 @@ def status_of(error: BaseException) -> int:
         return EXIT_FELL_SHORT
     if isinstance(error, LinkError | PeerError):
         return EXIT_NO_ROBOT
+    # What is there already was asked for wrongly; everything else of a file is the file's.
     file = error if isinstance(error, OSError) else error.__cause__ if isinstance(error, HilError) else None
-    if isinstance(file, OSError) and not isinstance(file, FileExistsError):  # what is there already was asked for wrongly
+    if isinstance(error, UnreadableLogError) or (isinstance(file, OSError) and not isinstance(file, FileExistsError)):
         return EXIT_FILE
     return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
 

@@ -2,8 +2,8 @@
 
 from hil.mcaplog.attachments import LogAttachment
 from hil.mcaplog.compare import differences
-from hil.mcaplog.errors import LogError
+from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.writer import LogWriter
 
-__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "differences"]
+__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "UnreadableLogError", "differences"]
