@@ -15,7 +15,17 @@ from hil.outputs import replace_file
 from hil.ring import UNKNOWN, Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
 from pal_advisor.fields import FieldError, Fields, shown
-from pal_advisor.maneuvers import GenerationRecord, ObjectiveError, Pal, PalSettings, Performance, StateError, Trial
+from pal_advisor.maneuvers import (
+    Credit,
+    GenerationRecord,
+    ObjectiveError,
+    Pal,
+    PalSettings,
+    Performance,
+    StateError,
+    Trial,
+    state_digest,
+)
 from pal_advisor.maneuvers.settings import Objective
 
 if TYPE_CHECKING:
@@ -44,6 +54,18 @@ DOOR: Final = Door(
 
 class Observer(Protocol):
     """Is told of everything that happens: a progress display, a recorder."""
+
+    def decision(self, trial: Trial) -> None:
+        """A maneuver is about to be performed: what is asked for, and why."""
+        ...
+
+    def credit(self, credit: Credit) -> None:
+        """The adviser was told how it went (or that nobody knows), and has credited it."""
+        ...
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due: maneuvers performed by then, and the digest of the adviser's whole state."""
+        ...
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
         """A maneuver was performed and rated."""
@@ -193,11 +215,13 @@ class Coaching:
         while not self.pal.finished:
             if trial is None:
                 trial = self.pal.ask(*place.situation)
+                for observer in self._observers:
+                    observer.decision(trial)
             try:
                 engagement = self._ring.engage(trial.maneuver)
             except PeerLostError as error:
                 if not self._return(place, number, seed, error):
-                    self.pal.discard(trial)
+                    self._discard(trial)
                     trial = None
                     self._note(self.pal.interrupt())
                 continue
@@ -276,7 +300,7 @@ class Coaching:
     def _tell(self, trial: Trial, engagement: Engagement) -> None:
         report = engagement.report
         if (report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED) or not report.tallies:
-            self.pal.discard(trial)
+            self._discard(trial)
             check_engagement(engagement)
             return
         performance = Performance(
@@ -297,9 +321,16 @@ class Coaching:
             observer.trial(trial, engagement, performance)
         self._note(records)
 
+    def _discard(self, trial: Trial) -> None:
+        """Nobody knows how a maneuver went."""
+        self.pal.discard(trial)
+        self._note([])
+
     def _note(self, records: list[GenerationRecord]) -> None:
-        """Tell of GP steps."""
+        """Tell of what was credited, and of GP steps."""
         for observer in self._observers:
+            if self.pal.credited is not None:
+                observer.credit(self.pal.credited)
             for record in records:
                 observer.generation(record)
 
@@ -312,6 +343,7 @@ class Coaching:
         self._saved_at = self.progress.robot_seconds
         if self._checkpoint is None:
             return
+        state = self.pal.state_dict()
         document = {
             "version": CHECKPOINT_VERSION,
             "seed": self._seed,
@@ -320,7 +352,7 @@ class Coaching:
             "wins": self.progress.wins,
             "losses": self.progress.losses,
             "robot_seconds": self.progress.robot_seconds,
-            "pal": self.pal.state_dict(),
+            "pal": state,
         }
         try:
             replace_file(self._checkpoint, json.dumps(document, separators=(",", ":")).encode())
@@ -333,6 +365,9 @@ class Coaching:
             self.unsaved = True
         else:
             self.unsaved = False
+        digest = state_digest(state)
+        for observer in self._observers:
+            observer.checkpoint(self.pal.used, digest)
 
 
 def new_pal(settings: PalSettings, seed: int) -> Pal:
