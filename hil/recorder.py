@@ -40,6 +40,9 @@ from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
     BridgeStep,
+    CheckpointRecord,
+    CreditRecord,
+    DecisionRecord,
     EventRecord,
     RejectedInput,
     SessionDrawn,
@@ -67,7 +70,7 @@ if TYPE_CHECKING:
     from hil.mcaplog.sink import LogSink
     from hil.ring import Engagement
     from hil.taps import Circumstances, Opening, Tap
-    from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, PalSettings, Performance, Trial
 
 FLUSH_REAL_TIME: Final = 0.25
 """Log time between flushes where log time is real time, in s: what a crash may lose."""
@@ -272,6 +275,55 @@ class Recorder:
     def learning(self, settings: PalSettings) -> None:
         """Trials are rated by these settings from now on."""
         self._settings = settings
+
+    def decision(self, trial: Trial) -> None:
+        """The learner asks for a maneuver.
+
+        Args:
+            trial: What it asks for, and why.
+        """
+        previous, current = (_label(code) for code in trial.category)
+        record = DecisionRecord(
+            trial=trial.id,
+            phase=trial.phase,
+            exam=trial.exam,
+            generation=trial.generation,
+            tried=trial.tried,
+            previous=previous,
+            current=current,
+            actions=str(trial.maneuver),
+            reason=trial.reason,
+            origin=trial.origin,
+            parents=trial.parents,
+            digest=trial.digest,
+        )
+        self._record("/pal/decision", record, self.now)
+
+    def credit(self, credit: Credit) -> None:
+        """The learner was told something, and has credited it.
+
+        Args:
+            credit: What to which trials.
+        """
+        record = CreditRecord(
+            trial=credit.trial,
+            telling=credit.telling,
+            trials=credit.trials,
+            credits=credit.credits,
+            rated=credit.rated,
+            fitness=credit.fitness,
+            digest=credit.digest,
+        )
+        self._record("/pal/credit", record, self.now)
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due.
+
+        Args:
+            used: Maneuvers performed by then.
+            digest: Of the learner's whole state.
+        """
+        self._record("/pal/checkpoint", CheckpointRecord(used, digest), self.now)
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
         """A maneuver was performed for the learner.

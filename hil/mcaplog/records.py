@@ -86,6 +86,45 @@ class EventRecord:
 
 
 @dataclass(frozen=True)
+class DecisionRecord:
+    """What the learner asked for, and why; written before the maneuver is performed."""
+
+    trial: Annotated[int, "number of the trial, from 1"]
+    phase: Annotated[int, "1 basic actions, 2 fine actions"]
+    exam: Annotated[bool, "one of the last tests of the best"]
+    generation: Annotated[int, "steps of the genetic programming made before in this category and phase"]
+    tried: Annotated[int, "how often the maneuver was performed before in this category"]
+    previous: Annotated[str, "previous stimulus of the category, or any"]
+    current: Annotated[str, "current stimulus of the category, as `left`"]
+    actions: Annotated[str, "names of the actions"]
+    reason: Annotated[str, "why: untried, more evidence, best known, exam of the promising, ratings awaited"]
+    origin: Annotated[str, "how it arose: random, refinement, crossover, mutation, crossover and mutation, not known"]
+    parents: Annotated[tuple[str, ...], "names of the actions of each maneuver it descends from"]
+    digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
+class CreditRecord:
+    """What the learner credited to which trials when it was told how one went."""
+
+    trial: Annotated[int, "number of the trial told of; 0 where a bout was interrupted"]
+    telling: Annotated[str, "performed, discarded, bout interrupted"]
+    trials: Annotated[tuple[int, ...], "trials credited, oldest first; after a bout won each a second time, for that"]
+    credits: Annotated[tuple[float, ...], "what each of these was credited with"]
+    rated: Annotated[tuple[int, ...], "trials whose fitness is final now"]
+    fitness: Annotated[tuple[float, ...], "the final fitness of each of these"]
+    digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
+class CheckpointRecord:
+    """The learner's whole state when a checkpoint was due, as a digest."""
+
+    used: Annotated[int, "maneuvers performed by then"]
+    digest: Annotated[str, "of the whole state, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
 class TrialRecord:
     """One maneuver performed for the learner, and what it was worth."""
 
@@ -128,7 +167,8 @@ class AdviceRecord:
 
 
 RECORDS: Final = (
-    WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, TrialRecord, StepRecord,
+    WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
+    CheckpointRecord, TrialRecord, StepRecord,
     AdviceRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from hil.bouts import Bout
     from hil.ring import Engagement
-    from pal_advisor.maneuvers import GenerationRecord, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 SETTINGS = PalSettings(budget=20, population=4, elite=1)
 
@@ -32,10 +32,22 @@ class Notes:
     """An observer that keeps everything."""
 
     def __init__(self) -> None:
+        self.decisions: list[Trial] = []
+        self.credits: list[Credit] = []
+        self.checkpoints: list[tuple[int, str]] = []
         self.trials: list[Performance] = []
         self.bouts: list[Bout] = []
         self.interruptions: list[tuple[int, str]] = []
         self.generations: list[GenerationRecord] = []
+
+    def decision(self, trial: Trial) -> None:
+        self.decisions.append(trial)
+
+    def credit(self, credit: Credit) -> None:
+        self.credits.append(credit)
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        self.checkpoints.append((used, digest))
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         self.trials.append(performance)
