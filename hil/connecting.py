@@ -133,17 +133,22 @@ def check_patience(reconnect: float) -> float:
 
 
 class NetworkOpener(Opener, Protocol):
-    """Opens the link of one network, again and again, and has what else a bridge needs.
+    """Opens the link of one network, again and again, and has what else a bridge needs."""
 
-    Attributes:
-        faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
-        clock: The clock that the link runs by.
-        session: A source of session numbers.
-    """
+    @property
+    def faults(self) -> FaultSpec | None:
+        """What goes wrong with the line and with an emulated robot; None where nothing is asked for."""
+        ...
 
-    faults: FaultSpec | None
-    clock: Clock
-    session: Callable[[], int]
+    @property
+    def clock(self) -> Clock:
+        """The clock that the link runs by."""
+        ...
+
+    @property
+    def session(self) -> Callable[[], int]:
+        """A source of session numbers."""
+        ...
 
     def pump(self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator) -> Pump:
         """What hands over what the link brings."""

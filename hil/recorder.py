@@ -203,7 +203,7 @@ class Recorder:
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
         """The link did not take these bytes; time is the bridge's, in s."""
-        refused = UnsentBytes(error.url, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        refused = UnsentBytes(self._network.name, data, isinstance(error, LinkTimeoutError), bare_text(error))
         self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:

@@ -93,7 +93,7 @@ class LiveStage(Stage):
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
-            link=self.url,
+            link=address.url,
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,

@@ -136,6 +136,19 @@ class Channels:
         return made
 
 
+def decoder_of(name: str, schema: bytes, schema_encoding: str, encoding: str) -> Callable[[bytes], Any]:
+    """What decodes entries that are not in a log yet: data -> the value.
+
+    Args:
+        name: Full name of the schema.
+        schema: The schema.
+        schema_encoding: How the schema is written.
+        encoding: How the entries are.
+    """
+    decode = _decoder(SchemaRecord(id=1, name=name, encoding=schema_encoding, data=schema), encoding)
+    return lambda data: decode(data)[0]
+
+
 def _decoder(record: SchemaRecord, encoding: str) -> Decode:
     parse = DecoderFactory().decoder_for(encoding, record)
     if parse is None:

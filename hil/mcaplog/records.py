@@ -140,7 +140,7 @@ class TrialRecord:
     won: Annotated[bool, "the bout was won during the maneuver"]
     lost: Annotated[bool, "the bout was lost during the maneuver"]
     progress: Annotated[float | None, "m; how much nearer the opponent came to the border"]
-    duration: Annotated[float, "s; from the command until the robot was ready for the next"]
+    duration: Annotated[float, "s; from the command until its result came"]
     ended: Annotated[str, "how the maneuver ended, as `floor reflex`"]
 
 
