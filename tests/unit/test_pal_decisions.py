@@ -290,6 +290,19 @@ def test_any_generator_of_numpy_is_digested_and_every_draw_shows(bits: type[np.r
     assert generator_bytes(one) != generator_bytes(two)
 
 
+def test_arrays_in_a_generator_are_little_endian() -> None:
+    bits = np.random.SFC64()
+    state: Any = {
+        "bit_generator": "SFC64",
+        "state": {"state": np.arange(1, 5, dtype=np.uint64)},
+        "has_uint32": 0,
+        "uinteger": 7,
+    }
+    bits.state = state
+    expected = b"\x05SFC64" + struct.pack("<QQ", 0, 0) + struct.pack("<4Q", 1, 2, 3, 4) + struct.pack("<QQ", 7, 0)
+    assert generator_bytes(np.random.Generator(bits)) == expected
+
+
 def test_the_same_numbers_of_another_kind_of_generator_are_another_state() -> None:
     bits = np.random.PCG64DXSM()
     state: Any = {**STATE, "bit_generator": "PCG64DXSM"}
