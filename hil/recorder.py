@@ -292,7 +292,7 @@ class Recorder:
             previous=previous,
             current=current,
             actions=str(trial.maneuver),
-            reason=trial.reason,
+            motive=trial.motive,
             origin=trial.origin,
             parents=trial.parents,
             digest=trial.digest,

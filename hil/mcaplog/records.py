@@ -97,7 +97,7 @@ class DecisionRecord:
     previous: Annotated[str, "previous stimulus of the category, or any"]
     current: Annotated[str, "current stimulus of the category, as `left`"]
     actions: Annotated[str, "names of the actions"]
-    reason: Annotated[str, "why: untried, more evidence, best known, exam of the promising, ratings awaited"]
+    motive: Annotated[str, "why: untried, more evidence, best known, exam of the promising, generation done"]
     origin: Annotated[str, "how it arose: random, refinement, crossover, mutation, crossover and mutation, not known"]
     parents: Annotated[tuple[str, ...], "names of the actions of each maneuver it descends from"]
     digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]

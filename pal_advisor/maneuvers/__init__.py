@@ -2,7 +2,7 @@
 
 from pal_advisor.maneuvers.advice import ANY, Advice, AdviceEntry, AdviceError
 from pal_advisor.maneuvers.coach import Pal
-from pal_advisor.maneuvers.decisions import Credit, GenerationRecord, Origin, Reason, Telling, Trial, state_digest
+from pal_advisor.maneuvers.decisions import Credit, GenerationRecord, Motive, Origin, Telling, Trial, state_digest
 from pal_advisor.maneuvers.fitness import ObjectiveError, Performance, action_worth, fitness
 from pal_advisor.maneuvers.names import describe
 from pal_advisor.maneuvers.settings import Objective, PalSettings, SettingsError
@@ -15,13 +15,13 @@ __all__ = [
     "AdviceError",
     "Credit",
     "GenerationRecord",
+    "Motive",
     "Objective",
     "ObjectiveError",
     "Origin",
     "Pal",
     "PalSettings",
     "Performance",
-    "Reason",
     "SettingsError",
     "StateError",
     "Telling",

@@ -15,7 +15,7 @@ from pal_advisor.maneuvers.decisions import (
     START,
     Credit,
     GenerationRecord,
-    Reason,
+    Motive,
     Telling,
     Trial,
     asked_digest,
@@ -120,7 +120,7 @@ class Pal:
             raise RuntimeError("the budget is used up")
         category = self.category(current, previous)
         population = self._population(category)
-        genome, reason = self._next(population)
+        genome, motive = self._next(population)
         self._asked += 1
         phase, exam, candidate = self.phase, self.exam, population.archive[genome]
         self._open = Trial(
@@ -130,7 +130,7 @@ class Pal:
             phase=phase,
             exam=exam,
             generation=population.generation,
-            reason=reason,
+            motive=motive,
             origin=candidate.origin,
             parents=tuple([spelled(parent) for parent in candidate.parents]),
             tried=candidate.performed,
@@ -143,29 +143,29 @@ class Pal:
                 phase=phase,
                 exam=exam,
                 generation=population.generation,
-                reason=reason,
+                motive=motive,
             ),
         )
         return self._open
 
-    def _next(self, population: Population) -> tuple[Genome, Reason]:
+    def _next(self, population: Population) -> tuple[Genome, Motive]:
         """The exam tests the promising; learning performs the best known now and then, and else the next to be rated."""
         settings = self.settings
         if self.exam:
             promising = population.promising(settings)
             if promising is not None:
-                return promising, Reason.EXAM
+                return promising, Motive.EXAM
         elif self._greedy:
             for best in population.best(1, settings.caution):
-                return best, Reason.BEST
+                return best, Motive.BEST
         untried = population.untried()
         if untried is not None:
-            return untried, Reason.UNTRIED
+            return untried, Motive.UNTRIED
         uncertain = population.uncertain(settings)
         if uncertain is not None:
-            return uncertain, Reason.EVIDENCE
-        # All have been performed, but not all are rated yet.
-        return min(population.members, key=lambda genome: population.archive[genome].performed), Reason.WAITING
+            return uncertain, Motive.EVIDENCE
+        # All are known, or have been performed and wait for their rating.
+        return min(population.members, key=lambda genome: population.archive[genome].performed), Motive.DONE
 
     def _population(self, category: Category) -> Population:
         """The population of a situation, in the present phase."""

@@ -32,7 +32,7 @@ _ASKED: Final = Struct(f"<{DIGEST_BYTES}scQBBB?Q")
 _TOLD: Final = Struct(f"<{DIGEST_BYTES}scQII")
 
 
-class Reason(StrEnum):
+class Motive(StrEnum):
     """Why a maneuver is asked for."""
 
     UNTRIED = "untried"
@@ -43,8 +43,8 @@ class Reason(StrEnum):
     """The best of all maneuvers known in this situation, performed in its share of the learning."""
     EXAM = "exam of the promising"
     """Of the best, the one that may be best of all."""
-    WAITING = "ratings awaited"
-    """The generation is done but not all of it is rated: its member performed least."""
+    DONE = "generation done"
+    """No member is due, and the next generation comes with what Pal is told next: the member performed least."""
 
 
 class Origin(StrEnum):
@@ -79,7 +79,7 @@ class Trial:
         phase: Phase of learning, 1 or 2.
         exam: One of the last tests of the best, not of a generation.
         generation: GP steps made before in this situation and phase.
-        reason: Why this maneuver.
+        motive: Why this maneuver.
         origin: How it arose in this situation.
         parents: Names of the actions of each maneuver that it descends from.
         tried: How often it was performed before in this situation.
@@ -92,7 +92,7 @@ class Trial:
     phase: int
     exam: bool
     generation: int
-    reason: Reason
+    motive: Motive
     origin: Origin
     parents: tuple[str, ...]
     tried: int
@@ -158,7 +158,7 @@ def asked_digest(
     phase: int,
     exam: bool,
     generation: int,
-    reason: Reason,
+    motive: Motive,
 ) -> str:
     """The digest after a maneuver was asked for.
 
@@ -171,10 +171,10 @@ def asked_digest(
         phase: Phase of learning.
         exam: It is one of the last tests.
         generation: GP steps made before.
-        reason: Why this maneuver.
+        motive: Why this maneuver.
     """
     head = _ASKED.pack(bytes.fromhex(before), b"a", trial, *category, phase, exam, generation)
-    return _digest(head, _counted(bytes(genome)), _counted(reason.encode()), generator_bytes(rng))
+    return _digest(head, _counted(bytes(genome)), _counted(motive.encode()), generator_bytes(rng))
 
 
 def told_digest(
