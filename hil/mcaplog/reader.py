@@ -6,6 +6,7 @@ than that: what is read is read as in a log that has none, in the order of the f
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from struct import Struct, iter_unpack
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, NamedTuple
@@ -18,7 +19,7 @@ from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
 from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
     from hil.mcaplog.index import IndexedChunk, LogIndex
 
@@ -125,15 +126,32 @@ class LogReader(LogFile):
         return None
 
     def raw_entries(
-        self, topics: Collection[str] | None = None, *, start: float | None = None, leave_out: Collection[str] = ()
+        self,
+        topics: Collection[str] | None = None,
+        *,
+        start: float | None = None,
+        leave_out: Collection[str] = (),
+        others: Callable[[RawRecord], None] | None = None,
     ) -> Iterator[RawEntry]:
-        """As `entries`, nothing decoded; `channels` knows what decodes them."""
+        """As `entries`, nothing decoded.
+
+        Args:
+            topics: Only these topics; None is all.
+            start: Only entries of this log time and later, in s.
+            leave_out: Not these topics.
+            others: Is given the metadata and the attachments, as they are met.
+
+        Yields:
+            The entries.
+        """
         self.channels, self._decoders = Channels(self.note), {}
         selection = _Selection(self, topics, leave_out, None if start is None else round(start * 1e9))
         expand = topics is None or bool(topics)
         passages = selection.passages() if expand else ()
         with self.path.open("rb") as file:
             for record in self.walk(expand=expand, passages=passages):
+                if others is not None and record.opcode in {Opcode.METADATA, Opcode.ATTACHMENT}:
+                    others(record)
                 if record.opcode != Opcode.CHUNK:
                     yield from selection.take(record.opcode, record.content, 0, len(record.content))
                 elif expand:
@@ -180,6 +198,7 @@ class _Selection:
         self._start = start
         self._asked: dict[int, str | None] = {}
         self._indexed: dict[int, bool] = {}
+        self._asked_index = False
         self._known: dict[int, tuple[int, int]] = {}
         """Where the message indexes of a chunk that may hold a wanted entry are, and how long, by where the chunk is."""
 
@@ -210,9 +229,9 @@ class _Selection:
         if channel in self._asked:
             wanted = self._asked[channel]
         else:
-            topic = reader.channels.topic(channel)
+            topic = self._topic(channel)
             wanted = topic if self.asks_for(topic) else None
-            if topic:  # one that is not known yet may be described later
+            if channel in reader.channels:  # one that is not may be described later
                 self._asked[channel] = wanted
         if wanted is None or (self._start is not None and stamp < self._start):
             return None
@@ -222,19 +241,26 @@ class _Selection:
             return None
         return entry
 
+    def _topic(self, channel: int) -> str:
+        """Topic of a channel, as the index has it where what describes it was lost with a chunk."""
+        reader = self._reader
+        if channel not in reader.channels and not self._asked_index:
+            self._asked_index = True
+            if reader.index is not None:
+                with suppress(*DAMAGE):
+                    reader.channels.add_all(reader.index.schemas, reader.index.channels)
+        return reader.channels.topic(channel)
+
     def passages(self) -> Iterable[tuple[int, int]]:
         """What of the file can be passed over, from and to, in bytes, neighbours put together; nothing without an index."""
         index, channels = self._reader.index, self._reader.channels
         if (self._topics is None and self._start is None) or index is None or not index.chunk_count:
             return ()
         try:
-            for content in index.schemas:
-                channels.add_schema(content)
-            for content in index.channels:
-                channels.add_channel(content)
+            channels.add_all(index.schemas, index.channels)
         except DAMAGE:
             return ()
-        if not channels.described or (index.statistics is not None and index.statistics.channel_count != len(index.channels)):
+        if not channels.complete or (index.statistics is not None and index.statistics.channel_count != len(index.channels)):
             return ()  # what describes entries may be in a chunk that would be passed over
         return _merged(self._passages(index))
 
