@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from struct import Struct
 from typing import Any, Final
@@ -97,16 +97,22 @@ class Channels:
         found = self._channels.get(channel)
         return None if found is None else self._schemas.get(found.schema_id)
 
-    def of(self, topic: str) -> list[int]:
-        """The channels of a topic."""
-        return [number for number in self._channels if self.topic(number) == topic]
+    def described(self, channel: int) -> tuple[Channel, SchemaRecord | None] | None:
+        """A channel and its schema, None where it has none; None where one of the two is missing."""
+        found, schema = self._channels.get(channel), self.schema(channel)
+        return None if found is None or (found.schema_id and schema is None) else (found, schema)
+
+    def add_all(self, schemas: Iterable[bytes], channels: Iterable[bytes]) -> None:
+        """Take many records."""
+        for content in schemas:
+            self.add_schema(content)
+        for content in channels:
+            self.add_channel(content)
 
     @property
-    def described(self) -> bool:
+    def complete(self) -> bool:
         """There are channels, and all their schemas are known."""
-        return bool(self._channels) and all(
-            not found.schema_id or found.schema_id in self._schemas for found in self._channels.values()
-        )
+        return bool(self._channels) and all(self.described(channel) for channel in self._channels)
 
     def __contains__(self, channel: int) -> bool:
         return channel in self._channels

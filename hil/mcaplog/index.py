@@ -9,7 +9,7 @@ import zlib
 from array import array
 from dataclasses import dataclass, field
 from struct import Struct, iter_unpack
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final, NamedTuple
 
 from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Footer, MetadataIndex, Statistics
@@ -30,8 +30,7 @@ _MOST_FILES: Final = 10_000
 """Metadata records, and attachments, that an index may name."""
 
 
-@dataclass(frozen=True, slots=True)
-class IndexedChunk:
+class IndexedChunk(NamedTuple):
     """A chunk as the index has it.
 
     Attributes:
@@ -39,7 +38,7 @@ class IndexedChunk:
         end: Log time of its last entry, in ns.
         offset: Where it begins in the file, in bytes.
         length: Of its record, in bytes.
-        message_indexes: Where the message index of each channel begins, in bytes; empty where there are none.
+        places: Where the message index of each channel begins, as it stands in the record; empty where there are none.
         message_index_length: Of all of them, which follow the chunk, in bytes.
     """
 
@@ -47,8 +46,13 @@ class IndexedChunk:
     end: int
     offset: int
     length: int
-    message_indexes: dict[int, int]
+    places: bytes
     message_index_length: int
+
+    @property
+    def channels(self) -> list[int]:
+        """The channels that have a message index."""
+        return [channel for channel, _ in iter_unpack("<HQ", self.places)]
 
 
 @dataclass
@@ -64,7 +68,11 @@ class LogIndex:
         metadata: Where metadata records are.
         attachments: Where attachments are.
         places: Offsets of all that it knows of, ascending: chunks, metadata, attachments, the summary itself.
-        chunk_count: Chunks that it knows of.
+        begins: Where each chunk begins in the file, in bytes.
+        behinds: Where each chunk with its message indexes ends.
+        ends: Log times of the last entry of each chunk, in ns.
+        records: Where the index of each chunk is in the file, in bytes.
+        footer: Where the footer is.
     """
 
     begin: int
@@ -75,17 +83,32 @@ class LogIndex:
     metadata: list[MetadataIndex] = field(default_factory=list)
     attachments: list[AttachmentIndex] = field(default_factory=list)
     places: array[int] = field(default_factory=lambda: array("Q"))
-    chunk_count: int = 0
+    begins: array[int] = field(default_factory=lambda: array("Q"))
+    behinds: array[int] = field(default_factory=lambda: array("Q"))
+    ends: array[int] = field(default_factory=lambda: array("Q"))
+    records: array[int] = field(default_factory=lambda: array("Q"))
+    footer: int = 0
 
-    def chunks(self, file: BinaryIO) -> Iterator[IndexedChunk]:
+    @property
+    def chunk_count(self) -> int:
+        """Chunks that it knows of."""
+        return len(self.records)
+
+    def first(self, since: int) -> int:
+        """Number of the first chunk that holds an entry of a log time, in ns, or later; how many there are if none does."""
+        return next((number for number, end in enumerate(self.ends) if end >= since), len(self.ends))
+
+    def chunks(self, file: BinaryIO, first: int = 0) -> Iterator[IndexedChunk]:
         """Its chunks, in the order of the file.
 
         Args:
             file: The log, opened for reading; nothing else may read it meanwhile.
+            first: Number of the first that is wanted.
         """
-        for opcode, content in _records(file, self.begin, self.end, {Opcode.CHUNK_INDEX}):
-            if opcode == Opcode.CHUNK_INDEX:
-                yield _chunk(content)
+        if first < len(self.records):
+            for opcode, content in _records(file, self.records[first], self.end):
+                if opcode == Opcode.CHUNK_INDEX:
+                    yield _chunk(content)
 
 
 def read_index(file: BinaryIO, size: int) -> LogIndex | None:
@@ -96,7 +119,7 @@ def read_index(file: BinaryIO, size: int) -> LogIndex | None:
         size: Its size in bytes.
 
     Returns:
-        The index; None where there is none, its checksum is wrong, or it contradicts the file's size or itself.
+        The index; None where there is none, its checksum is wrong or missing, or it contradicts the file's size or itself.
     """
     begin = size - _FOOTER - len(MAGIC)
     if begin < len(MAGIC):
@@ -109,9 +132,9 @@ def read_index(file: BinaryIO, size: int) -> LogIndex | None:
     end = footer.summary_offset_start or begin
     if not len(MAGIC) <= footer.summary_start <= end <= begin or not footer.summary_start:
         return None
-    if footer.summary_crc and _checksum(file, footer.summary_start, size - len(MAGIC) - 4) != footer.summary_crc:
+    if not footer.summary_crc or _checksum(file, footer.summary_start, size - len(MAGIC) - 4) != footer.summary_crc:
         return None
-    index = LogIndex(footer.summary_start, end)
+    index = LogIndex(footer.summary_start, end, footer=begin)
     try:
         _fill(index, file)
     except DAMAGE:
@@ -125,9 +148,8 @@ def _fill(index: LogIndex, file: BinaryIO) -> None:
     Raises:
         ValueError: It contradicts itself.
     """
-    behind = 0
-    places = array("Q")
-    for opcode, content in _records(file, index.begin, index.end, None):
+    behind, at = 0, index.begin
+    for opcode, content in _records(file, index.begin, index.end):
         if len(content) > _LARGEST.get(opcode, 64 * MIB):
             raise ValueError("too large")
         if opcode == Opcode.CHUNK_INDEX:
@@ -135,10 +157,14 @@ def _fill(index: LogIndex, file: BinaryIO) -> None:
             if chunk.offset < behind or chunk.length < _SMALLEST_CHUNK:
                 raise ValueError("chunks out of order")
             behind = chunk.offset + chunk.length + chunk.message_index_length
-            places.append(chunk.offset)
-            index.chunk_count += 1
+            index.begins.append(chunk.offset)
+            index.behinds.append(behind)
+            index.ends.append(chunk.end)
+            index.records.append(at)
         else:
             _take(index, opcode, content)
+        at += RECORD_HEAD.size + len(content)
+    places = array("Q", index.begins)
     places.extend(record.offset for record in index.metadata)
     places.extend(record.offset for record in index.attachments)
     _check(index, behind, places)
@@ -171,27 +197,35 @@ def _check(index: LogIndex, behind: int, places: array[int]) -> None:
         raise ValueError("it names places behind the data")
 
 
-def _records(file: BinaryIO, begin: int, end: int, wanted: set[Opcode] | None) -> Iterator[tuple[int, bytes]]:
+def _records(file: BinaryIO, begin: int, end: int) -> Iterator[tuple[int, bytes]]:
+    """The records between two places, many read at once."""
     file.seek(begin)
-    at = begin
-    while at + RECORD_HEAD.size <= end:
-        opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
-        at += RECORD_HEAD.size + length
-        if at > end:
+    data, at, left = b"", 0, end - begin
+    while True:
+        whole = len(data) - at >= RECORD_HEAD.size
+        opcode, length = RECORD_HEAD.unpack_from(data, at) if whole else (0, 0)
+        behind = at + RECORD_HEAD.size + length
+        if whole and behind <= len(data):
+            yield opcode, data[behind - length : behind]
+            at = behind
+            continue
+        if not left and at == len(data):
+            return
+        missing = behind - len(data)
+        if missing > left:
             raise ValueError("it ends within a record")
-        if wanted is None or opcode in wanted:
-            yield opcode, file.read(length)
-        else:
-            file.seek(length, 1)
+        more = file.read(min(left, max(missing, MIB)))
+        data, at, left = data[at:] + more, 0, left - len(more)
+        if not more:
+            raise ValueError("it ends within a record")
 
 
 def _chunk(content: bytes) -> IndexedChunk:
     start, end, offset, length, size = _CHUNK_HEAD.unpack_from(content)
     at = _CHUNK_HEAD.size + size
-    if size % 10 or at + _CHUNK_TAIL.size > len(content):
+    if size % 10:
         raise ValueError("no chunk index")
-    message_indexes = dict(iter_unpack("<HQ", content[_CHUNK_HEAD.size : at]))
-    return IndexedChunk(start, end, offset, length, message_indexes, _CHUNK_TAIL.unpack_from(content, at)[0])
+    return IndexedChunk(start, end, offset, length, content[_CHUNK_HEAD.size : at], _CHUNK_TAIL.unpack_from(content, at)[0])
 
 
 def _checksum(file: BinaryIO, begin: int, end: int) -> int:

@@ -6,6 +6,7 @@ than that: what is read is read as in a log that has none, in the order of the f
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from struct import Struct, iter_unpack
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, NamedTuple
@@ -18,12 +19,13 @@ from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
 from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
     from hil.mcaplog.index import IndexedChunk, LogIndex
 
 MESSAGE_HEAD: Final = Struct("<HIQQ")
 """Channel, sequence, log time and publish time of an entry, times in ns."""
+_ENTRY_HEAD: Final = Struct("<BQHIQ")
 _INDEX_HEAD: Final = Struct("<BQHI")
 _MOST_WORDS: Final = 500
 """Topics and reasons by which entries that can't be given are counted apart."""
@@ -71,7 +73,14 @@ class RawEntry(NamedTuple):
 
 
 class LogReader(LogFile):
-    """A log file whose entries can be read, as often as wanted."""
+    """A log file whose entries can be read, as often as wanted.
+
+    Attributes:
+        channels: The channels met in the last pass, and those that the index knows, where it was used.
+    """
+
+    channels: Channels
+    _decoders: dict[int, Decode]
 
     def entries(
         self,
@@ -92,41 +101,57 @@ class LogReader(LogFile):
         Yields:
             The entries.
         """
-        decoders: dict[int, Decode | str] = {}
         for entry in self.raw_entries(topics, start=start, leave_out=leave_out):
-            decode = decoders.get(entry.channel)
-            if decode is None:
-                decode = decoders[entry.channel] = self._decoder(entry.channel)
-                if entry.topic in unread and not isinstance(decode, str):
-                    decode = decoders[entry.channel] = sender_only
-            if isinstance(decode, str):
-                self.count_unread(entry, decode)
-                del decoders[entry.channel]  # a schema may yet come
-                continue
-            try:
-                decoded = decode(entry.data)
-            except DAMAGE as error:
-                self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
-            else:
+            if entry.topic in unread and entry.channel not in self._decoders:
+                self._decoders[entry.channel] = sender_only
+            decoded = self._decode(entry)
+            if decoded is not None:
                 yield LogEntry(entry.topic, entry.log_time / 1e9, *decoded)
 
-    def _decoder(self, channel: int) -> Decode | str:
-        """What decodes the entries of a channel; why nothing does, in words, where that is so."""
+    def decoded(self, entry: RawEntry) -> Any:  # noqa: ANN401 - whatever its schema says
+        """The value of an entry of the last pass, as in `LogEntry`; None where it can't be given, which is counted."""
+        decoded = self._decode(entry)
+        return None if decoded is None else decoded[0]
+
+    def _decode(self, entry: RawEntry) -> tuple[Any, ...] | None:
+        decode = self._decoders.get(entry.channel)
         try:
-            return self.channels.decoder(channel)
+            if decode is None:
+                decode = self._decoders[entry.channel] = self.channels.decoder(entry.channel)
+            return decode(entry.data)
         except UnreadableError as error:
-            return str(error)
+            self.count_unread(entry, str(error))
+        except DAMAGE as error:
+            self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
+        return None
 
     def raw_entries(
-        self, topics: Collection[str] | None = None, *, start: float | None = None, leave_out: Collection[str] = ()
+        self,
+        topics: Collection[str] | None = None,
+        *,
+        start: float | None = None,
+        leave_out: Collection[str] = (),
+        others: Callable[[RawRecord], None] | None = None,
     ) -> Iterator[RawEntry]:
-        """As `entries`, nothing decoded; `channels` knows what decodes them."""
-        self.channels = Channels(self.note)
+        """As `entries`, nothing decoded.
+
+        Args:
+            topics: Only these topics; None is all.
+            start: Only entries of this log time and later, in s.
+            leave_out: Not these topics.
+            others: Is given the metadata and the attachments, as they are met.
+
+        Yields:
+            The entries.
+        """
+        self.channels, self._decoders = Channels(self.note), {}
         selection = _Selection(self, topics, leave_out, None if start is None else round(start * 1e9))
         expand = topics is None or bool(topics)
-        passages = selection.passages() if expand else {}
+        passages = selection.passages() if expand else ()
         with self.path.open("rb") as file:
             for record in self.walk(expand=expand, passages=passages):
+                if others is not None and record.opcode in {Opcode.METADATA, Opcode.ATTACHMENT}:
+                    others(record)
                 if record.opcode != Opcode.CHUNK:
                     yield from selection.take(record.opcode, record.content, 0, len(record.content))
                 elif expand:
@@ -172,7 +197,10 @@ class _Selection:
         self._leave_out = leave_out
         self._start = start
         self._asked: dict[int, str | None] = {}
-        self._known: dict[int, IndexedChunk] = {}
+        self._indexed: dict[int, bool] = {}
+        self._asked_index = False
+        self._known: dict[int, tuple[int, int]] = {}
+        """Where the message indexes of a chunk that may hold a wanted entry are, and how long, by where the chunk is."""
 
     def asks_for(self, topic: str) -> bool:
         """The topic is wanted."""
@@ -201,9 +229,9 @@ class _Selection:
         if channel in self._asked:
             wanted = self._asked[channel]
         else:
-            topic = reader.channels.topic(channel)
+            topic = self._topic(channel)
             wanted = topic if self.asks_for(topic) else None
-            if topic:  # one that is not known yet may be described later
+            if channel in reader.channels:  # one that is not may be described later
                 self._asked[channel] = wanted
         if wanted is None or (self._start is not None and stamp < self._start):
             return None
@@ -213,54 +241,52 @@ class _Selection:
             return None
         return entry
 
-    def passages(self) -> dict[int, int]:
-        """Where the file can be passed over, from and to, in bytes, neighbours put together; none where there is no index."""
-        index = self._reader.index
-        if (self._topics is None and self._start is None) or index is None or not index.chunk_count:
-            return {}
-        try:
-            return self._passages(index)
-        except DAMAGE:
-            self._known.clear()
-            return {}
+    def _topic(self, channel: int) -> str:
+        """Topic of a channel, as the index has it where what describes it was lost with a chunk."""
+        reader = self._reader
+        if channel not in reader.channels and not self._asked_index:
+            self._asked_index = True
+            if reader.index is not None:
+                with suppress(*DAMAGE):
+                    reader.channels.add_all(reader.index.schemas, reader.index.channels)
+        return reader.channels.topic(channel)
 
-    def _passages(self, index: LogIndex) -> dict[int, int]:
-        channels = self._reader.channels
-        for content in index.schemas:
-            channels.add_schema(content)
-        for content in index.channels:
-            channels.add_channel(content)
-        if not channels.described or (index.statistics is not None and index.statistics.channel_count != len(index.channels)):
-            return {}  # what describes entries may be in a chunk that would be passed over
-        found: dict[int, int] = {}
-        begin = end = 0
+    def passages(self) -> Iterable[tuple[int, int]]:
+        """What of the file can be passed over, from and to, in bytes, neighbours put together; nothing without an index."""
+        index, channels = self._reader.index, self._reader.channels
+        if (self._topics is None and self._start is None) or index is None or not index.chunk_count:
+            return ()
+        try:
+            channels.add_all(index.schemas, index.channels)
+        except DAMAGE:
+            return ()
+        if not channels.complete or (index.statistics is not None and index.statistics.channel_count != len(index.channels)):
+            return ()  # what describes entries may be in a chunk that would be passed over
+        return _merged(self._passages(index))
+
+    def _passages(self, index: LogIndex) -> Iterator[tuple[int, int]]:
+        first = 0 if self._start is None else index.first(self._start)
+        yield from zip(index.begins[:first], index.behinds[:first], strict=True)
         with self._reader.path.open("rb") as file:
-            for chunk in index.chunks(file):
+            for chunk in index.chunks(file, first):
                 behind = chunk.offset + chunk.length
-                if self._may_hold(chunk):
-                    self._known[chunk.offset] = chunk
-                    if begin < end:
-                        found[begin] = end
-                    begin = behind  # its message indexes
-                elif chunk.offset != end:
-                    if begin < end:
-                        found[begin] = end
-                    begin = chunk.offset
-                end = behind + chunk.message_index_length
-        if begin < end:
-            found[begin] = end
-        return found
+                if not self._may_hold(chunk):
+                    yield chunk.offset, behind + chunk.message_index_length
+                elif chunk.message_index_length:
+                    self._known[chunk.offset] = behind, chunk.message_index_length
+                    yield behind, behind + chunk.message_index_length
+        yield index.begin, index.footer
 
     def _may_hold(self, chunk: IndexedChunk) -> bool:
         """There may be a wanted entry in a chunk."""
-        channels = self._reader.channels
-        if not all(channel in channels for channel in chunk.message_indexes):
-            raise ValueError("a channel that the index does not describe")
         if self._start is not None and chunk.end < self._start:
             return False
-        if self._topics is None or not chunk.message_indexes:
+        if self._topics is None or not chunk.places:
             return True
-        return any(self.asks_for(channels.topic(channel)) for channel in chunk.message_indexes)
+        for channel in chunk.channels:
+            if channel not in self._indexed:
+                self._indexed[channel] = self.asks_for(self._reader.channels.topic(channel))
+        return any(self._indexed[channel] for channel in chunk.channels)
 
     def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]]:
         """Where the wanted entries of a chunk are by its message indexes, as `split_chunk` has it.
@@ -273,27 +299,37 @@ class _Selection:
         Returns:
             Empty where there are no message indexes, or they contradict the chunk.
         """
-        chunk = self._known.pop(record.offset, None)
-        if chunk is None or self._topics is None or not data:
+        place = self._known.pop(record.offset, None)
+        if place is None or self._topics is None or not data:
             return []
-        channels = self._reader.channels
-        wanted = {channel for channel in chunk.message_indexes if self.asks_for(channels.topic(channel))}
         try:
-            file.seek(chunk.offset + chunk.length)
-            found = _places(file.read(min(chunk.message_index_length, 2 * len(data))), wanted, data)
+            file.seek(place[0])
+            found = _places(file.read(min(place[1], 2 * len(data))), self._indexed, data)
         except DAMAGE:
             found = []
-        if not found and wanted:
+        if not found:
             self._reader.note(f"the message indexes of the chunk at byte {record.offset:,} are wrong, and were not used")
         return found
 
 
-def _places(indexes: bytes, wanted: set[int], data: bytes) -> list[tuple[int, int, int]]:
+def _merged(stretches: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Stretches of a file, ascending, neighbours put together."""
+    begin = end = 0
+    for start, stop in stretches:
+        if start != end:
+            if begin < end:
+                yield begin, end
+            begin = start
+        end = stop
+    yield begin, end
+
+
+def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tuple[int, int, int]]:
     """Where entries are in a chunk.
 
     Args:
         indexes: The message index records that follow the chunk.
-        wanted: Channels.
+        wanted: Whether the entries of a channel are.
         data: What the chunk unpacks to.
 
     Raises:
@@ -301,22 +337,23 @@ def _places(indexes: bytes, wanted: set[int], data: bytes) -> list[tuple[int, in
         struct.error: An index is none.
     """
     found: list[tuple[int, int, int]] = []
-    missing, at = set(wanted), 0
-    while missing and at < len(indexes):
+    at = 0
+    while at < len(indexes):
         opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
-        if opcode != Opcode.MESSAGE_INDEX:
+        if opcode != Opcode.MESSAGE_INDEX or size + 6 > length:
             raise ValueError("no message index")
-        if channel in missing:
-            missing.discard(channel)
-            for stamp, place in iter_unpack("<QQ", indexes[at + _INDEX_HEAD.size : at + _INDEX_HEAD.size + size]):
-                begin = place + RECORD_HEAD.size
-                kind, long = RECORD_HEAD.unpack_from(data, place)
-                there, _, log_time, _ = MESSAGE_HEAD.unpack_from(data, begin)
-                if (kind, there, log_time) != (Opcode.MESSAGE, channel, stamp) or begin + long > len(data):
-                    raise ValueError("no such entry")
-                found.append((kind, begin, begin + long))
+        if wanted[channel]:
+            begin = at + _INDEX_HEAD.size
+            found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
         at += RECORD_HEAD.size + length
-    if missing:
-        raise ValueError("a channel has none")
     found.sort()
     return found
+
+
+def _place(data: bytes, place: int, channel: int, stamp: int) -> tuple[int, int, int]:
+    """An entry in a chunk, which is the one that the index means."""
+    opcode, length, there, _, log_time = _ENTRY_HEAD.unpack_from(data, place)
+    begin = place + RECORD_HEAD.size
+    if opcode != Opcode.MESSAGE or there != channel or log_time != stamp or begin + length > len(data):
+        raise ValueError("no such entry")
+    return opcode, begin, begin + length

@@ -20,10 +20,11 @@ from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, salvage, spli
 from hil.mcaplog.writer import MAGIC
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
     from pathlib import Path
 
 MOST_NOTES: Final = 100
+_NO_PASSAGE: Final = (1 << 64, 1 << 64)
 
 
 class RawRecord(NamedTuple):
@@ -122,12 +123,12 @@ class LogFile:
                 self.stop(error)
                 return
 
-    def walk(self, *, expand: bool = True, passages: Mapping[int, int] = {}) -> Iterator[RawRecord]:
+    def walk(self, *, expand: bool = True, passages: Iterable[tuple[int, int]] = ()) -> Iterator[RawRecord]:
         """The records that stand in the file itself.
 
         Args:
             expand: Read the content of chunks.
-            passages: Where it goes on, by where it comes to; in bytes.
+            passages: What is passed over: where it begins, always with a record, and where it ends; ascending, in bytes.
 
         Yields:
             The records.
@@ -233,13 +234,16 @@ class LogFile:
             for (topic, why), count in most
         ]
 
-    def _whole_records(self, file: BinaryIO, *, expand: bool, passages: Mapping[int, int]) -> Iterator[RawRecord]:
+    def _whole_records(self, file: BinaryIO, *, expand: bool, passages: Iterable[tuple[int, int]]) -> Iterator[RawRecord]:
+        left = iter(passages)
+        begin, end = next(left, _NO_PASSAGE)
         while True:
             offset = file.tell()
-            passage = passages.get(offset)
-            if passage is not None:
-                file.seek(passage)
-                offset = self.bytes_read = passage
+            while begin < offset:
+                begin, end = next(left, _NO_PASSAGE)
+            if begin == offset:
+                file.seek(end)
+                offset = self.bytes_read = end
             head = file.read(RECORD_HEAD.size)
             opcode, length = RECORD_HEAD.unpack(head) if len(head) == RECORD_HEAD.size else (0, 0)
             if opcode == 0 or offset + RECORD_HEAD.size + length > self.size:
