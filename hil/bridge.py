@@ -142,9 +142,7 @@ class Bridge:
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
-        self.unclaimed = 0
-        self.unsent = 0
-        self.overrun = 0
+        self.unclaimed = self.unsent = self.overrun = 0
         self.lost: LinkError | None = None
         self.patience = 0.0 if reopening is None else reopening.patience
         self._read_clock = reading.read

@@ -66,6 +66,8 @@ def connect(
             `?system=` selects one of several robots, and
             `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
             `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
+            `replay:///path/log.mcap` gives this program what a log has recorded of the same program; where it asks otherwise
+            than then, it gets a `ReplayDiverged` that names the step.
         system: System id of the robot; None takes the first that answers.
         timeout: Longest wait for it in s.
         limits: Bounds on what is asked of it.
@@ -93,7 +95,10 @@ def connect(
     patience = check_patience(reconnect)
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
     if opener is None:
-        opener = AddressOpener(address, ports, key)
+        if address.scheme == "replay":
+            address, opener = _recorded(address)
+        else:
+            opener = AddressOpener(address, ports, key)
     if system is None:
         system = asked_for(address)
     bridge = open_bridge(
@@ -113,6 +118,16 @@ def connect(
         junior.close()
         raise
     return junior
+
+
+def _recorded(address: Address) -> tuple[Address, NetworkOpener]:
+    """The only network of a log, and what opens it."""
+    from hil.replaying.opening import RecordedNetworks  # noqa: PLC0415 - only where it is wanted
+
+    networks = RecordedNetworks(address)
+    if len(networks.addresses) > 1:
+        raise AddressError(address.url, f"the log has {len(networks.addresses)} networks", "Use connect_all")
+    return networks.addresses[0], networks.opener_of(networks.addresses[0])
 
 
 def check_patience(reconnect: float) -> float:

@@ -136,6 +136,11 @@ class Tape:
                 "missing"
             )
 
+    @property
+    def networks(self) -> list[str]:
+        """Names of the networks that were opened, as far as the log has been read."""
+        return [name for name, network in self._networks.items() if network.opening is not None]
+
     def opening(self, network: str) -> BridgeOpening:
         """How the bridge of a network was opened.
 
