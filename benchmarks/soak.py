@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
     from hil.bouts import Bout
     from hil.ring import Engagement
-    from pal_advisor.maneuvers import GenerationRecord, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 PATIENCE: Final = 30.0
 """How long a lost robot is waited for, in s."""
@@ -422,6 +422,15 @@ class Stopwatch:
         self._begun: float | None = None
         self.maneuvers = 0
         self.bouts = 0
+
+    def decision(self, trial: Trial) -> None:
+        """A maneuver is asked for."""
+
+    def credit(self, credit: Credit) -> None:
+        """Something was credited."""
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due."""
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
         """A maneuver was performed."""

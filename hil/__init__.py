@@ -1,8 +1,8 @@
 """The bridge: connects, coaches, records, replays, shows.
 
-`connect` opens a robot, real or emulated, `connect_all` all that are on a link; the rest are the types they deal in. Public
-names are loaded when they are first used: every pytest run loads this package for its plugin, whether a test asks for a
-robot or not.
+`connect` opens a robot, real or emulated, `connect_all` all that are on a link, `replay` runs a log again; the rest are the
+types they deal in. Public names are loaded when they are first used: every pytest run loads this package for its plugin,
+whether a test asks for a robot or not.
 """
 
 from importlib import import_module
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from hil.connecting_all import connect_all
     from hil.junior import Junior
     from hil.networks import RobotAddress
+    from hil.replaying.difference import ReplayDiverged
+    from hil.replaying.host import ReplayReport, replay
     from hil.robots import Answers, Robots
     from hil.safety import Limits
 
@@ -26,11 +28,14 @@ _HOMES: Final = {
     "Maneuver": "firmware_protocol.vocabulary",
     "ManeuverReport": "firmware_protocol.maneuver_fields",
     "Outcome": "firmware_protocol.vocabulary",
+    "ReplayDiverged": "hil.replaying.difference",
+    "ReplayReport": "hil.replaying.host",
     "RobotAddress": "hil.networks",
     "Robots": "hil.robots",
     "Stimulus": "firmware_protocol.vocabulary",
     "connect": "hil.connecting",
     "connect_all": "hil.connecting_all",
+    "replay": "hil.replaying.host",
 }
 
 __all__ = [
@@ -41,11 +46,14 @@ __all__ = [
     "Maneuver",
     "ManeuverReport",
     "Outcome",
+    "ReplayDiverged",
+    "ReplayReport",
     "RobotAddress",
     "Robots",
     "Stimulus",
     "connect",
     "connect_all",
+    "replay",
 ]
 
 

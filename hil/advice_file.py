@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import tomli_w
 
 from firmware_protocol.errors import HilError
-from hil.doors import Door
+from hil.doors import Document, Door
 from hil.outputs import write_output
 from pal_advisor.maneuvers import Advice, AdviceError
 
@@ -58,6 +58,18 @@ def save_advice(advice: Advice, path: Path, *, overwrite: bool = False) -> None:
         raise AdviceFileError(f"cannot write {path}: {error.strerror}") from error
 
 
+def advice_of(data: bytes) -> Advice:
+    """The advice that TOML holds, as a file or a log has it.
+
+    Args:
+        data: The TOML.
+
+    Raises:
+        AdviceFileError: It is none.
+    """
+    return _advice(DOOR.document_of(data, "the advice"))
+
+
 def load_advice(path: Path) -> Advice:
     """Read and validate an advice file.
 
@@ -70,7 +82,10 @@ def load_advice(path: Path) -> Advice:
     Raises:
         AdviceFileError: It can't be read, is no TOML or JSON, or a field is missing, unknown or wrong.
     """
-    document = DOOR.document(path)
+    return _advice(DOOR.document(path))
+
+
+def _advice(document: Document) -> Advice:
     try:
         return Advice.from_dict(document.data)
     except AdviceError as error:

@@ -24,9 +24,10 @@ from firmware_protocol.signing import redacted, trouble
 from hil.clock import LastReading
 from hil.diagnosis import Seen
 from hil.operator import INTERRUPT, Operator
-from hil.pump import LIMIT, SLICE, Back, Lost, Pump, open_pump
+from hil.pump import LIMIT, SLICE, Lost, Pump, open_pump
 from hil.redaction import Redaction
-from hil.taps import NOTHING, Circumstances, Opening
+from hil.surroundings import Surroundings
+from hil.taps import Opening
 from hil.witness import Witness
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
     from hil.pump import Chunk, Turn
     from hil.reopening import Reopening
-    from hil.taps import Tap
+    from hil.taps import Circumstances, Tap
 
 _GROUND_STATION: Final = 6
 """MAV_TYPE_GCS: not a robot."""
@@ -141,9 +142,7 @@ class Bridge:
         self.peers: dict[int, Peer] = {}
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
-        self.unclaimed = 0
-        self.unsent = 0
-        self.overrun = 0
+        self.unclaimed = self.unsent = self.overrun = 0
         self.lost: LinkError | None = None
         self.patience = 0.0 if reopening is None else reopening.patience
         self._read_clock = reading.read
@@ -163,7 +162,6 @@ class Bridge:
         self._hello_due = self.now
         self._alive_due = self.now
         self._ended: LinkError | None = None
-        self._overrun = 0
         self._overrun_due = float("-inf")
         self._taken_in = self.now
         self._told = False
@@ -184,6 +182,7 @@ class Bridge:
         self._arrived = arrived
         self._pump = open_pump(link, clock, self._reopening, arrived) if pump is None else pump
         self.operator = Operator() if operator is None else operator
+        self._around = Surroundings(self.operator, self._pump)
         self.operator.attach(self._wake)
 
     def __enter__(self) -> Self:
@@ -227,49 +226,45 @@ class Bridge:
         """
         if self._told or self._closed:
             raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
-        until, hurry = self.next_due(), self.operator.waiting
-        if wait <= 0 and self.link.lockstep and until > self.now and not hurry and self._nothing_waits:
+        until, hurry = self.next_due(), self._around.changed or self._anew is not None
+        if wait <= 0 and self.link.lockstep and until > self.now and not hurry:
             return []
-        chunks = self._pump.take(wait if until > self.now and not hurry else 0.0, until)
+        chunks = self._pump.take(wait if until > self.now and not self.operator.waiting else 0.0, until)
         now = self.now = self._read_clock()
         events, self._untold = self._untold, []
-        turn, self._pump.turn = self._pump.turn, None
-        met = self._look_around(turn)
+        met = self._around.look(self.link)
         for tap in self._taps:
             tap.step(now, chunks, met)
         if self._anew is not None:
             self._forget_sessions(self._anew, now, events)
-        if sum([len(data) for _, data in chunks]) >= SLICE:
-            self._fall_behind(chunks, now, events)
-        else:
-            self._taken_in = now
-        if chunks:
-            for stamp, data in chunks:
-                if self._looking:
-                    self.witness.came(data, stamp)
-                found = self._codec.receive(data, stamp)
-                self._pass(self._redaction.received(stamp, data, found))
-                self._take(found, events)
-        elif rest := self._codec.flush(now):
-            self._pass(self._redaction.judged(rest))
-            self._take(rest, events)
+        self._take_in(chunks, now, events)
         self._hear_of_link(met, now, events)
         if self._reopening is not None:
-            self._turn(self._reopening, turn, now, events)
+            self._turn(self._reopening, self._around.turn, now, events)
         if now >= self.next_due() and self._ended is None:
             self._service(now, events)
-        ended = self._ended or met.ended
-        if ended is not None:
+        if (ended := self._ended or met.ended) is not None:
             self._end(ended, now, events)
         if met.inputs and any(one.what == INTERRUPT for one in met.inputs):
             self._untold = events
             raise KeyboardInterrupt
         return events
 
-    @property
-    def _nothing_waits(self) -> bool:
-        """A step would find nothing to take in or to see to, if time has not moved."""
-        return self._anew is None and self._pump.turn is None and not self._pump.pending
+    def _take_in(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
+        """Decode what has come; where more may be waiting, see first to what is due."""
+        if sum([len(data) for _, data in chunks]) >= SLICE:
+            self._fall_behind(chunks, now, events)
+        else:
+            self._taken_in = now
+        for stamp, data in chunks:
+            if self._looking:
+                self.witness.came(data, stamp)
+            found = self._codec.receive(data, stamp)
+            self._pass(self._redaction.received(stamp, data, found))
+            self._take(found, events)
+        if not chunks and (rest := self._codec.flush(now)):
+            self._pass(self._redaction.judged(rest))
+            self._take(rest, events)
 
     def _wake(self) -> None:
         """Have a step that waits return at once, since the operator asks for something."""
@@ -283,23 +278,6 @@ class Bridge:
         for tap in self._taps:
             tap.session_drawn(number)
         return number
-
-    def _look_around(self, turn: Turn | None) -> Circumstances:
-        """What this step has met besides bytes."""
-        pump = self._pump
-        inputs, news = self.operator.take(), self.link.news()
-        overrun, ended = pump.overrun, pump.error
-        if not (inputs or news or turn or ended) and overrun == self._overrun:
-            return NOTHING
-        dropped, self._overrun = overrun - self._overrun, overrun
-        return Circumstances(
-            inputs,
-            turn.error if isinstance(turn, Lost) else None,
-            ended,
-            turn.link.url if isinstance(turn, Back) else "",
-            tuple(news),
-            dropped,
-        )
 
     def send(self, message: Message) -> None:
         """Send a message outside all questions and answers.
@@ -515,10 +493,11 @@ class Bridge:
             self._pace_untold = None
         for text in met.news:
             self._report(text, now, events)
-        if self._overrun != self.overrun and now >= self._overrun_due:
-            dropped = f"{self._overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
+        overrun = self._around.dropped
+        if overrun != self.overrun and now >= self._overrun_due:
+            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
             self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
-            self.overrun = self._overrun
+            self.overrun = overrun
             self._overrun_due = now + _NEWS_PERIOD
 
     def seen(self, wanted: int | None = None) -> Seen:

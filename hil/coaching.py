@@ -10,12 +10,22 @@ from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
 from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import Outcome
 from hil.bouts import MOST_LOSSES, Bout, check_engagement
-from hil.doors import Door
+from hil.doors import Document, Door
 from hil.outputs import replace_file
 from hil.ring import UNKNOWN, Engagement, Ring, RingError
 from hil.seeds import Branch, bout_seed, generator
 from pal_advisor.fields import FieldError, Fields, shown
-from pal_advisor.maneuvers import GenerationRecord, ObjectiveError, Pal, PalSettings, Performance, StateError, Trial
+from pal_advisor.maneuvers import (
+    Credit,
+    GenerationRecord,
+    ObjectiveError,
+    Pal,
+    PalSettings,
+    Performance,
+    StateError,
+    Trial,
+    state_digest,
+)
 from pal_advisor.maneuvers.settings import Objective
 
 if TYPE_CHECKING:
@@ -23,6 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.vocabulary import Maneuver, Stimulus
+    from pal_advisor.maneuvers import Advice
 
 CHECKPOINT_VERSION: Final = 1
 CHECKPOINT_EVERY: Final = 10.0
@@ -44,6 +55,18 @@ DOOR: Final = Door(
 
 class Observer(Protocol):
     """Is told of everything that happens: a progress display, a recorder."""
+
+    def decision(self, trial: Trial) -> None:
+        """A maneuver is about to be performed: what is asked for, and why."""
+        ...
+
+    def credit(self, credit: Credit) -> None:
+        """The adviser was told how it went (or that nobody knows), and has credited it."""
+        ...
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due: maneuvers performed by then, and the digest of the adviser's whole state."""
+        ...
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
         """A maneuver was performed and rated."""
@@ -193,11 +216,13 @@ class Coaching:
         while not self.pal.finished:
             if trial is None:
                 trial = self.pal.ask(*place.situation)
+                for observer in self._observers:
+                    observer.decision(trial)
             try:
                 engagement = self._ring.engage(trial.maneuver)
             except PeerLostError as error:
                 if not self._return(place, number, seed, error):
-                    self.pal.discard(trial)
+                    self._discard(trial)
                     trial = None
                     self._note(self.pal.interrupt())
                 continue
@@ -276,7 +301,7 @@ class Coaching:
     def _tell(self, trial: Trial, engagement: Engagement) -> None:
         report = engagement.report
         if (report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED) or not report.tallies:
-            self.pal.discard(trial)
+            self._discard(trial)
             check_engagement(engagement)
             return
         performance = Performance(
@@ -297,21 +322,28 @@ class Coaching:
             observer.trial(trial, engagement, performance)
         self._note(records)
 
+    def _discard(self, trial: Trial) -> None:
+        """Nobody knows how a maneuver went."""
+        self.pal.discard(trial)
+        self._note([])
+
     def _note(self, records: list[GenerationRecord]) -> None:
-        """Tell of GP steps."""
+        """Tell of what was credited, and of GP steps."""
         for observer in self._observers:
+            if self.pal.credited is not None:
+                observer.credit(self.pal.credited)
             for record in records:
                 observer.generation(record)
 
-    def save(self) -> None:
-        """Write the checkpoint, whole or not at all.
+    def advice(self) -> Advice:
+        """What was learnt so far."""
+        return self.pal.advice(opponent=self._ring.opponent, seed=self._seed)
 
-        Raises:
-            CheckpointError: It can't be written.
-        """
-        self._saved_at = self.progress.robot_seconds
-        if self._checkpoint is None:
-            return
+    def checkpoint(self) -> bytes:
+        """All that decides how this run goes on, as a checkpoint holds it."""
+        return self._checkpoint_of(self.pal.state_dict())
+
+    def _checkpoint_of(self, state: object) -> bytes:
         document = {
             "version": CHECKPOINT_VERSION,
             "seed": self._seed,
@@ -320,12 +352,30 @@ class Coaching:
             "wins": self.progress.wins,
             "losses": self.progress.losses,
             "robot_seconds": self.progress.robot_seconds,
-            "pal": self.pal.state_dict(),
+            "pal": state,
         }
+        return json.dumps(document, separators=(",", ":")).encode()
+
+    def save(self) -> None:
+        """Write the checkpoint, whole or not at all.
+
+        Raises:
+            CheckpointError: It can't be written.
+        """
+        self._saved_at = self.progress.robot_seconds
+        state = self.pal.state_dict()
+        if self._checkpoint is not None:
+            self._write(self._checkpoint, self._checkpoint_of(state))
+        digest = state_digest(state)
+        for observer in self._observers:
+            observer.checkpoint(self.pal.used, digest)
+
+    def _write(self, path: Path, checkpoint: bytes) -> None:
+        """Write the checkpoint; where that fails, say so once."""
         try:
-            replace_file(self._checkpoint, json.dumps(document, separators=(",", ":")).encode())
+            replace_file(path, checkpoint)
         except OSError as error:
-            text = f"cannot write the checkpoint {self._checkpoint}: {error.strerror}"
+            text = f"cannot write the checkpoint {path}: {error.strerror}"
             if self._on_unsaved is None:
                 raise CheckpointError(text) from error
             if not self.unsaved:
@@ -388,10 +438,25 @@ def load_checkpoint(path: Path) -> Checkpoint:
     Raises:
         CheckpointError: It can't be read, is of another version, or is damaged.
     """
-    document = DOOR.document(path, json=True)
+    return _of_document(DOOR.document(path, json=True))
+
+
+def checkpoint_of(data: bytes) -> Checkpoint:
+    """A checkpoint that is held in memory, as a log has it.
+
+    Args:
+        data: As a file would hold it.
+
+    Raises:
+        CheckpointError: It is none, is of another version, or is damaged.
+    """
+    return _of_document(DOOR.document_of(data, "the checkpoint", json=True))
+
+
+def _of_document(document: Document) -> Checkpoint:
     data = document.data
     if not isinstance(data, dict) or data.get("version") != CHECKPOINT_VERSION:
-        raise CheckpointError(f"{path} is no checkpoint of version {CHECKPOINT_VERSION}")
+        raise CheckpointError(f"{document.path} is no checkpoint of version {CHECKPOINT_VERSION}")
     try:
         return _checkpoint(Fields(data))
     except FieldError as error:

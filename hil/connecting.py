@@ -15,7 +15,7 @@ from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
 from hil.bridge import Bridge, random_session
 from hil.clock import LastReading, MonotonicClock
-from hil.fault_file import read_faults
+from hil.fault_file import fault_file_of, read_faults
 from hil.junior import Junior
 from hil.key_file import calendar, load_key, no_signatures, open_signing
 from hil.lines import pace_of
@@ -66,6 +66,8 @@ def connect(
             `?system=` selects one of several robots, and
             `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
             `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
+            `replay:///path/log.mcap` gives this program what a log has recorded of the same program; where it asks otherwise
+            than then, it gets a `ReplayDiverged` that names the step.
         system: System id of the robot; None takes the first that answers.
         timeout: Longest wait for it in s.
         limits: Bounds on what is asked of it.
@@ -93,7 +95,10 @@ def connect(
     patience = check_patience(reconnect)
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
     if opener is None:
-        opener = AddressOpener(address, ports, key)
+        if address.scheme == "replay":
+            address, opener = _recorded(address)
+        else:
+            opener = AddressOpener(address, ports, key)
     if system is None:
         system = asked_for(address)
     bridge = open_bridge(
@@ -115,6 +120,16 @@ def connect(
     return junior
 
 
+def _recorded(address: Address) -> tuple[Address, NetworkOpener]:
+    """The only network of a log, and what opens it."""
+    from hil.replaying.opening import RecordedNetworks  # noqa: PLC0415 - only where it is wanted
+
+    networks = RecordedNetworks(address)
+    if len(networks.addresses) > 1:
+        raise AddressError(address.url, f"the log has {len(networks.addresses)} networks", "Use connect_all")
+    return networks.addresses[0], networks.opener_of(networks.addresses[0])
+
+
 def check_patience(reconnect: float) -> float:
     """See that a time can be waited for.
 
@@ -133,21 +148,24 @@ def check_patience(reconnect: float) -> float:
 
 
 class NetworkOpener(Opener, Protocol):
-    """Opens the link of one network, again and again, and has what else a bridge needs.
+    """Opens the link of one network, again and again, and has what else a bridge needs."""
 
-    Attributes:
-        faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
-        clock: The clock that the link runs by.
-        session: A source of session numbers.
-    """
+    @property
+    def faults(self) -> FaultSpec | None:
+        """What goes wrong with the line and with an emulated robot; None where nothing is asked for."""
+        ...
 
-    faults: FaultSpec | None
-    clock: Clock
-    session: Callable[[], int]
+    @property
+    def clock(self) -> Clock:
+        """The clock that the link runs by."""
+        ...
 
-    def pump(
-        self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator
-    ) -> Pump:
+    @property
+    def session(self) -> Callable[[], int]:
+        """A source of session numbers."""
+        ...
+
+    def pump(self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator) -> Pump:
         """What hands over what the link brings."""
         ...
 
@@ -366,6 +384,21 @@ def fault_option(address: Address) -> FaultSpec | None:
             "Give it to `hil emulate --faults`, or have a real robot rehearse it with Junior.inject_failure",
         )
     return spec
+
+
+def fault_file(address: Address) -> bytes | None:
+    """The content of the file that an address takes its faults from; None where it names none.
+
+    Args:
+        address: The address, taken apart.
+
+    Raises:
+        AddressError: It can't be read.
+    """
+    try:
+        return fault_file_of(address.options.get("faults", ""))
+    except FaultSpecError as error:
+        raise AddressError(address.url, f"faults: {error}") from error
 
 
 def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:

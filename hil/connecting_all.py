@@ -73,7 +73,12 @@ def connect_all(
     patience = check_patience(reconnect)
     addresses = [parse_address(url) for url in urls]
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
-    if opener_of is None:
+    if opener_of is None and addresses[0].scheme == "replay":
+        from hil.replaying.opening import RecordedNetworks  # noqa: PLC0415 - only where it is wanted
+
+        recorded = RecordedNetworks(addresses[0])
+        addresses, opener_of = recorded.addresses, recorded.opener_of
+    elif opener_of is None:
         clock = MonotonicClock()  # one for all: their times are compared
 
         def opener_of(address: Address) -> NetworkOpener:

@@ -27,9 +27,26 @@ def read_faults(text: str) -> FaultSpec:
     Raises:
         FaultSpecError: Something is wrong with it; the text says where, in a file by its line.
     """
-    if not text.startswith("@") and not text.endswith(_SUFFIXES):
-        return FaultSpec.parse(text)
-    return load_faults(Path(text.removeprefix("@")))
+    path = _path(text)
+    return FaultSpec.parse(text) if path is None else load_faults(path)
+
+
+def fault_file_of(text: str) -> bytes | None:
+    """The content of the file that a user wrote after `faults=`; None where it was none.
+
+    Args:
+        text: As for `read_faults`.
+
+    Raises:
+        FaultSpecError: It can't be read.
+    """
+    path = _path(text)
+    return None if path is None else DOOR.read(path)
+
+
+def _path(text: str) -> Path | None:
+    """The file that is named; None where the text is a specification."""
+    return Path(text.removeprefix("@")) if text.startswith("@") or text.endswith(_SUFFIXES) else None
 
 
 def load_faults(path: Path) -> FaultSpec:

@@ -19,9 +19,7 @@ OTHERS_WAIT = 1.5
 """A robot says that it is there once a second: after this time one that can't be spoken to is no reason to wait on, in s."""
 
 
-def find_robot(
-    bridge: Bridge, step: Callable[[float], object], system: int | None, timeout: float
-) -> Peer:
+def find_robot(bridge: Bridge, step: Callable[[float], object], system: int | None, timeout: float) -> Peer:
     """Wait for a robot, and take it. Where the bridge opens no sessions by itself, no other one gets a session.
 
     Args:

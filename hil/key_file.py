@@ -15,6 +15,8 @@ from firmware_protocol.wire import MAVLINK
 from hil.doors import Door
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
 
@@ -86,9 +88,7 @@ def calendar() -> int:
     return signing_time(time.time())
 
 
-def open_signing(
-    key: SigningKey | None, link: Link, reading: Clock, begun: Callable[[], int] = calendar
-) -> Signing | None:
+def open_signing(key: SigningKey | None, link: Link, reading: Clock, begun: Callable[[], int] = calendar) -> Signing | None:
     """What signs on a link.
 
     Times in signatures begin with the calendar's, so that they go on where an earlier run stopped, and go on by the steps'

@@ -43,6 +43,7 @@ class Wanted:
         lines: Where each stands, from 1; 0 where it can't be told.
         identity: Names left out since they tell this robot from others.
         read_only: Values that only the firmware sets, by name.
+        text: The file's text.
     """
 
     path: Path
@@ -50,6 +51,7 @@ class Wanted:
     lines: dict[str, int]
     identity: tuple[str, ...]
     read_only: dict[str, float]
+    text: str = ""
 
     def where(self, name: str) -> str:
         """The file, and the line of a name in it."""
@@ -107,6 +109,21 @@ def read_parameters(path: Path, *, everything: bool = False) -> Wanted:
     return check_file(path, read.text, read.data, everything=everything)
 
 
+def parameters_of(data: bytes, name: str, *, everything: bool) -> Wanted:
+    """Likewise, of what is held in memory.
+
+    Args:
+        data: As a file would hold it.
+        name: What it is called in errors.
+        everything: The robot's identity is to be set too.
+
+    Raises:
+        ParameterLoadError: As by `read_parameters`.
+    """
+    read = DOOR.document_of(data, name)
+    return check_file(read.path, read.text, read.data, everything=everything)
+
+
 def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wanted:  # noqa: ANN401 - whatever a file holds
     """Check what a file says; see `read_parameters`.
 
@@ -127,6 +144,7 @@ def check_file(path: Path, text: str, document: Any, *, everything: bool) -> Wan
         {name: line_of(text, name) for name in document},
         tuple(name for name in document if name in IDENTITY and not everything),
         {},
+        text,
     )
     for name, value in document.items():
         about = KNOWN.get(name)

@@ -119,9 +119,7 @@ def _cut(chunk: Chunk, size: int) -> tuple[Chunk, Chunk | None]:
     return (stamp, data[:size]), (stamp, data[size:])
 
 
-def open_pump(
-    link: Link, clock: Clock, reopening: Reopening | None = None, arrived: Callable[[], None] | None = None
-) -> Pump:
+def open_pump(link: Link, clock: Clock, reopening: Reopening | None = None, arrived: Callable[[], None] | None = None) -> Pump:
     """What reads a link: in the caller's thread where it runs in lock-step, else in one of its own.
 
     Args:

@@ -40,6 +40,9 @@ from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
     BridgeStep,
+    CheckpointRecord,
+    CreditRecord,
+    DecisionRecord,
     EventRecord,
     RejectedInput,
     SessionDrawn,
@@ -66,7 +69,7 @@ if TYPE_CHECKING:
     from hil.mcaplog.sink import LogSink
     from hil.ring import Engagement
     from hil.taps import Circumstances, Opening, Tap
-    from pal_advisor.maneuvers import GenerationRecord, PalSettings, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, PalSettings, Performance, Trial
 
 FLUSH: Final = 0.25
 """Log time between flushes, in s: what a crash may lose."""
@@ -97,6 +100,9 @@ class Recorder:
             (None: no file does); the run goes on without a log.
         writer: Takes the entries; None writes them to `path`.
 
+    Attributes:
+        now: Log time of what is noted, in s: the last step's reading of the clock.
+
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created.
@@ -126,18 +132,12 @@ class Recorder:
             on_failure=on_failure,
         )
         self._writer.metadata("config", config)
-        self._now = 0.0
-        self._network = link
-        self._step_channel = self._writer.channel("/bridge/step", record_schema(BridgeStep))
-        self._rx_channel, self._tx_channel = (
-            self._writer.channel(topic, record_schema(WireBytes)) for topic in ("/wire/rx", "/wire/tx")
-        )
+        self.now = 0.0
+        self._network = Network(self._writer, link)
         self._joints_channel = self._writer.raw_channel(
             "/junior/joints", JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr"
         )
         self._plotted_at = -PLOT_INTERVAL
-        self._encode_step = step_encoder(link)
-        self._encode_rx, self._encode_tx = (wire_encoder(direction, link) for direction in ("rx", "tx"))
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -160,19 +160,25 @@ class Recorder:
         Args:
             name: Its name.
         """
-        return _Network(self, name)
+        return OneOfSeveral(self, Network(self._writer, name))
 
     def opened(self, opening: Opening) -> None:
         """The bridge begins."""
-        self._now = opening.clock
-        self._record("/bridge/open", opening, self._now, BridgeOpening)
+        self.now = opening.clock
+        self._record("/bridge/open", opening, self.now, BridgeOpening)
 
     def session_drawn(self, number: int) -> None:
         """A number was drawn by chance."""
-        self._drawn_for(self._network, number)
+        self.number_drawn(self._network.name, number)
 
-    def _drawn_for(self, network: str, number: int) -> None:
-        self._record("/bridge/session", SessionDrawn(network, number), self._now)
+    def number_drawn(self, network: str, number: int) -> None:
+        """A number was drawn by chance, on one of several networks.
+
+        Args:
+            network: Its name.
+            number: The number.
+        """
+        self._record("/bridge/session", SessionDrawn(network, number), self.now)
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """The bridge has begun a step.
@@ -182,20 +188,20 @@ class Recorder:
             chunks: What it received since the step before: stamps in s, bytes.
             met: What else it has met.
         """
-        self._now = time
-        self._writer.write(self._step_channel, time, self._encode_step(time, chunks, met))
+        self.now = time
+        self._network.step(time, chunks, met)
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """Bytes came over the link; time is their stamp, in s."""
-        self._writer.write(self._rx_channel, time, self._encode_rx(data))
+        self._network.wire_rx(time, data)
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """Bytes went out over the link; time is the bridge's, in s."""
-        self._writer.write(self._tx_channel, time, self._encode_tx(data))
+        self._network.wire_tx(time, data)
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
         """The link did not take these bytes; time is the bridge's, in s."""
-        refused = UnsentBytes(error.url, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        refused = UnsentBytes(self._network.name, data, isinstance(error, LinkTimeoutError), bare_text(error))
         self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:
@@ -259,8 +265,8 @@ class Recorder:
         self._noted(kind, text, json.dumps(fields, sort_keys=True, default=str))
 
     def _noted(self, kind: str, text: str, particulars: str) -> None:
-        self._record("/events", EventRecord(kind, text, particulars), self._now)
-        self._say(self._now, SEVERITIES.get(kind, 6), text, kind)
+        self._record("/events", EventRecord(kind, text, particulars), self.now)
+        self._say(self.now, SEVERITIES.get(kind, 6), text, kind)
 
     def series(self, title: str) -> None:
         """What follows belongs together: `coaching`, `bouts played by the advice`, `bouts played by random maneuvers`."""
@@ -269,6 +275,55 @@ class Recorder:
     def learning(self, settings: PalSettings) -> None:
         """Trials are rated by these settings from now on."""
         self._settings = settings
+
+    def decision(self, trial: Trial) -> None:
+        """The learner asks for a maneuver.
+
+        Args:
+            trial: What it asks for, and why.
+        """
+        previous, current = (_label(code) for code in trial.category)
+        record = DecisionRecord(
+            trial=trial.id,
+            phase=trial.phase,
+            exam=trial.exam,
+            generation=trial.generation,
+            tried=trial.tried,
+            previous=previous,
+            current=current,
+            actions=str(trial.maneuver),
+            motive=trial.motive,
+            origin=trial.origin,
+            parents=trial.parents,
+            digest=trial.digest,
+        )
+        self._record("/pal/decision", record, self.now)
+
+    def credit(self, credit: Credit) -> None:
+        """The learner was told something, and has credited it.
+
+        Args:
+            credit: What to which trials.
+        """
+        record = CreditRecord(
+            trial=credit.trial,
+            telling=credit.telling,
+            trials=credit.trials,
+            credits=credit.credits,
+            rated=credit.rated,
+            fitness=credit.fitness,
+            digest=credit.digest,
+        )
+        self._record("/pal/credit", record, self.now)
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due.
+
+        Args:
+            used: Maneuvers performed by then.
+            digest: Of the learner's whole state.
+        """
+        self._record("/pal/checkpoint", CheckpointRecord(used, digest), self.now)
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
         """A maneuver was performed for the learner.
@@ -297,7 +352,7 @@ class Recorder:
             duration=engagement.duration,
             ended=_words(engagement.report.outcome),
         )
-        self._record("/pal/trial", record, self._now)
+        self._record("/pal/trial", record, self.now)
 
     def generation(self, generation: GenerationRecord) -> None:
         """The learner has made a step in one category.
@@ -317,7 +372,7 @@ class Recorder:
             mean=generation.mean,
             actions=generation.maneuver,
         )
-        self._record("/pal/generation", record, self._now)
+        self._record("/pal/generation", record, self.now)
 
     def bout(self, bout: Bout) -> None:
         """A bout ended."""
@@ -343,7 +398,7 @@ class Recorder:
 
     def advice(self, advice: Mapping[str, object]) -> None:
         """The advice as it stands, as plain values (what the advice file holds)."""
-        self._record("/pal/advice", AdviceRecord(json.dumps(advice, sort_keys=True)), self._now)
+        self._record("/pal/advice", AdviceRecord(json.dumps(advice, sort_keys=True)), self.now)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """A metadata record; `robot` holds the robot's parameters."""
@@ -357,7 +412,7 @@ class Recorder:
             data: Its content.
             media_type: What it is, as `application/json`.
         """
-        self._writer.attachment(name, data, media_type=media_type, time=self._now)
+        self._writer.attachment(name, data, media_type=media_type, time=self.now)
 
     def flush(self) -> None:
         """Hand everything to the operating system."""
@@ -414,41 +469,68 @@ class Recorder:
             writer.write(writer.raw_channel("/tf", *TRANSFORMS), time, encode_transforms(time, places(state)))
 
 
-class _Network:
-    """Records one of several networks.
+class Network:
+    """The steps and the bytes of one network.
+
+    Args:
+        writer: Takes the entries.
+        name: Name of the network.
+
+    Attributes:
+        name: As given.
+    """
+
+    def __init__(self, writer: LogSink, name: str) -> None:
+        self.name = name
+        self._write = writer.write
+        self._step_channel = writer.channel("/bridge/step", record_schema(BridgeStep))
+        self._rx_channel, self._tx_channel = (
+            writer.channel(topic, record_schema(WireBytes)) for topic in ("/wire/rx", "/wire/tx")
+        )
+        self._encode_step = step_encoder(name)
+        self._encode_rx, self._encode_tx = (wire_encoder(direction, name) for direction in ("rx", "tx"))
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
+        self._write(self._step_channel, time, self._encode_step(time, chunks, met))
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_rx`."""
+        self._write(self._rx_channel, time, self._encode_rx(data))
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_tx`."""
+        self._write(self._tx_channel, time, self._encode_tx(data))
+
+
+class OneOfSeveral:
+    """Records one of several networks: its own steps and bytes, and all else as the recorder does.
 
     Args:
         recorder: Has the log.
-        name: Name of the network.
+        network: The network.
     """
 
-    def __init__(self, recorder: Recorder, name: str) -> None:
+    def __init__(self, recorder: Recorder, network: Network) -> None:
         self._recorder = recorder
-        self._name = name
-        self._encode_step = step_encoder(name)
-        self._encode_rx, self._encode_tx = (wire_encoder(direction, name) for direction in ("rx", "tx"))
+        self._network = network
+        self.of_network = recorder.of_network
         self.opened = recorder.opened
         self.unsent = recorder.unsent
         self.received = recorder.received
         self.sent = recorder.sent
         self.event = recorder.event
-
-    def of_network(self, name: str) -> Tap:
-        return _Network(self._recorder, name)
+        self.wire_rx = network.wire_rx
+        self.wire_tx = network.wire_tx
 
     def session_drawn(self, number: int) -> None:
-        self._recorder._drawn_for(self._name, number)
+        """See `Tap.session_drawn`."""
+        self._recorder.number_drawn(self._network.name, number)
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
-        recorder = self._recorder
-        recorder._now = time
-        recorder._writer.write(recorder._step_channel, time, self._encode_step(time, chunks, met))
-
-    def wire_rx(self, time: float, data: bytes) -> None:
-        self._recorder._writer.write(self._recorder._rx_channel, time, self._encode_rx(data))
-
-    def wire_tx(self, time: float, data: bytes) -> None:
-        self._recorder._writer.write(self._recorder._tx_channel, time, self._encode_tx(data))
+        """See `Tap.step`."""
+        self._recorder.now = time
+        self._network.step(time, chunks, met)
 
 
 def _words(member: IntEnum) -> str:

@@ -5,8 +5,8 @@ when the program went on it would keep them alive where it had left off. So robo
 
 Signals arrive between any two instructions, also in the middle of a message that is being sent. So what they ask for is done
 between two steps of the link (`Suspension.attend`), which is at most 50 ms later, and comes in by a step as all that an
-operator asks for (`hil.operator`): a log tells of it, and a replay of that log goes the same way. A program that is stuck does not step, and
-its robots have been stopped by their watchdogs: it is stopped all the same, after a second.
+operator asks for (`hil.operator`): a log tells of it, and a replay of that log goes the same way. A program that is stuck does
+not step, and its robots have been stopped by their watchdogs: it is stopped all the same, after a second.
 
 Windows has no such signals: there nothing of this happens.
 """

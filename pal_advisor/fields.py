@@ -95,6 +95,10 @@ class Fields:
         """There is such a field, and it has not been taken."""
         return name in self._data
 
+    def peek(self, name: str) -> Any:  # noqa: ANN401 - whatever the field holds
+        """A field's value, which is still to be taken; None where there is no such field."""
+        return self._data.get(name)
+
     def take(self, name: str) -> Any:  # noqa: ANN401 - whatever the field holds
         """A field as it is."""
         if name not in self._data:

@@ -24,6 +24,7 @@ from hil.cli.keygen import key, keygen
 from hil.cli.monitor import monitor
 from hil.cli.param import param
 from hil.cli.ports import ports
+from hil.cli.replay import replay
 from hil.cli.report import report
 from hil.cli.runs import runs
 
@@ -37,7 +38,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
-for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, report, runs):
+for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, replay, report, runs):
     app.command(cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 
 

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 from rich.text import Text
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli import common
 from hil.cli.running import running
-from hil.cli.session import open_recorder, terminate_as_interrupt
-from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
-from hil.connecting import DEFAULT_URL, fault_option, number_option, open_address
-from hil.key_file import load_key, open_signing
-from hil.lines import need_full_rate
+from hil.cli.stage import LiveStage
+from hil.conformance import CHECKS, LAST, Check, Outcome, Verdict
+from hil.connecting import DEFAULT_URL
+from hil.jobs.check import CheckJob, chosen_checks
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -52,7 +48,7 @@ def check(
     overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+    config: common.ConfigOption = None,
 ) -> int:
     """Check that a robot, physical or emulated, keeps the protocol. It is left disarmed, its parameters and memory as found.
 
@@ -61,74 +57,55 @@ def check(
     Example: hil check serial:///dev/ttyACM0:115200 --moving
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    chosen = _chosen(only)
+    named = _named(only)
     if listing:
-        _list(chosen or list(CHECKS), console, as_json=as_json)
+        _list(chosen_checks(named) or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
     url = link if link is not None else f"{DEFAULT_URL}?seed={seed}"
-    address = parse_address(url)
-    key = load_key(signing_key) if signing_key else None
 
     def told(verdict: Verdict) -> None:
         if not as_json and (not quiet or verdict.outcome is Outcome.FAILED):
             _tell(console, verdict)
 
-    with ExitStack() as stack:
-        run = stack.enter_context(
-            running(
-                "check",
-                "emulated" if link is None else "robot",
-                url=url,
-                emulated_here=link is None,
-                seed=seed,
-                out=out,
-                log=log,
-                no_log=no_log or (log is None and out is None and not moving),
-                overwrite=overwrite,
-            )
-        )
-        stack.enter_context(terminate_as_interrupt())
-        need_full_rate(address, fault_option(address), signed=key is not None)
-        wire, clock, session = open_address(address, key)
-        stack.callback(wire.close)
-        signing = open_signing(key, wire, clock)
-        taps = []
-        if run.log is not None:
-            config_told = {"verb": "check", "moving": moving, "seed": seed}
-            taps.append(stack.enter_context(open_recorder(run, run.log, url, config_told, lockstep=wire.lockstep)))
-        node = number_option(address, "node" if "node" in address.options else "system")
-        robot = Subject(wire, clock, session=session, system=system or node, taps=taps, signing=signing)
-        stack.callback(robot.close)
-        robot.greet(timeout)
-        if not quiet and not system:
-            common.tell_others(robot.system, robot.others, url, partial(console.print, markup=False))
-        verdicts = perform(robot, chosen or on_wire(CHECKS, robot.wire), LAST, moving=moving, told=told)
-        failed = any(verdict.outcome is Outcome.FAILED for verdict in verdicts)
-        run.finish({"summary": _summary(verdicts)}, common.EXIT_FELL_SHORT if failed else common.EXIT_DONE)
+    job = CheckJob(moving, named, system, timeout, seed, told=told)
+    with running(
+        "check",
+        "emulated" if link is None else "robot",
+        url=url,
+        emulated_here=link is None,
+        seed=seed,
+        signing_key=signing_key,
+        out=out,
+        log=log,
+        no_log=no_log or (log is None and out is None and not moving),
+        overwrite=overwrite,
+    ) as run:
+        checked = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+        summary = _summary(checked.verdicts)
+        run.finish({"summary": summary}, common.EXIT_FELL_SHORT if checked.failed else common.EXIT_DONE)
     with run.telling():
         if as_json:
-            common.print_json([_plain(verdict) for verdict in verdicts])
+            common.print_json(checked.facts())
         else:
-            console.print(_summary(verdicts))
-            if robot.lost or robot.spoilt:
+            console.print(summary)
+            if checked.lost or checked.spoilt:
                 console.print(
-                    f"On the way {robot.lost} frames were lost and {robot.spoilt} pieces damaged: on a bad line a check may "
-                    "fail that the robot would pass."
+                    f"On the way {checked.lost} frames were lost and {checked.spoilt} pieces damaged: on a bad line a check "
+                    "may fail that the robot would pass."
                 )
             if run.log is not None and not quiet:
                 console.print(f"Log: {run.log}", markup=False)
     return run.ended()
 
 
-def _chosen(only: list[str] | None) -> list[Check]:
-    """The checks that were asked for by name, in the suite's order."""
-    if not only:
-        return []
-    known = {check.name for check in CHECKS}
-    for name in only:
-        if name not in known:
-            raise common.UsageError(f"there is no check {name!r}: hil check --list names them all")
-    return [check for check in CHECKS if check.name in only]
+def _named(only: list[str] | None) -> tuple[str, ...]:
+    """The checks that were asked for by name."""
+    named = tuple(only or ())
+    try:
+        chosen_checks(named)
+    except ValueError as error:
+        raise common.UsageError(f"there is no check {str(error)!r}: hil check --list names them all") from error
+    return named
 
 
 def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
@@ -167,7 +144,3 @@ def _tell(console: Console, verdict: Verdict) -> None:
 def _summary(verdicts: list[Verdict]) -> str:
     counts = {outcome: sum(verdict.outcome is outcome for verdict in verdicts) for outcome in Outcome}
     return ", ".join(f"{count} {outcome.value}" for outcome, count in counts.items() if count)
-
-
-def _plain(verdict: Verdict) -> dict[str, object]:
-    return {"name": verdict.check.name, "passed": verdict.passed, "detail": verdict.detail}

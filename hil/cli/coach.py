@@ -3,40 +3,33 @@
 from __future__ import annotations
 
 import shlex
-from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from firmware_protocol.errors import HilError
 from hil import runs
 from hil.advice_file import AdviceFileError, advice_text, save_advice
-from hil.bouts import Tally, play
 from hil.cli import common
-from hil.cli.progress import CoachingDisplay
 from hil.cli.running import ActiveRun, running
-from hil.cli.session import Session, open_session
+from hil.cli.stage import LiveStage
 from hil.clock import MonotonicClock
-from hil.coaching import Checkpoint, Coaching, check_objective, load_checkpoint, new_pal
-from hil.controllers import AdviceController, Controller, RandomController
+from hil.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.going_on import saved_by, successor
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
+from hil.jobs.options import OPPONENTS
 from hil.mcaplog import LogError
 from hil.outputs import free_folder
-from hil.ring import Ring, open_ring
-from hil.seeds import Branch, bout_seed, generator
-from hil.summary import coaching_summary, per_stimulus
+from hil.summary import coaching_summary
 from pal_advisor.maneuvers import Objective, PalSettings
 from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-
-HELD_OUT_LOCKSTEP = 50
-HELD_OUT_REAL_TIME = 5
-RANDOM_BOUTS = 20
+    from hil.coaching import Coaching
+    from pal_advisor.maneuvers import Advice
 
 DEFAULTS = PalSettings()
 
@@ -49,21 +42,6 @@ class PhasesName(StrEnum):
     FINE = "fine"
 
 
-@dataclass(frozen=True)
-class Files:
-    """Where a coaching run leaves what.
-
-    Attributes:
-        advice: Advice file.
-        checkpoint: Checkpoint.
-        report: Folder of the report; None where there is none.
-    """
-
-    advice: Path
-    checkpoint: Path
-    report: Path | None
-
-
 def coach(
     context: typer.Context,
     link: common.LinkArgument = None,
@@ -72,7 +50,7 @@ def coach(
         str | None,
         typer.Option(
             "--opponent",
-            help=f"One of {', '.join(common.OPPONENTS)}; an emulated robot's is flat-light if left out.",
+            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
         ),
     ] = None,
     budget: Annotated[
@@ -125,7 +103,7 @@ def coach(
     overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+    config: common.ConfigOption = None,
 ) -> int:
     """Let Pal coach Junior, and leave advice, log and report.
 
@@ -138,7 +116,7 @@ def coach(
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
-        opponent = saved.opponent if saved.opponent in common.OPPONENTS else opponent
+        opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
         seed = saved.seed
     elif link is None:
         opponent = opponent or "flat-light"
@@ -159,52 +137,41 @@ def coach(
         makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
         kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
     ) as run:
-        described = {
-            "verb": "coach",
-            "seed": seed,
-            "opponent": opponent or "",
-            "settings": settings.to_dict(),
-            "resumed": begun.wanted,
-        }
-        with open_session(
-            url,
-            run=run,
-            config=described,
+        files = _Files(run, advice_out, checkpoint, report=report)
+        job = CoachJob(
+            settings=settings,
+            choose_objective=objective is None,
+            opponent=opponent,
+            held_out=held_out,
+            seed=seed,
             reconnect=reconnect,
-            tell=common.teller(console, quiet=quiet),
-            signing_key=signing_key,
-        ) as session:
-            if begun.wanted and saved is None:
-                saved = begun.newest(robot=session.junior.uid)
-            if saved is not None:
-                settings, seed = saved.pal.settings, saved.seed
-            if begun.source is not None:
-                run.describe(resumed_from=str(begun.source), seed=seed)
-                console.print(f"Going on from {begun.source}: {saved.pal.used if saved else 0} maneuvers.", markup=False)
-            files = Files(
-                advice=run.place(advice_out, runs.ADVICE),
-                checkpoint=run.place(checkpoint, runs.CHECKPOINT),
-                report=_report_folder(run) if report else None,
-            )
-            coaching = _Run(session, run, console, files, opponent=opponent, seed=seed, quiet=quiet)
-            coaching.prepare(settings, saved, choose_objective=objective is None)
-            run.describe(opponent=coaching.ring.opponent)
-            try:
-                coaching.coach()
-                tally, random = coaching.held_out(held_out)
-            except (HilError, KeyboardInterrupt):
-                coaching.tell_how_to_resume(link, signing_key)
-                raise
-            document = coaching.document(tally)
-            session.finish(document)
-        document["log"] = run.log_file  # closing it may have failed
+            saved=begun.content,
+            find=begun.of_robot if begun.wanted and saved is None else None,
+            outputs=Outputs(
+                checkpoint=files.checkpoint,
+                save=files.save_advice,
+                cut=lambda coaching: files.tell_how_to_resume(coaching, console, link, signing_key),
+                unsaved=run.failed,
+                resumed=lambda found: begun.tell(found, run, console),
+            ),
+        )
+        coached = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+        coaching, tally = coached.coaching, coached.tally
+        document: dict[str, object] = {
+            **coached.facts(),
+            "run": run.folder,
+            "advice": None if files.unsaved else str(files.advice),
+            "checkpoint": None if coaching.unsaved else str(files.checkpoint),
+            "log": run.log_file,
+            "report": None,
+        }
         wall_seconds = clock.now()
         if not as_json:  # before the report is drawn: should that fail, the outcome has been told
             for line in coaching_summary(
-                coaching.coaching, tally, random, opponent=coaching.ring.opponent, files=document, wall_seconds=wall_seconds
+                coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
             ):
                 console.print(line, markup=False)
-        _draw(files, document, console, run, announce=not as_json)
+        files.draw(document, console, announce=not as_json)
         short = require is not None and (tally is None or tally.win_rate.value < require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():
@@ -246,6 +213,7 @@ class _Begun:
     Attributes:
         wanted: A run is to be gone on with.
         source: Its checkpoint, once it is found.
+        content: What that file holds.
     """
 
     def __init__(self, context: typer.Context, *, resume: bool, resume_from: Path | None, checkpoint: Path | None) -> None:
@@ -254,6 +222,7 @@ class _Begun:
         self._checkpoint = checkpoint if resume else None
         self.wanted = resume or resume_from is not None
         self.source: Path | None = None
+        self.content: bytes | None = None
 
     def named(self) -> Checkpoint | None:
         """The one that was named.
@@ -311,25 +280,32 @@ class _Begun:
         return self.source is not None and self.source.resolve() == checkpoint.resolve()
 
     def _load(self, path: Path) -> Checkpoint:
+        self.content = DOOR.read(path)
         saved = load_checkpoint(path)
         _check_resumed(self._context, saved)
         self.source = path
         return saved
 
+    def of_robot(self, uid: str) -> bytes:
+        """The checkpoint of the newest that was begun with this robot; raises as `newest`.
 
-def _draw(files: Files, document: dict[str, object], console: Console, run: ActiveRun, *, announce: bool) -> None:
-    """Draw the report, if there is to be one, and say where it is."""
-    if files.report is None or run.log is None or not run.log.is_file():
-        return
-    from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
+        Args:
+            uid: Its unique id.
+        """
+        self.newest(robot=uid)
+        assert self.content is not None, "none is wanted, and it was looked for all the same"
+        return self.content
 
-    try:
-        document["report"] = str(write_report(run.log, files.report).page)
-    except LogError as error:
-        run.failed(str(error))
-        return
-    if announce:
-        console.print(f"{'Report:':12}{document['report']}", markup=False)
+    def tell(self, saved: Checkpoint, run: ActiveRun, console: Console) -> None:
+        """Say what is gone on from.
+
+        Args:
+            saved: It.
+            run: The run that goes on.
+            console: Where to say so.
+        """
+        run.describe(resumed_from=str(self.source), seed=saved.seed)
+        console.print(f"Going on from {self.source}: {saved.pal.used} maneuvers.", markup=False)
 
 
 def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
@@ -353,118 +329,64 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
             )
 
 
-class _Run:
-    """A coaching run from the command line's point of view."""
+class _Files:
+    """Where a coaching run leaves what.
 
-    ring: Ring
-    coaching: Coaching
-    _unsaved = False
+    Args:
+        run: The run.
+        advice: Advice file, instead of the one in the run's folder.
+        checkpoint: Checkpoint, likewise.
+        report: A report is wanted.
 
-    def __init__(
-        self, session: Session, run: ActiveRun, console: Console, files: Files, *, opponent: str | None, seed: int, quiet: bool
-    ) -> None:
+    Attributes:
+        advice: Advice file.
+        checkpoint: Checkpoint.
+        report: Folder of the report; None where there is none.
+        unsaved: No file holds the advice.
+    """
+
+    def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, *, report: bool) -> None:
         self._run = run
-        self._session = session
-        self._console = console
-        self._seed = seed
-        self._files = files
-        self._quiet = quiet
-        self.ring = open_ring(session.junior, opponent)
+        self.advice = run.place(advice, runs.ADVICE)
+        self.checkpoint = run.place(checkpoint, runs.CHECKPOINT)
+        self.report = _report_folder(run) if report else None
+        self.unsaved = False
 
-    def prepare(self, settings: PalSettings, saved: Checkpoint | None, *, choose_objective: bool) -> None:
-        """Make the adviser, or take it from the checkpoint."""
-        if saved is not None:
-            pal, progress = saved.pal, saved.progress
-        else:
-            if choose_objective and not self.ring.refereed:
-                settings = PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
-            pal, progress = new_pal(settings, self._seed), None
-        check_objective(pal.settings.objective, self.ring)
-        self._display = CoachingDisplay(self._console, pal.settings, used=pal.used, quiet=self._quiet)
-        self._display.headline(self._session.junior, self.ring.opponent, pal)
-        self.coaching = Coaching(
-            self.ring,
-            pal,
-            seed=self._seed,
-            checkpoint=self._files.checkpoint,
-            observers=(*self._session.observers(pal.settings), self._display),
-            progress=progress,
-            save_on_cut=not self._session.lockstep,
-            on_unsaved=self._run.failed,
-        )
-
-    def coach(self) -> None:
-        """Coach, with the display, and write the advice."""
-        self._session.series("coaching")
-        with self._display:
-            self.coaching.run()
-        advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
-        self._session.advice(advice)
+    def save_advice(self, advice: Advice) -> None:
+        """Write the advice; where that fails, say what it is."""
         try:
-            save_advice(advice, self._files.advice, overwrite=self._run.overwrite)
+            save_advice(advice, self.advice, overwrite=self._run.overwrite)
         except AdviceFileError as error:
             self._run.failed(str(error))
             common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
-            self._unsaved = True
+            self.unsaved = True
 
-    def tell_how_to_resume(self, link: str | None, signing_key: Path | None) -> None:
+    def tell_how_to_resume(self, coaching: Coaching, console: Console, link: str | None, signing_key: Path | None) -> None:
         """Say where the work is, and how to go on; where no file holds it, say what it is."""
-        if not self._files.checkpoint.is_file() or self.coaching.unsaved:
-            if self.coaching.pal.used:
+        if not self.checkpoint.is_file() or coaching.unsaved:
+            if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")
-                common.complain(
-                    advice_text(self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)), program=False
-                )
+                common.complain(advice_text(coaching.advice()), program=False)
             return
         run = self._run.run
-        source = run.folder if run is not None and self._files.checkpoint == run.checkpoint else self._files.checkpoint
+        source = run.folder if run is not None and self.checkpoint == run.checkpoint else self.checkpoint
         command = ["hil", "coach", *([link] if link else []), "--resume-from", str(source)]
         if signing_key is not None:
             command += ["--signing-key", str(signing_key)]
-        self._console.print(
-            f"What was learnt so far is in {self._files.checkpoint}. To go on: {shlex.join(command)}", markup=False
-        )
+        console.print(f"What was learnt so far is in {self.checkpoint}. To go on: {shlex.join(command)}", markup=False)
 
-    def held_out(self, trials: int | None) -> tuple[Tally | None, Tally | None]:
-        """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
-        if trials is None:
-            trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
-        if not trials or not self.ring.refereed:
-            return None, None
-        advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
-        tally = self._tally(AdviceController(advice), trials)
-        if not self._session.lockstep:
-            return tally, None
-        player = RandomController(generator(self._seed, Branch.CONTROLLER))
-        return tally, self._tally(player, min(trials, RANDOM_BOUTS))
+    def draw(self, document: dict[str, object], console: Console, *, announce: bool) -> None:
+        """Draw the report, if there is to be one, and say where it is."""
+        log = self._run.log
+        if self.report is None or log is None or not log.is_file():
+            return
+        from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
 
-    def _tally(self, controller: Controller, trials: int) -> Tally:
-        seeds = [bout_seed(self._seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
-        bouts = []
-        self._session.series(
-            f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}"
-        )
-        for bout in play(self.ring, controller, seeds):
-            bouts.append(bout)
-            self._session.bout(bout)
-        return Tally.of(self.ring.opponent, bouts)
-
-    def document(self, tally: Tally | None) -> dict[str, object]:
-        """What `--json` prints."""
-        advice = self.coaching.pal.advice(opponent=self.ring.opponent, seed=self._seed)
-        return {
-            "opponent": self.ring.opponent,
-            "seed": self._seed,
-            "objective": advice.objective.value,
-            "run": self._run.folder,
-            "advice": None if self._unsaved else str(self._files.advice),
-            "checkpoint": None if self.coaching.unsaved else str(self._files.checkpoint),
-            "log": None,  # known when it is closed
-            "report": None,
-            "maneuvers": self.coaching.pal.used,
-            "bouts": self.coaching.progress.bouts,
-            "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
-            "per_stimulus": per_stimulus(advice),
-            "held_out": tally.to_dict() if tally else None,
-        }
+        try:
+            document["report"] = str(write_report(log, self.report).page)
+        except LogError as error:
+            self._run.failed(str(error))
+            return
+        if announce:
+            console.print(f"{'Report:':12}{document['report']}", markup=False)

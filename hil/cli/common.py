@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import shlex
 import sys
 from contextvars import ContextVar
 from pathlib import Path
@@ -14,16 +13,15 @@ from typing import TYPE_CHECKING, Annotated, Any, ParamSpec
 import typer
 from rich.console import Console
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
-from firmware_protocol.messages import OpponentCode
 from hil.cli.arguments import load_config
-from hil.connecting import asked_for, with_system
 from hil.deploying import DeployError
+from hil.jobs.options import OPPONENTS
 from hil.json_text import json_text
+from hil.mcaplog.errors import UnreadableLogError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Callable, Mapping
 
 P = ParamSpec("P")
 
@@ -89,8 +87,9 @@ def status_of(error: BaseException) -> int:
         return EXIT_FELL_SHORT
     if isinstance(error, LinkError | PeerError):
         return EXIT_NO_ROBOT
+    # What is there already was asked for wrongly; everything else of a file is the file's.
     file = error if isinstance(error, OSError) else error.__cause__ if isinstance(error, HilError) else None
-    if isinstance(file, OSError) and not isinstance(file, FileExistsError):  # what is there already was asked for wrongly
+    if isinstance(error, UnreadableLogError) or (isinstance(file, OSError) and not isinstance(file, FileExistsError)):
         return EXIT_FILE
     return EXIT_USAGE if isinstance(error, UsageError | HilError) else EXIT_FELL_SHORT
 
@@ -149,6 +148,16 @@ OutOption = Annotated[
 ]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace named outputs that exist, when the new are whole.")]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
+MaxChunkOption = Annotated[
+    int | None,
+    typer.Option(
+        "--max-chunk",
+        metavar="MIB",
+        min=1,
+        max=2048,
+        help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
+    ),
+]
 ReconnectOption = Annotated[
     float,
     typer.Option(
@@ -161,8 +170,6 @@ ReconnectOption = Annotated[
 ]
 RECONNECT = 30.0
 """How long a lost robot is waited for, in s, where nothing else is said: time to plug it in again or to change a battery."""
-
-OPPONENTS = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
 
 
 def _check_numbers(options: dict[str, Any]) -> None:
@@ -204,21 +211,6 @@ def url_of(link: str | None, opponent: str | None, seed: int) -> str:
     return link if link is not None else f"sim://junior?opponent={opponent or 'flat-light'}&seed={seed}"
 
 
-def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None]) -> None:
-    """Say which robot was taken, and how to take another, where several are on the link and the user named none.
-
-    Args:
-        system: System id of the robot that was taken.
-        others: System ids of the others.
-        url: Address as the user gave it.
-        tell: Says so.
-    """
-    if others and asked_for(parse_address(url)) is None:
-        named = f"{'robot' if len(others) == 1 else 'robots'} {', '.join(map(str, sorted(others)))}"
-        another = shlex.quote(with_system(url, min(others)))
-        tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
-
-
 def consoles(*, as_json: bool, quiet: bool = False) -> Console:
     """The console for words and tables: stderr when stdout is to carry JSON.
 
@@ -240,16 +232,6 @@ def plain_console(*, stderr: bool, quiet: bool = False) -> Console:
         quiet: It prints nothing.
     """
     return Console(stderr=stderr, quiet=quiet, highlight=False, soft_wrap=True, markup=False, emoji=False)
-
-
-def teller(console: Console, *, quiet: bool) -> Callable[[str], None] | None:
-    """What says in words how the link fares, on a console; None where nothing but the result is wanted.
-
-    Args:
-        console: Where to.
-        quiet: Nothing but the result is wanted.
-    """
-    return None if quiet else functools.partial(console.print, markup=False)
 
 
 def print_json(document: dict[str, Any] | list[Any]) -> None:

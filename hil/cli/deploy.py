@@ -9,13 +9,13 @@ import typer
 from rich.table import Table
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.messages import State
-from hil import deploying, runs
+from hil import runs
 from hil.advice_file import load_advice
 from hil.cli import common
 from hil.cli.running import running
-from hil.cli.session import Session, open_session
-from hil.contest import COUNTDOWN, Contest, Ending, follow_contest, start_contest
+from hil.cli.stage import LiveStage
+from hil.contest import COUNTDOWN, Contest, Ending
+from hil.jobs.deploy import DeployJob
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,7 +49,7 @@ def deploy(
     overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
+    config: common.ConfigOption = None,
 ) -> int:
     """Write an advice into the robot's memory, read it back and verify it; it survives power-off.
 
@@ -64,41 +64,30 @@ def deploy(
     if leave and parse_address(link).scheme == "sim":
         raise common.UsageError("--leave makes no sense with sim://: that robot ends with this program (hil emulate stays)")
     console = common.consoles(as_json=as_json, quiet=quiet)
-    described = {"verb": "deploy", "contest": contest, "seed": seed}
-    told = common.teller(console, quiet=quiet)
-    with (
-        running(
-            "deploy",
-            learnt.opponent or "robot",
-            url=link,
-            opponent=learnt.opponent,
-            seed=seed,
-            signing_key=signing_key,
-            out=out,
-            log=log,
-            no_log=no_log,
-            overwrite=overwrite,
-        ) as run,
-        open_session(link, run=run, config=described, arm=False, tell=told, signing_key=signing_key) as session,
-    ):
-        done = deploying.deploy(session.junior, learnt)
+
+    def stored(robot: str, memory: Deployment) -> None:
         if not as_json:
-            _show(console, session.junior.description, done, learnt.objective, quiet=quiet)
-        ended = None
-        if contest:
-            if session.suspension is not None:
-                session.suspension.plays_on = True
-            start_contest(session.junior, countdown)
-            if not quiet:
-                console.print(f"Contest: the robot stands still for {countdown:g} s, then it plays. Ctrl-C stops it.")
-            if leave:
-                session.junior.leave()
-            else:
-                ended = _follow(session, console, countdown, seed, quiet=quiet)
-        document = _document(done, ended)
-        session.finish(document)
+            _show(console, robot, memory, learnt.objective, quiet=quiet)
+
+    job = DeployJob(learnt, contest=contest, countdown=countdown, leave=leave, seed=seed, stored=stored)
+    with running(
+        "deploy",
+        learnt.opponent or "robot",
+        url=link,
+        opponent=learnt.opponent,
+        seed=seed,
+        signing_key=signing_key,
+        out=out,
+        log=log,
+        no_log=no_log,
+        overwrite=overwrite,
+    ) as run:
+        deployed = job.perform(LiveStage(run, job, link, console, quiet=quiet, signing_key=signing_key, options=config))
+        document = deployed.facts()
         run.finish(document)
     with run.telling():
+        if deployed.contest is not None:
+            _tell_ending(console, deployed.contest)
         if as_json:
             common.print_json({"advice": str(advice), "run": run.folder, "log": run.log_file, **document})
         elif run.log and not quiet:
@@ -106,23 +95,12 @@ def deploy(
     return run.ended()
 
 
-def _follow(session: Session, console: Console, countdown: float, seed: int, *, quiet: bool) -> Contest:
-    """Look on, and say how it went."""
-    told: set[State] = set()
-
-    def each(state: State) -> None:
-        if state is State.CONTEST and state not in told and not quiet:
-            console.print("It plays.")
-        told.add(state)
-
-    ended = follow_contest(session.junior, countdown, seed=seed, each=each)
+def _tell_ending(console: Console, ended: Contest) -> None:
+    """Say how the contest went."""
     if ended.outcome is not None and ended.elapsed is not None:
         console.print(f"The bout is over: {ended.outcome.name.lower()} after {ended.elapsed:.2f} s.")
     else:
         console.print(ENDINGS[ended.ending])
-    if ended.ending is Ending.OUT_OF_REACH:  # should it hear us all the same: a contest is not ended by the loss of its host
-        session.junior.leave()
-    return ended
 
 
 def _show(console: Console, robot: str, done: Deployment, objective: str, *, quiet: bool) -> None:
@@ -142,32 +120,3 @@ def _show(console: Console, robot: str, done: Deployment, objective: str, *, qui
     if done.plan.left_out:
         rest = ", ".join(slot.situation for slot in done.plan.left_out)
         console.print(f"The robot's memory has no room for {len(done.plan.left_out)} more, least tried of all: {rest}.")
-
-
-def _document(done: Deployment, ended: Contest | None) -> dict[str, object]:
-    """The JSON object."""
-    return {
-        "verified": True,
-        "slots": [
-            {
-                "situation": slot.situation,
-                "previous": slot.previous,
-                "current": slot.current,
-                "actions": [action.name for action in slot.maneuver.actions],
-                "period_s": slot.maneuver.period,
-            }
-            for slot in done.plan.slots
-        ],
-        "left_out": [slot.situation for slot in done.plan.left_out],
-        "written": done.written,
-        "kept": done.kept,
-        "erased": done.erased,
-        "checksum": done.checksum,
-        "contest": None
-        if ended is None
-        else {
-            "ending": str(ended.ending),
-            "outcome": None if ended.outcome is None else ended.outcome.name.lower(),
-            "elapsed_s": ended.elapsed,
-        },
-    }

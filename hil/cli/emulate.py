@@ -17,10 +17,10 @@ from firmware_protocol.faults import FaultSpec
 from firmware_protocol.signing import Signing
 from firmware_protocol.wire import MAVLINK
 from hil.cli import common
-from hil.cli.session import terminate_as_interrupt
 from hil.clock import MonotonicClock
 from hil.connecting import board_maker, with_system
 from hil.fault_file import read_faults
+from hil.interrupts import interrupts
 from hil.key_file import calendar, load_key, no_signatures
 from hil.memory_file import load_memory
 from hil.outputs import replace_file
@@ -132,7 +132,7 @@ def emulate(
         endpoint.close()
         raise common.UsageError(str(error)) from error
     served = world if faults is None else DisturbedWorld(world, spec, seed, wire=wire)
-    with terminate_as_interrupt():
+    with interrupts():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
             document = {"robot": str(what), "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}

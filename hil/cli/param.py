@@ -10,21 +10,18 @@ import tomli_w
 import typer
 from rich.table import Table
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from hil.cli import common
-from hil.cli.session import others_beside
-from hil.connecting import connect
+from hil.cli.running import running
+from hil.cli.stage import LiveStage
+from hil.jobs.param import ParamJob
 from hil.outputs import OutputError, check_output, write_output
-from hil.parameter_loading import KNOWN, read_parameters, shortest
-from hil.parameter_loading import load as load_parameters
+from hil.parameter_loading import KNOWN, read_parameters
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from rich.console import Console
-
-    from hil.junior import Junior
 
 
 def param(
@@ -40,11 +37,15 @@ def param(
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="With --load: the robot's own SYS_ID too.")] = False,
     signing_key: common.SigningKeyOption = None,
+    out: common.OutOption = None,
+    log: common.LogOption = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-    config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
-) -> None:
+    config: common.ConfigOption = None,
+) -> int:
     """List, read, write, save or load a robot's parameters. The robot keeps them when it is switched off.
+
+    No log is written, unless --log or --out says where.
 
     Example: hil param serial:///dev/ttyACM0:115200 EYE_L_ON 300
     """
@@ -58,19 +59,24 @@ def param(
     console = common.consoles(as_json=as_json, quiet=quiet)
     notices = console if as_json else common.plain_console(stderr=True)  # stdout has values only
     warn = partial(notices.print, markup=False)
-    tell = common.teller(notices, quiet=quiet) or (lambda _: None)
-    with connect(link, signing_key=signing_key) as junior:
-        _tell_of(junior, link, tell)
+    tell = (lambda _: None) if quiet else warn
+    job = ParamJob(name, value, wanted, everything, tell=tell, warn=warn)
+    with running(
+        "param",
+        "robot",
+        url=link,
+        signing_key=signing_key,
+        out=out,
+        log=log,
+        no_log=log is None and out is None,
+        overwrite=overwrite,
+    ) as run:
+        stage = LiveStage(run, job, link, notices, quiet=quiet, signing_key=signing_key, options=config)
         try:
-            if name is not None:
-                result = {name: junior.parameter(name) if value is None else junior.set_parameter(name, value)}
-            elif wanted is not None:
-                result = load_parameters(junior, wanted, tell=tell, warn=warn)
-            else:
-                result = junior.parameters()
+            result = job.perform(stage)
         except RefusedError as error:
             raise common.UsageError(str(error)) from error
-    result = {key: shortest(number) for key, number in result.items()}
+        run.finish({"parameters": result})
     if save:
         _save(result, save, console, overwrite=overwrite, quiet=quiet)
     if as_json:
@@ -79,6 +85,7 @@ def param(
         typer.echo(result[name])
     elif not quiet:
         _show(console, result)
+    return run.ended()
 
 
 def _save(values: Mapping[str, float], path: Path, console: Console, *, overwrite: bool, quiet: bool) -> None:
@@ -88,13 +95,6 @@ def _save(values: Mapping[str, float], path: Path, console: Console, *, overwrit
         raise OutputError(f"cannot write {path}: {error.strerror}") from error
     if not quiet:
         console.print(f"Saved: {path}", markup=False)
-
-
-def _tell_of(junior: Junior, link: str, tell: Callable[[str], None]) -> None:
-    """Say how slow the line is, and who else is on it."""
-    if junior.bridge.pace is not None:
-        tell(f"{link}: {junior.bridge.pace.text}")
-    common.tell_others(junior.peer.system, others_beside(junior, parse_address(link)), link, tell)
 
 
 def _show(console: Console, values: Mapping[str, float]) -> None:

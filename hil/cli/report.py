@@ -22,16 +22,7 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Where to; in the run's folder, or beside the log.")
     ] = None,
-    max_chunk: Annotated[
-        int | None,
-        typer.Option(
-            "--max-chunk",
-            metavar="MIB",
-            min=1,
-            max=2048,
-            help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
-        ),
-    ] = None,
+    max_chunk: common.MaxChunkOption = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Draw one anew that is there.")] = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,

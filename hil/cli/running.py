@@ -8,31 +8,27 @@ import shlex
 import sys
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import AddressError, LinkOpenError
-from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil import runs
 from hil.cli import common
 from hil.connecting import fault_option
+from hil.jobs.session import WITHOUT_A_WORD
 from hil.key_file import load_key
 from hil.outputs import check_distinct, check_output
 from hil.processes import process_identity
+from hil.versions import versions
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from hil.junior import Junior
     from hil.runs import Run
 
 FAILED = "failed"
 STATES = {common.EXIT_DONE: runs.DONE, common.EXIT_FELL_SHORT: "fell short"}
 """How a run that came to its end stands, by its exit status; `failed` for any other."""
-WITHOUT_A_WORD = (LinkOpenError, AddressError)
-"""Nothing has been said when a run ends by one of these: it leaves nothing."""
 
 
 class ActiveRun:
@@ -85,16 +81,6 @@ class ActiveRun:
         for name, value in values.items():
             setattr(self.run.record, name, value)
         self._save()
-
-    def met(self, junior: Junior, *, emulated_here: bool) -> None:
-        """Say which robot it is.
-
-        Args:
-            junior: The robot.
-            emulated_here: It is one of this process: its id says nothing.
-        """
-        if junior.uid and not emulated_here:
-            self.describe(robot=junior.uid)
 
     def finish(self, result: Mapping[str, object], status: int = common.EXIT_DONE) -> None:
         """It has come to its end.
@@ -279,12 +265,6 @@ def running(
         active.end(error)
         raise
     active.end(None)
-
-
-def versions() -> dict[str, str]:
-    """Of this program, its protocol, and what it computes with."""
-    found = {name: metadata.version(name) for name in ("junior-hil", "numpy", "pymunk", "protobuf")}
-    return {**found, "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}", "python": platform.python_version()}
 
 
 def _options() -> dict[str, Any]:

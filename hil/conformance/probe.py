@@ -20,14 +20,15 @@ from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPON
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.signing import trouble
 from firmware_protocol.wire import CAN, MAVLINK
-from hil.conformance import can_frames, frames
 from hil.clock import LastReading
+from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.diagnosis import Seen, nobody
 from hil.operator import INTERRUPT, Operator
 from hil.pump import open_pump
 from hil.redaction import Redaction
-from hil.taps import NOTHING, Circumstances, Opening
+from hil.surroundings import Surroundings
+from hil.taps import Opening
 from hil.witness import EVERYBODY, GROUND_STATION, Witness
 
 if TYPE_CHECKING:
@@ -134,13 +135,13 @@ class Probe:
         self._last = self.now()
         self._witness = Witness(HOST_SYSTEM, self.now())
         self._next: int | None = None
-        self._overrun = 0
         signed = 0 if signing is None else signing.clock()
         for tap in self._taps:
             tap.opened(Opening(network or link.url, link.url, link.wire, link.lockstep, self.now(), signed))
             tap.session_drawn(host)
         self._pump = open_pump(link, clock) if pump is None else pump
         self._operator = operator or Operator()
+        self._around = Surroundings(self._operator, self._pump)
         self._operator.attach(self._pump.wake)
 
     def close(self) -> None:
@@ -297,12 +298,9 @@ class Probe:
             self._alive_due = now + KEEP_ALIVE
             self.send(RobotAlive(self.host), *([HOST_HEARTBEAT] if self._alive_sent % _HEARTBEATS == 0 else []))
             self._alive_sent += 1
-        chunks = self._pump.take(
-            0.0 if self._operator.waiting else wait, self._alive_due if self._alive else float("inf")
-        )
+        chunks = self._pump.take(0.0 if self._operator.waiting else wait, self._alive_due if self._alive else float("inf"))
         now = self._read_clock()
-        ended = None if chunks else self._pump.error
-        met = self._look_around(ended)
+        met = self._around.look(self._link)
         for tap in self._taps:
             tap.step(now, chunks, met)
         for stamp, data in chunks:
@@ -314,18 +312,10 @@ class Probe:
                 self._take(event)
         if any(one.what == INTERRUPT for one in met.inputs):
             raise KeyboardInterrupt
-        if ended is not None:
-            raise ended
+        if not chunks and met.ended is not None:
+            raise met.ended
         if self.system and now - self._last > LOST_AFTER:
             raise PeerLostError(f"{self._link.url}: the robot has been silent for {LOST_AFTER:g} s")
-
-    def _look_around(self, ended: LinkError | None) -> Circumstances:
-        """What this step has met besides bytes."""
-        inputs, overrun = self._operator.take(), self._pump.overrun
-        if not inputs and ended is None and overrun == self._overrun:
-            return NOTHING
-        dropped, self._overrun = overrun - self._overrun, overrun
-        return Circumstances(inputs, ended=ended, dropped=dropped)
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:
         """Tell the taps of bytes that came."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hil.doors.parsing import DocumentError, decode, parse_json, parse_toml
@@ -16,7 +17,6 @@ from hil.field_lines import line_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
 
 LONGEST: Final = 400
 """Letters that are said of what is wrong."""
@@ -93,8 +93,30 @@ class Door:
         Raises:
             Exception: The door's: it can't be read, is too large, no text, no TOML or JSON, or holds what no file of ours does.
         """
-        text = self.text(path)
-        parse = parse_json if json or (json is None and path.suffix == ".json") else parse_toml
+        return self._parsed(path, self.text(path), json=path.suffix == ".json" if json is None else json)
+
+    def document_of(self, data: bytes, name: str, *, json: bool = False) -> Document:
+        """What TOML or JSON says that is held in memory.
+
+        Args:
+            data: As a file would hold it.
+            name: What it is called in errors.
+            json: It is JSON.
+
+        Raises:
+            Exception: The door's, as by `document`.
+        """
+        path = Path(name)
+        if len(data) > self.largest:
+            raise self.error(f"{name} is no {self.kind}: it is larger than {self.largest:,} bytes")
+        try:
+            text = decode(data)
+        except DocumentError as error:
+            raise self.wrong(path, error.line, str(error)) from None
+        return self._parsed(path, text, json=json)
+
+    def _parsed(self, path: Path, text: str, *, json: bool) -> Document:
+        parse = parse_json if json else parse_toml
         try:
             return Document(self, path, text, parse(text, infinite=self.infinite))
         except DocumentError as error:

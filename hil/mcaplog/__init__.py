@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from hil.mcaplog.attachments import LogAttachment
     from hil.mcaplog.compare import differences
-    from hil.mcaplog.errors import LogError
+    from hil.mcaplog.errors import LogError, UnreadableLogError
     from hil.mcaplog.reader import LogEntry, LogReader
     from hil.mcaplog.writer import LogWriter
 
@@ -19,10 +19,11 @@ _HOMES: Final = {
     "LogError": "hil.mcaplog.errors",
     "LogReader": "hil.mcaplog.reader",
     "LogWriter": "hil.mcaplog.writer",
+    "UnreadableLogError": "hil.mcaplog.errors",
     "differences": "hil.mcaplog.compare",
 }
 
-__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "differences"]
+__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "UnreadableLogError", "differences"]
 
 
 def __getattr__(name: str) -> object:

@@ -38,8 +38,8 @@ def read_attachment(content: bytes) -> LogAttachment:
         ValueError: It is not whole, its checksum is wrong, or its name is no text.
     """
     found = Attachment.read(ReadDataStream(BytesIO(content)))
-    size = 32 + len(found.name.encode()) + len(found.media_type.encode()) + len(found.data) + 4
-    crc = int.from_bytes(content[-4:], "little")
-    if len(content) != size or (crc and zlib.crc32(content[:-4]) != crc):
+    size = 32 + len(found.name.encode()) + len(found.media_type.encode()) + len(found.data)
+    crc = int.from_bytes(content[size : size + 4], "little")
+    if len(content) < size + 4 or (crc and zlib.crc32(content[:size]) != crc):
         raise ValueError("bad checksum, or not whole")
     return LogAttachment(found.name, found.media_type, found.log_time / 1e9, found.data)

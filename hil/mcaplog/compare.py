@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from mcap.opcode import Opcode
 
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogReader, RawRecord
+from hil.mcaplog.walking import LogFile, RawRecord
 from hil.mcaplog.writer import RUN
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def differences(first: Path, second: Path, *, limit: int = 20) -> list[str]:
         LogError: One of them cannot be opened or is not a log.
     """
     limits = ReadLimits(chunk=1 << 28, lifted=True)  # who compares logs has made them
-    one, two = LogReader(first, limits), LogReader(second, limits)
+    one, two = LogFile(first, limits), LogFile(second, limits)
     found: list[str] = []
     for number, (a, b) in enumerate(zip_longest(one.records(), two.records())):
         if len(found) >= limit:

@@ -10,3 +10,7 @@ class LogError(HilError):
 
     Damage inside a log never raises: the reader gives what it can and says how much that was.
     """
+
+
+class UnreadableLogError(LogError):
+    """There is something in a log, and nothing of it could be read."""

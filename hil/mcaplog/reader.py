@@ -1,66 +1,34 @@
-"""Reads logs, whole or damaged: everything up to the damage, and how much that was, never a traceback.
+"""Reads the entries of logs, whole or damaged: everything up to the damage, and how much that was, never a traceback.
 
-MCAP's indexed readers need the footer that a crashed writer never wrote; this one walks the records from the start.
+Where one topic or a late part is asked for, the index at the end of a log says what need not be looked at. It says no more
+than that: what is read is read as in a log that has none, in the order of the file.
 """
 
 from __future__ import annotations
 
-import struct
-import zlib
-from collections.abc import Callable, Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
-from io import BytesIO
-from typing import TYPE_CHECKING, Any, BinaryIO, Final
+from struct import Struct, iter_unpack
+from typing import TYPE_CHECKING, Any, BinaryIO, Final, NamedTuple
 
-import zstandard
-from google.protobuf.message import DecodeError
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Metadata
-from mcap.records import Schema as SchemaRecord
-from mcap_protobuf.decoder import DecoderFactory
 
-from firmware_protocol.messages import MESSAGES
-from hil.mcaplog.attachments import LogAttachment, read_attachment
-from hil.mcaplog.encode import NO_FRAME, compile_rebuilder, read_sender
-from hil.mcaplog.errors import LogError
-from hil.mcaplog.limits import (
-    LARGEST_ATTACHMENTS,
-    LARGEST_CHANNEL,
-    LARGEST_METADATA,
-    LARGEST_SCHEMAS,
-    MOST_CHANNELS,
-    ReadLimits,
-    remedy,
-)
-from hil.mcaplog.records import RECORDS
-from hil.mcaplog.schemas import (
-    RENAMED,
-    RENAMED_TOPICS,
-    SENDER_FIELDS,
-    SINCE_2_0,
-    Schema,
-    matches,
-    message_schema,
-    record_schema,
-)
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
+from hil.mcaplog.limits import remedy
+from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
+from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
-_RECORD_HEAD: Final = struct.Struct("<BQ")
-_MESSAGE_HEAD: Final = struct.Struct("<HIQQ")
-_NUMBER: Final = struct.Struct("<H")
-_DAMAGE: Final = (
-    McapError, struct.error, AttributeError, ValueError, TypeError, LookupError, OverflowError, MemoryError, RecursionError,
-    zstandard.ZstdError, DecodeError,
-)  # fmt: skip
-_KNOWN: Final[dict[str, Schema]] = {
-    schema.name: schema
-    for schema in (*(message_schema(message) for message in MESSAGES.values()), *(record_schema(record) for record in RECORDS))
-}
+    from hil.mcaplog.index import IndexedChunk, LogIndex
+
+MESSAGE_HEAD: Final = Struct("<HIQQ")
+"""Channel, sequence, log time and publish time of an entry, times in ns."""
+_ENTRY_HEAD: Final = Struct("<BQHIQ")
+_INDEX_HEAD: Final = Struct("<BQHI")
+_MOST_WORDS: Final = 500
+"""Topics and reasons by which entries that can't be given are counted apart."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +40,7 @@ class LogEntry:
         time: Log time in s.
         value: A message of `firmware_protocol.messages`, a record of `records`, or, for anything else,
             the protobuf message as the log's own descriptor parses it; the bytes where it is not
-            protobuf. None where it was not asked for.
+            protobuf, or has no schema. None where it was not asked for.
         sender: MAVLink system and component of the sender of a robot message.
         frame: Sequence number of the frame that a received robot message came in, 0..255.
     """
@@ -84,342 +52,308 @@ class LogEntry:
     frame: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RawRecord:
-    """A record as it stands in the file: its MCAP opcode, content and offset (-1 inside a chunk)."""
-
-    opcode: int
-    content: bytes
-    offset: int
-
-
-_Decode = Callable[[bytes], tuple[Any, ...]]
-"""Protobuf -> the value, and where it is a robot message the sender and the frame."""
-
-
-class _TooMuchError(Exception):
-    """The file holds more than a file of its size may; the text says of what."""
-
-
-class LogReader:
-    """A log file to be read from the start, as often as wanted.
+class RawEntry(NamedTuple):
+    """One entry of a log as it stands there.
 
     Attributes:
-        path: The file.
-        size: Its size in bytes.
-        metadata: The metadata records met in the last pass, by name; of several with one name the last.
-        attachments: The attachments met in the last pass, by name, likewise.
-        truncated: The last pass did not come to a proper end of the file.
-        damage: What the last pass found wrong, in words.
-        bytes_read: Bytes up to the end of the last whole record of the last pass.
-        messages_read: Entries met in the last pass, wanted or not.
-        stopped: Why the last pass did not go on to the end though the file does; empty where it did.
-
-    Args:
-        path: The file.
-        limits: What it may unpack to.
-
-    Raises:
-        LogError: It cannot be opened or is not a log.
+        topic: Its topic; empty where the log does not describe its channel.
+        channel: Its channel.
+        sequence: Its sequence number.
+        log_time: Log time in ns.
+        publish_time: Publish time in ns.
+        data: What its decoder takes.
     """
 
-    def __init__(self, path: Path, limits: ReadLimits = ReadLimits()) -> None:  # noqa: B008 - frozen
-        self.path = path
-        self.stopped = ""
-        self._limits = limits
-        self._unpacked = self._records = 0
-        self.metadata: dict[str, dict[str, str]] = {}
-        self.attachments: dict[str, LogAttachment] = {}
-        self._attached = 0
-        self.truncated = False
-        self.damage: list[str] = []
-        self.bytes_read = 0
-        self.messages_read = 0
-        try:
-            self.size = path.stat().st_size
-            with path.open("rb") as file:
-                start = file.read(len(MAGIC))
-        except OSError as error:
-            raise LogError(f"cannot read the log {path}: {error.strerror}") from error
-        except ValueError as error:  # a zero byte in its name
-            raise LogError(f"cannot read the log {str(path)!r}: no file has this name") from error
-        if not MAGIC.startswith(start):
-            raise LogError(f"{path} is not a log: it does not begin as an MCAP file does")
+    topic: str
+    channel: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+class LogReader(LogFile):
+    """A log file whose entries can be read, as often as wanted.
+
+    Attributes:
+        channels: The channels met in the last pass, and those that the index knows, where it was used.
+    """
+
+    channels: Channels
+    _decoders: dict[int, Decode]
 
     def entries(
-        self, topics: Collection[str] | None = None, *, leave_out: Collection[str] = (), unread: Collection[str] = ()
+        self,
+        topics: Collection[str] | None = None,
+        *,
+        start: float | None = None,
+        leave_out: Collection[str] = (),
+        unread: Collection[str] = (),
     ) -> Iterator[LogEntry]:
         """Everything readable, in the order of the file.
 
         Args:
             topics: Only these topics; None is all. An empty collection reads the metadata only, fast.
+            start: Only entries of this log time and later, in s.
             leave_out: Not these topics.
             unread: Of these topics of robot messages only who sent them: their value is None. It is much faster.
 
         Yields:
             The entries.
         """
-        decoders = _Decoders(self._note)
-        channels: dict[int, tuple[str, _Decode]] = {}
-        wanted = topics is None or bool(topics)
-        for record in self.records(expand=wanted):
-            try:
-                if record.opcode == Opcode.MESSAGE:
-                    self.messages_read += 1
-                    channel, _, stamp, _ = _MESSAGE_HEAD.unpack_from(record.content)
-                    if channel not in channels:
-                        topic = decoders.topic(channel)
-                        asked = topic not in leave_out and (topics is None or topic in topics)
-                        channels[channel] = topic, _read_nothing  # should the decoder fail to be made, it is not tried again
-                        if asked:
-                            channels[channel] = topic, _unread if topic in unread else decoders.make(channel)
-                    topic, decode = channels[channel]
-                    if len(record.content) > self._limits.entry:
-                        self._note(f"an entry of {topic[:40]} has {len(record.content):,} bytes and was left out: {remedy()}")
-                    elif decode is not _read_nothing:
-                        yield LogEntry(topic, stamp / 1e9, *decode(record.content[_MESSAGE_HEAD.size :]))
-                elif record.opcode == Opcode.SCHEMA:
-                    decoders.schema(record.content)
-                elif record.opcode == Opcode.CHANNEL:
-                    decoders.channel(record.content)
-            except _DAMAGE as error:
-                self._note(f"a record could not be decoded ({error})")
+        for entry in self.raw_entries(topics, start=start, leave_out=leave_out):
+            if entry.topic in unread and entry.channel not in self._decoders:
+                self._decoders[entry.channel] = sender_only
+            decoded = self._decode(entry)
+            if decoded is not None:
+                yield LogEntry(entry.topic, entry.log_time / 1e9, *decoded)
 
-    def records(self, *, expand: bool = True) -> Iterator[RawRecord]:
-        """Every record, those inside chunks too, each whole.
+    def decoded(self, entry: RawEntry) -> Any:  # noqa: ANN401 - whatever its schema says
+        """The value of an entry of the last pass, as in `LogEntry`; None where it can't be given, which is counted."""
+        decoded = self._decode(entry)
+        return None if decoded is None else decoded[0]
+
+    def _decode(self, entry: RawEntry) -> tuple[Any, ...] | None:
+        decode = self._decoders.get(entry.channel)
+        try:
+            if decode is None:
+                decode = self._decoders[entry.channel] = self.channels.decoder(entry.channel)
+            return decode(entry.data)
+        except UnreadableError as error:
+            self.count_unread(entry, str(error))
+        except DAMAGE as error:
+            self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
+        return None
+
+    def raw_entries(
+        self,
+        topics: Collection[str] | None = None,
+        *,
+        start: float | None = None,
+        leave_out: Collection[str] = (),
+        others: Callable[[RawRecord], None] | None = None,
+    ) -> Iterator[RawEntry]:
+        """As `entries`, nothing decoded.
 
         Args:
-            expand: Open the chunks; else they are skipped over.
+            topics: Only these topics; None is all.
+            start: Only entries of this log time and later, in s.
+            leave_out: Not these topics.
+            others: Is given the metadata and the attachments, as they are met.
 
         Yields:
-            The records; those inside a chunk follow it.
+            The entries.
         """
-        self.metadata, self.attachments, self.damage, self.truncated = {}, {}, [], True
-        self.bytes_read = self.messages_read = self._unpacked = self._records = self._attached = 0
-        self.stopped = ""
+        self.channels, self._decoders = Channels(self.note), {}
+        selection = _Selection(self, topics, leave_out, None if start is None else round(start * 1e9))
+        expand = topics is None or bool(topics)
+        passages = selection.passages() if expand else ()
         with self.path.open("rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
-                self._note("the file ends within its first bytes")
-                return
-            self.bytes_read = len(MAGIC)
-            for record in self._whole_records(file, expand=expand):
-                yield record
-                if record.opcode == Opcode.METADATA:
-                    self._take_metadata(record)
-                elif record.opcode == Opcode.ATTACHMENT and record.content:
-                    self._take_attachment(record)
-                elif record.opcode == Opcode.CHUNK and expand:
+            for record in self.walk(expand=expand, passages=passages):
+                if others is not None and record.opcode in {Opcode.METADATA, Opcode.ATTACHMENT}:
+                    others(record)
+                if record.opcode != Opcode.CHUNK:
+                    yield from selection.take(record.opcode, record.content, 0, len(record.content))
+                elif expand:
                     try:
-                        yield from self._open_chunk(record)
-                    except _TooMuchError as error:
-                        self.stopped = f"it holds more {error} than a file of its size may; {remedy()}"
+                        yield from self._chunk(record, selection, file)
+                    except TooMuchError as error:
+                        self.stop(error)
                         return
-                elif record.opcode == Opcode.FOOTER:
-                    self.truncated = file.read(len(MAGIC)) != MAGIC
-                    self.bytes_read += 0 if self.truncated else len(MAGIC)
-                    return
 
-    def health(self) -> str:
-        """What the last pass found, in a sentence."""
-        if self.stopped:
-            noted = "".join(f"; {text}" for text in self.damage[:3])
-            return f"read in part: {self.stopped}; {self.bytes_read:,} of {self.size:,} bytes were read{noted}"
-        if not self.truncated and not self.damage:
-            return f"whole, {self.size:,} bytes"
-        share = f"{self.bytes_read:,} of {self.size:,} bytes could be read"
-        words = "cut off: the run was not ended properly" if self.truncated else "damaged"
-        return f"{words}; {share}" + (f"; {'; '.join(self.damage[:3])}" if self.damage else "")
+    def count_unread(self, entry: RawEntry, why: str) -> None:
+        """Count an entry that can't be given.
 
-    def _whole_records(self, file: BinaryIO, *, expand: bool) -> Iterator[RawRecord]:
-        while True:
-            offset = file.tell()
-            head = file.read(_RECORD_HEAD.size)
-            if len(head) < _RECORD_HEAD.size:
-                return
-            opcode, length = _RECORD_HEAD.unpack(head)
-            if opcode == 0 or offset + _RECORD_HEAD.size + length > self.size:
-                return
-            if length > self._limits.chunk:
-                self._note(f"the record at byte {offset:,} has {length:,} bytes and was left out: {remedy(length)}")
-                file.seek(length, 1)
-                opcode, content = Opcode.ATTACHMENT, b""
-            elif opcode == Opcode.CHUNK and not expand:
-                file.seek(length, 1)
-                content = b""
-            else:
-                content = file.read(length)
-            self.bytes_read = file.tell()
-            yield RawRecord(opcode, content, offset)
+        Args:
+            entry: The entry.
+            why: In words.
+        """
+        key = entry.topic, why
+        if key not in self.not_read and len(self.not_read) >= _MOST_WORDS:
+            key = "other topics", "for one reason or another"
+        self.not_read[key] = self.not_read.get(key, 0) + 1
 
-    def _open_chunk(self, record: RawRecord) -> Iterator[RawRecord]:
-        try:
-            chunk = Chunk.read(_stream(record.content))
-            size = _unpacked_size(chunk)
-            if size > self._limits.chunk:
-                text = f"the chunk at byte {record.offset:,} unpacks to {size:,} bytes and was left out"
-                self._note(f"{text}: {remedy(size)}" if size < 1 << 40 else text)
-                return
-            self._unpacked += size
-            if self._unpacked > self._limits.unpacked(self.size):
-                raise _TooMuchError("bytes")
-            data = _unpack_chunk(chunk)
-        except _DAMAGE as error:
-            self._note(f"the chunk at byte {record.offset:,} is damaged and was left out ({error})")
-            return
-        at, most = 0, self._limits.records(self.size)
-        while at + _RECORD_HEAD.size <= len(data):
-            opcode, length = _RECORD_HEAD.unpack_from(data, at)
-            at += _RECORD_HEAD.size
-            if not opcode:
-                self._note(f"the chunk at byte {record.offset:,} holds what is no record")
-                return
-            self._records += 1
-            if self._records > most:
-                raise _TooMuchError("records")
-            if at + length > len(data):
-                self._note(f"the chunk at byte {record.offset:,} ends within a record")
-                return
-            yield RawRecord(opcode, data[at : at + length], -1)
-            at += length
-
-    def _take_metadata(self, record: RawRecord) -> None:
-        if len(record.content) > LARGEST_METADATA:
-            self._note(f"the metadata at byte {record.offset:,} has {len(record.content):,} bytes and was left out")
-            return
-        try:
-            metadata = Metadata.read(_stream(record.content))
-        except _DAMAGE as error:
-            self._note(f"the metadata at byte {record.offset:,} is damaged ({error})")
-            return
-        self.metadata[metadata.name] = {key: value for key, value in metadata.metadata.items() if key != "padding"}
-
-    def _take_attachment(self, record: RawRecord) -> None:
-        self._attached += len(record.content)
-        if self._attached > LARGEST_ATTACHMENTS:
-            self._attached -= len(record.content)
-            self._note(
-                f"the attachment at byte {record.offset:,} was left out: there are more than {LARGEST_ATTACHMENTS:,} bytes"
-            )
-            return
-        try:
-            attachment = read_attachment(record.content)
-        except _DAMAGE as error:
-            self._note(f"the attachment at byte {record.offset:,} is damaged ({error})")
-            return
-        self.attachments[attachment.name] = attachment
-
-    def _note(self, text: str) -> None:
-        if len(self.damage) < 100:
-            self.damage.append(text)
+    def _chunk(self, record: RawRecord, selection: _Selection, file: BinaryIO) -> Iterator[RawEntry]:
+        data = self.open_chunk(record)
+        for opcode, begin, end in selection.places(record, data, file) or self.split_chunk(data, record.offset):
+            yield from selection.take(opcode, data, begin, end)
 
 
-def _stream(content: bytes) -> ReadDataStream:
-    return ReadDataStream(BytesIO(content))
-
-
-def _unpacked_size(chunk: Chunk) -> int:
-    """What a chunk will unpack to, in bytes, as it says itself: the unpacking fails where it says too little."""
-    if not chunk.compression:
-        return len(chunk.data)
-    if chunk.compression != "zstd":
-        raise ValueError(f"compressed by {chunk.compression[:20]!r}")
-    size = int(zstandard.frame_content_size(chunk.data))
-    if size < 0:
-        raise ValueError("does not say how much it holds")
-    return size
-
-
-def _unpack_chunk(chunk: Chunk) -> bytes:
-    data = chunk.data
-    if chunk.compression:
-        data = zstandard.ZstdDecompressor().decompress(data)
-    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-        raise ValueError("bad checksum")
-    return data
-
-
-def _read_nothing(_: bytes) -> tuple[Any, ...]:
-    return (None,)
-
-
-def _unread(data: bytes) -> tuple[Any, ...]:
-    return None, *(read_sender(data) or ())
-
-
-class _Decoders:
-    """The channels of a log, and what decodes their entries; each is made when its first entry comes.
+class _Selection:
+    """Which entries of a log are wanted, and what its index says of where they are.
 
     Args:
-        note: Takes note of damage.
+        reader: The log.
+        topics: Only these topics; None is all.
+        leave_out: Not these.
+        start: Log time of the first that is wanted, in ns; None is the first of all.
     """
 
-    def __init__(self, note: Callable[[str], None]) -> None:
-        self._note = note
-        self._schemas: dict[int, SchemaRecord] = {}
-        self._channels: dict[int, tuple[str, int]] = {}
-        self._made: dict[int, _Decode] = {}
-        self._size = 0
+    def __init__(
+        self, reader: LogReader, topics: Collection[str] | None, leave_out: Collection[str], start: int | None
+    ) -> None:
+        self._reader = reader
+        self._topics = topics
+        self._leave_out = leave_out
+        self._start = start
+        self._asked: dict[int, str | None] = {}
+        self._indexed: dict[int, bool] = {}
+        self._asked_index = False
+        self._known: dict[int, tuple[int, int]] = {}
+        """Where the message indexes of a chunk that may hold a wanted entry are, and how long, by where the chunk is."""
 
-    def schema(self, content: bytes) -> None:
-        """Take a schema; one that is known already is not looked at again."""
-        (number,) = _NUMBER.unpack_from(content)
-        if number in self._schemas:
-            return
-        self._size += len(content)
-        if self._size > LARGEST_SCHEMAS:
-            self._size -= len(content)
-            self._note(f"schema {number} was left out: there are more than {LARGEST_SCHEMAS:,} bytes of them")
-            return
-        self._schemas[number] = SchemaRecord.read(_stream(content))
+    def asks_for(self, topic: str) -> bool:
+        """The topic is wanted."""
+        return topic not in self._leave_out and (self._topics is None or topic in self._topics)
 
-    def channel(self, content: bytes) -> None:
-        """Take a channel; likewise."""
-        (number,) = _NUMBER.unpack_from(content)
-        if number in self._channels:
-            return
-        if len(content) > LARGEST_CHANNEL or len(self._channels) >= MOST_CHANNELS:
-            self._note(f"channel {number} was left out: there are too many, or it is too large")
-            return
-        found = Channel.read(_stream(content))
-        self._channels[number] = RENAMED_TOPICS.get(found.topic, found.topic), found.schema_id
+    def take(self, opcode: int, data: bytes, begin: int, end: int) -> Iterator[RawEntry]:
+        """Take a record: learn from it, or give the entry if it is a wanted one."""
+        if opcode == Opcode.MESSAGE:
+            entry = self._entry(data, begin, end)
+            if entry is not None:
+                yield entry
+        elif opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
+            channels = self._reader.channels
+            try:
+                (channels.add_schema if opcode == Opcode.SCHEMA else channels.add_channel)(data[begin:end])
+            except DAMAGE as error:
+                self._reader.note(f"a record could not be decoded ({error})")
 
-    def topic(self, channel: int) -> str:
-        """Topic of a channel; empty for one that is not known."""
-        return self._channels.get(channel, ("", 0))[0]
+    def _entry(self, data: bytes, begin: int, end: int) -> RawEntry | None:
+        reader = self._reader
+        if end - begin < MESSAGE_HEAD.size:
+            reader.note("an entry is too short to be one")
+            return None
+        reader.messages_read += 1
+        channel, sequence, stamp, published = MESSAGE_HEAD.unpack_from(data, begin)
+        if channel in self._asked:
+            wanted = self._asked[channel]
+        else:
+            topic = self._topic(channel)
+            wanted = topic if self.asks_for(topic) else None
+            if channel in reader.channels:  # one that is not may be described later
+                self._asked[channel] = wanted
+        if wanted is None or (self._start is not None and stamp < self._start):
+            return None
+        entry = RawEntry(wanted, channel, sequence, stamp, published, data[begin + MESSAGE_HEAD.size : end])
+        if end - begin > reader.limits.entry:
+            reader.count_unread(entry, f"one has {end - begin:,} bytes; {remedy()}")
+            return None
+        return entry
 
-    def make(self, channel: int) -> _Decode:
-        """What decodes the entries of a channel; those without a schema are not read."""
-        schema = self._channels.get(channel, ("", 0))[1]
-        if schema not in self._schemas:
-            return _read_nothing
-        if schema not in self._made:
-            self._made[schema] = _read_nothing  # as above
-            self._made[schema] = _decoder(self._schemas[schema])
-        return self._made[schema]
+    def _topic(self, channel: int) -> str:
+        """Topic of a channel, as the index has it where what describes it was lost with a chunk."""
+        reader = self._reader
+        if channel not in reader.channels and not self._asked_index:
+            self._asked_index = True
+            if reader.index is not None:
+                with suppress(*DAMAGE):
+                    reader.channels.add_all(reader.index.schemas, reader.index.channels)
+        return reader.channels.topic(channel)
 
-
-def _decoder(record: SchemaRecord) -> _Decode:
-    parse = DecoderFactory().decoder_for("protobuf", record)
-    if parse is None:
-        return lambda data: (data,)
-    known = _KNOWN.get(RENAMED.get(record.name, record.name))
-    if known is None:
-        return lambda data: (parse(data),)
-    from_peer = any(field.name in SENDER_FIELDS for field in known.fields)
-    there = parse(b"").DESCRIPTOR.fields_by_name
-    if not all(matches(field, there.get(field.name)) for field in known.fields):
-        return lambda data: (parse(data),)  # another program's message: as its own descriptor has it
-    rebuild = compile_rebuilder(known, [name for name in SINCE_2_0 if name not in there])
-
-    def decode(data: bytes) -> tuple[Any, ...]:
-        parsed = parse(data)
+    def passages(self) -> Iterable[tuple[int, int]]:
+        """What of the file can be passed over, from and to, in bytes, neighbours put together; nothing without an index."""
+        index, channels = self._reader.index, self._reader.channels
+        if (self._topics is None and self._start is None) or index is None or not index.chunk_count:
+            return ()
         try:
-            value = rebuild(parsed)
-        except (AttributeError, TypeError, ValueError):
-            return (parsed,)  # likewise, where only this one can't be ours
-        if not from_peer:
-            return (value,)
-        frame = None if parsed.frame == NO_FRAME else parsed.frame
-        return value, (parsed.sender_system, parsed.sender_component), frame
+            channels.add_all(index.schemas, index.channels)
+        except DAMAGE:
+            return ()
+        if not channels.complete or (index.statistics is not None and index.statistics.channel_count != len(index.channels)):
+            return ()  # what describes entries may be in a chunk that would be passed over
+        return _merged(self._passages(index))
 
-    return decode
+    def _passages(self, index: LogIndex) -> Iterator[tuple[int, int]]:
+        first = 0 if self._start is None else index.first(self._start)
+        yield from zip(index.begins[:first], index.behinds[:first], strict=True)
+        with self._reader.path.open("rb") as file:
+            for chunk in index.chunks(file, first):
+                behind = chunk.offset + chunk.length
+                if not self._may_hold(chunk):
+                    yield chunk.offset, behind + chunk.message_index_length
+                elif chunk.message_index_length:
+                    self._known[chunk.offset] = behind, chunk.message_index_length
+                    yield behind, behind + chunk.message_index_length
+        yield index.begin, index.footer
+
+    def _may_hold(self, chunk: IndexedChunk) -> bool:
+        """There may be a wanted entry in a chunk."""
+        if self._start is not None and chunk.end < self._start:
+            return False
+        if self._topics is None or not chunk.places:
+            return True
+        for channel in chunk.channels:
+            if channel not in self._indexed:
+                self._indexed[channel] = self.asks_for(self._reader.channels.topic(channel))
+        return any(self._indexed[channel] for channel in chunk.channels)
+
+    def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]]:
+        """Where the wanted entries of a chunk are by its message indexes, as `split_chunk` has it.
+
+        Args:
+            record: The chunk.
+            data: What it unpacks to.
+            file: The log, opened once more.
+
+        Returns:
+            Empty where there are no message indexes, or they contradict the chunk.
+        """
+        place = self._known.pop(record.offset, None)
+        if place is None or self._topics is None or not data:
+            return []
+        try:
+            file.seek(place[0])
+            found = _places(file.read(min(place[1], 2 * len(data))), self._indexed, data)
+        except DAMAGE:
+            found = []
+        if not found:
+            self._reader.note(f"the message indexes of the chunk at byte {record.offset:,} are wrong, and were not used")
+        return found
+
+
+def _merged(stretches: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
+    """Stretches of a file, ascending, neighbours put together."""
+    begin = end = 0
+    for start, stop in stretches:
+        if start != end:
+            if begin < end:
+                yield begin, end
+            begin = start
+        end = stop
+    yield begin, end
+
+
+def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tuple[int, int, int]]:
+    """Where entries are in a chunk.
+
+    Args:
+        indexes: The message index records that follow the chunk.
+        wanted: Whether the entries of a channel are.
+        data: What the chunk unpacks to.
+
+    Raises:
+        ValueError: They are not where the indexes say.
+        struct.error: An index is none.
+    """
+    found: list[tuple[int, int, int]] = []
+    at = 0
+    while at < len(indexes):
+        opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
+        if opcode != Opcode.MESSAGE_INDEX or size + 6 > length:
+            raise ValueError("no message index")
+        if wanted[channel]:
+            begin = at + _INDEX_HEAD.size
+            found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
+        at += RECORD_HEAD.size + length
+    found.sort()
+    return found
+
+
+def _place(data: bytes, place: int, channel: int, stamp: int) -> tuple[int, int, int]:
+    """An entry in a chunk, which is the one that the index means."""
+    opcode, length, there, _, log_time = _ENTRY_HEAD.unpack_from(data, place)
+    begin = place + RECORD_HEAD.size
+    if opcode != Opcode.MESSAGE or there != channel or log_time != stamp or begin + length > len(data):
+        raise ValueError("no such entry")
+    return opcode, begin, begin + length

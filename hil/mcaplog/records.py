@@ -34,9 +34,7 @@ class BridgeStep:
     clock: Annotated[float, "s; the one reading of the clock in this step"]
     chunk_times: Annotated[tuple[float, ...], "s; when each chunk consumed in this step had arrived"]
     chunk_sizes: Annotated[tuple[int, ...], "bytes of each chunk"]
-    inputs: Annotated[
-        tuple[str, ...], "what the operator asked for since the step before: interrupt, suspend, continue, key X"
-    ] = ()
+    inputs: Annotated[tuple[str, ...], "what was asked for since the step before: interrupt, suspend, continue, key X"] = ()
     input_robots: Annotated[tuple[str, ...], "of each input, for which robot it was, as far as it was for one"] = ()
     network: Annotated[str, "name of the network whose step this is: the address of its link"] = ""
     lost: Annotated[str, "why the link is gone, and is going to be opened again; empty where it is not"] = ""
@@ -88,6 +86,45 @@ class EventRecord:
 
 
 @dataclass(frozen=True)
+class DecisionRecord:
+    """What the learner asked for, and why; written before the maneuver is performed."""
+
+    trial: Annotated[int, "number of the trial, from 1"]
+    phase: Annotated[int, "1 basic actions, 2 fine actions"]
+    exam: Annotated[bool, "one of the last tests of the best"]
+    generation: Annotated[int, "steps of the genetic programming made before in this category and phase"]
+    tried: Annotated[int, "how often the maneuver was performed before in this category"]
+    previous: Annotated[str, "previous stimulus of the category, or any"]
+    current: Annotated[str, "current stimulus of the category, as `left`"]
+    actions: Annotated[str, "names of the actions"]
+    motive: Annotated[str, "why: untried, more evidence, best known, exam of the promising, generation done"]
+    origin: Annotated[str, "how it arose: random, refinement, crossover, mutation, crossover and mutation, not known"]
+    parents: Annotated[tuple[str, ...], "names of the actions of each maneuver it descends from"]
+    digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
+class CreditRecord:
+    """What the learner credited to which trials when it was told how one went."""
+
+    trial: Annotated[int, "number of the trial told of; 0 where a bout was interrupted"]
+    telling: Annotated[str, "performed, discarded, bout interrupted"]
+    trials: Annotated[tuple[int, ...], "trials credited, oldest first; after a bout won each a second time, for that"]
+    credits: Annotated[tuple[float, ...], "what each of these was credited with"]
+    rated: Annotated[tuple[int, ...], "trials whose fitness is final now"]
+    fitness: Annotated[tuple[float, ...], "the final fitness of each of these"]
+    digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
+class CheckpointRecord:
+    """The learner's whole state when a checkpoint was due, as a digest."""
+
+    used: Annotated[int, "maneuvers performed by then"]
+    digest: Annotated[str, "of the whole state, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
 class TrialRecord:
     """One maneuver performed for the learner, and what it was worth."""
 
@@ -103,7 +140,7 @@ class TrialRecord:
     won: Annotated[bool, "the bout was won during the maneuver"]
     lost: Annotated[bool, "the bout was lost during the maneuver"]
     progress: Annotated[float | None, "m; how much nearer the opponent came to the border"]
-    duration: Annotated[float, "s; from the command until the robot was ready for the next"]
+    duration: Annotated[float, "s; from the command until its result came"]
     ended: Annotated[str, "how the maneuver ended, as `floor reflex`"]
 
 
@@ -130,7 +167,8 @@ class AdviceRecord:
 
 
 RECORDS: Final = (
-    WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, TrialRecord, StepRecord,
+    WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
+    CheckpointRecord, TrialRecord, StepRecord,
     AdviceRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

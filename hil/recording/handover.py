@@ -191,11 +191,11 @@ class Playback:
         self.recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
 
     def _note(self, kind: str, text: str, particulars: str, time: float) -> None:
-        self.recorder._now = time  # noqa: SLF001 - `opened` has set it there
+        self.recorder.now = time
         self.recorder._noted(kind, text, particulars)  # noqa: SLF001 - `note`, once the particulars are in words
 
     def _attachment(self, name: str, media_type: str, time: float) -> None:
-        self.recorder._now = time  # noqa: SLF001 - as above
+        self.recorder.now = time
         self.recorder.attachment(name, b"".join(self._pieces), media_type=media_type)
         self._pieces.clear()
 

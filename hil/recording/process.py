@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from os import fspath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from hil.mcaplog.errors import LogError
 from hil.outputs import Output, OutputExistsError, is_special
-from hil.recorder import Recorder
+from hil.recorder import Network, OneOfSeveral, Recorder
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
 from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, plain
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from firmware_protocol.wire import Message
     from hil.recording.feeds import Feed
     from hil.taps import Circumstances, Tap
+
+
+OWN: Final = -1
+"""In place of a number: the recorder's own network."""
 
 
 class RecorderProcess(Recorder):
@@ -52,6 +56,7 @@ class RecorderProcess(Recorder):
 
     Attributes:
         lost: Entries that were lost so far.
+        feed: Hands over.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -74,8 +79,8 @@ class RecorderProcess(Recorder):
     ) -> None:
         self.path = path
         self.lost = 0
-        self._network = link
-        self._now = 0.0
+        self._network = _Network(self, link, OWN)
+        self.now = 0.0
         self._settings = None
         self._networks = 0
         self._ending = False
@@ -100,36 +105,45 @@ class RecorderProcess(Recorder):
             raise LogError(f"cannot write the log {path}: no process for it can be started: {error.strerror}") from error
         if output is None:
             self._see_opened()
-        self._feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
+        self.feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
 
     # --- the bridge's tap --------------------------------------------------------------------------------------------
 
     def of_network(self, name: str) -> Tap:
         """See `Recorder.of_network`."""
-        self._feed.keep((kinds.NETWORK, name))
+        self.feed.keep((kinds.NETWORK, name))
         self._networks += 1
-        return _Network(self, name, self._networks - 1)
+        return OneOfSeveral(self, _Network(self, name, self._networks - 1))
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """See `Recorder.step`."""
-        feed = self._begin_step(time, chunks)
+        feed = self.begin_step(time, chunks)
         feed.add((kinds.STEP, time, chunks) if met is NOTHING else (kinds.STEP, time, chunks, circumstances(met)))
 
-    def _begin_step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> Feed:
-        self._now = time
+    def begin_step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> Feed:
+        """A step begins, whose item is to be handed over next.
+
+        Args:
+            time: Its reading of the clock, in s.
+            chunks: What it has received.
+
+        Returns:
+            What takes the item.
+        """
+        self.now = time
         if self._pipe.news is not None:
             self._hear()
-        feed = self._feed
+        feed = self.feed
         feed.step(time, chunks)
         return feed
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_rx`."""
-        self._feed.add((kinds.RX, time, data))
+        self.feed.add((kinds.RX, time, data))
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_tx`."""
-        self._feed.add((kinds.TX, time, data))
+        self.feed.add((kinds.TX, time, data))
 
     def received(self, event: Received | Rejected) -> None:
         """See `Recorder.received`."""
@@ -140,7 +154,7 @@ class RecorderProcess(Recorder):
         found = MESSAGE_VALUES.get(type(message))
         if found is not None:
             number, values = found
-            self._feed.add((kinds.RECEIVED, event.time, number, values(message), event.system, event.component, event.sequence))
+            self.feed.add((kinds.RECEIVED, event.time, number, values(message), event.system, event.component, event.sequence))
 
     def sent(self, time: float, message: Message) -> None:
         """See `Recorder.sent`."""
@@ -150,26 +164,26 @@ class RecorderProcess(Recorder):
             values = take(message)
             if not EXACT.issuperset(map(type, values)):  # a codec makes plain numbers, a program may not
                 values = plain(values)
-            self._feed.add((kinds.SENT, time, number, values))
+            self.feed.add((kinds.SENT, time, number, values))
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """See `Recorder.metadata`."""
-        self._feed.keep((kinds.METADATA, name, dict(values)))
+        self.feed.keep((kinds.METADATA, name, dict(values)))
 
     def attachment(self, name: str, data: bytes, *, media_type: str = "application/octet-stream") -> None:
         """See `Recorder.attachment`."""
         for at in range(0, len(data), PIECE_SIZE):
-            self._feed.keep((kinds.PIECE, data[at : at + PIECE_SIZE]))
-        self._feed.keep((kinds.ATTACHMENT, name, media_type, self._now))
+            self.feed.keep((kinds.PIECE, data[at : at + PIECE_SIZE]))
+        self.feed.keep((kinds.ATTACHMENT, name, media_type, self.now))
 
     def flush(self) -> None:
         """Hand everything to the operating system; waits until that is done."""
         if self._closed:
             return
-        self._feed.keep((kinds.FLUSH,))
-        self._feed.hurry()
+        self.feed.keep((kinds.FLUSH,))
+        self.feed.hurry()
         self._pipe.wait_for("flushed")
         self._hear()
 
@@ -191,8 +205,8 @@ class RecorderProcess(Recorder):
             return
         if not self._ending:
             self._ending = True
-            self._feed.keep(item)
-        self._feed.end()
+            self.feed.keep(item)
+        self.feed.end()
         self._pipe.end()
         self._closed = True
         self._hear()
@@ -200,11 +214,11 @@ class RecorderProcess(Recorder):
     # --- in the recorder's stead -------------------------------------------------------------------------------------
 
     def _noted(self, kind: str, text: str, particulars: str) -> None:
-        self._feed.keep((kinds.NOTE, str(kind), str(text), particulars, self._now))
+        self.feed.keep((kinds.NOTE, str(kind), str(text), particulars, self.now))
 
     def _record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
         number, values = RECORD_VALUES[kind or type(record)]
-        self._feed.keep((kinds.RECORD, topic, number, values(record), time))
+        self.feed.keep((kinds.RECORD, topic, number, values(record), time))
 
     def _see_opened(self) -> None:
         """Wait until the other process has opened what is no regular file."""
@@ -252,44 +266,32 @@ class RecorderProcess(Recorder):
         return f"the log {self.path} cannot be written any further: the process that writes it {how}; {rest}", kept
 
 
-class _Network:
-    """Records one of several networks.
+class _Network(Network):
+    """The steps and the bytes of one of several networks, handed over.
 
     Args:
-        recorder: Has the log.
+        recorder: Hands over.
         name: Name of the network.
-        number: Its number, from 0.
+        number: Its number, from 0; `OWN` for the recorder's own.
     """
 
     def __init__(self, recorder: RecorderProcess, name: str, number: int) -> None:
+        self.name = name
         self._recorder = recorder
-        self._name = name
         self._number = number
-        self.opened = recorder.opened
-        self.unsent = recorder.unsent
-        self.received = recorder.received
-        self.sent = recorder.sent
-        self.event = recorder.event
-        self.of_network = recorder.of_network
-
-    def session_drawn(self, number: int) -> None:
-        """See `Tap.session_drawn`."""
-        self._recorder._drawn_for(self._name, number)  # noqa: SLF001 - its own recorder
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         """See `Tap.step`."""
-        recorder = self._recorder
         more = () if met is NOTHING else (circumstances(met),)
-        feed = recorder._begin_step(time, chunks)  # noqa: SLF001 - as above
-        feed.add((kinds.OF_NETWORK, self._number, kinds.STEP, time, chunks, *more))
+        self._recorder.begin_step(time, chunks).add((kinds.OF_NETWORK, self._number, kinds.STEP, time, chunks, *more))
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Tap.wire_rx`."""
-        self._recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.RX, time, data))  # noqa: SLF001
+        self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.RX, time, data))
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """See `Tap.wire_tx`."""
-        self._recorder._feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))  # noqa: SLF001
+        self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))
 
 
 def _begin(path: Path, *, overwrite: bool) -> Output:

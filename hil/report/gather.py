@@ -180,17 +180,18 @@ def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B
         What there is in it, up to damage.
 
     Raises:
-        LogError: It cannot be opened or is not a log.
+        LogError: It cannot be opened, is not a log, or nothing of it could be read.
     """
     reader = LogReader(path, limits)
     gatherer = _Gatherer(path)
     for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD):
         gatherer.take(entry)
+    reader.require_something()
     data = gatherer.finish()
     if not data.learnt and not data.bouts:
         data.sensors = _sensors(LogReader(path, limits), gatherer.robot.system, gatherer.wheels)
     data.metadata, data.health = reader.metadata, reader.health()
-    data.whole = not (reader.truncated or reader.damage or reader.stopped)
+    data.whole = reader.whole
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
     data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
     return data

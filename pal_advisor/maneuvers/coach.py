@@ -2,77 +2,46 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver
-from pal_advisor.fields import FieldError, Fields, shown
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from pal_advisor.fields import Fields
 from pal_advisor.maneuvers.advice import EYES, Advice, AdviceEntry, make_maneuver
-from pal_advisor.maneuvers.credit import Trace, Waiting
+from pal_advisor.maneuvers.credit import WAITING_FIELDS, Share, Trace, Waiting
+from pal_advisor.maneuvers.decisions import (
+    START,
+    Credit,
+    GenerationRecord,
+    Motive,
+    Telling,
+    Trial,
+    asked_digest,
+    state_digest,
+    told_digest,
+)
 from pal_advisor.maneuvers.evidence import read_codes
 from pal_advisor.maneuvers.fitness import Performance, fitness, full_rate
 from pal_advisor.maneuvers.names import names
-from pal_advisor.maneuvers.population import Category, Genome, Population
-from pal_advisor.maneuvers.settings import PalSettings, SettingsError
+from pal_advisor.maneuvers.population import Category, Genome, Population, spelled
+from pal_advisor.maneuvers.state import (
+    STATE_VERSION,
+    StateError,
+    plain,
+    read_category,
+    read_digest,
+    read_generator,
+    read_settings,
+    read_step,
+    read_version,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
-STATE_VERSION: Final = 1
-BIT_GENERATORS: Final = ("PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64")
-_MT_WORDS: Final = 624
-_STATE_LIMITS: Final = {"has_uint32": 1, "uinteger": 2**32 - 1, "pos": _MT_WORDS, "buffer_pos": 4}
-"""Greatest values in the state of a generator."""
-
-
-class StateError(FieldError):
-    """A saved state can't be gone on from: a field is missing, unknown or wrong."""
-
-
-@dataclass(frozen=True)
-class Trial:
-    """A maneuver to be performed, and what for.
-
-    Attributes:
-        id: Number of the trial, from 1.
-        category: Situation it is meant for: (previous stimulus or ANY_STIMULUS, current stimulus).
-        maneuver: What the robot shall do.
-        phase: Phase of learning, 1 or 2.
-        exam: One of the last tests of the best, not of a generation.
-    """
-
-    id: int
-    category: Category
-    maneuver: Maneuver
-    phase: int
-    exam: bool
-
-
-@dataclass(frozen=True)
-class GenerationRecord:
-    """A GP step of one category: a point of its fitness curve.
-
-    Attributes:
-        category: (previous stimulus or ANY_STIMULUS, current stimulus).
-        phase: Phase of learning, 1 or 2.
-        generation: Number of the generation that has just been rated, from 0 in each phase.
-        used: Maneuvers performed by then, all categories together.
-        evaluations: Performances rated by then in this category.
-        best: Highest fitness expected of one of the generation.
-        mean: Mean of the fitness expected of each of the generation.
-        maneuver: Names of the actions of the best.
-    """
-
-    category: Category
-    phase: int
-    generation: int
-    used: int
-    evaluations: int
-    best: float
-    mean: float
-    maneuver: str
+    from pal_advisor.maneuvers.settings import PalSettings
 
 
 class Pal:
@@ -86,12 +55,16 @@ class Pal:
         settings: How to coach.
         history: Every GP step so far.
         used: Maneuvers performed so far.
+        digest: Of all decisions told of, 16 hexadecimal digits: a trial that is open does not count.
+        credited: What was credited when it was last told something; None before.
     """
 
     def __init__(self, settings: PalSettings, rng: np.random.Generator) -> None:
         self.settings = settings
         self.history: list[GenerationRecord] = []
         self.used = 0
+        self.digest = START
+        self.credited: Credit | None = None
         self._rng = rng
         self._asked = 0
         self._open: Trial | None = None
@@ -146,27 +119,53 @@ class Pal:
         if self.finished:
             raise RuntimeError("the budget is used up")
         category = self.category(current, previous)
-        genome = self._next(self._population(category))
+        population = self._population(category)
+        genome, motive = self._next(population)
         self._asked += 1
-        maneuver = make_maneuver(tuple(Action(gene) for gene in genome), self.settings)
-        self._open = Trial(self._asked, category, maneuver, self.phase, self.exam)
+        phase, exam, candidate = self.phase, self.exam, population.archive[genome]
+        self._open = Trial(
+            id=self._asked,
+            category=category,
+            maneuver=make_maneuver(tuple(Action(gene) for gene in genome), self.settings),
+            phase=phase,
+            exam=exam,
+            generation=population.generation,
+            motive=motive,
+            origin=candidate.origin,
+            parents=tuple([spelled(parent) for parent in candidate.parents]),
+            tried=candidate.performed,
+            digest=asked_digest(
+                self.digest,
+                self._rng,
+                trial=self._asked,
+                category=category,
+                genome=genome,
+                phase=phase,
+                exam=exam,
+                generation=population.generation,
+                motive=motive,
+            ),
+        )
         return self._open
 
-    def _next(self, population: Population) -> Genome:
+    def _next(self, population: Population) -> tuple[Genome, Motive]:
         """The exam tests the promising; learning performs the best known now and then, and else the next to be rated."""
         settings = self.settings
         if self.exam:
             promising = population.promising(settings)
             if promising is not None:
-                return promising
+                return promising, Motive.EXAM
         elif self._greedy:
             for best in population.best(1, settings.caution):
-                return best
-        due = population.due(settings)
-        if due is not None:
-            return due
-        # All have been performed, but not all are rated yet.
-        return min(population.members, key=lambda genome: population.archive[genome].performed)
+                return best, Motive.BEST
+        untried = population.untried()
+        if untried is not None:
+            return untried, Motive.UNTRIED
+        uncertain = population.uncertain(settings)
+        if uncertain is not None:
+            return uncertain, Motive.EVIDENCE
+        # All are known, or have been performed and wait for their rating.
+        return min(population.members, key=lambda genome: population.archive[genome].performed), Motive.DONE
 
     def _population(self, category: Category) -> Population:
         """The population of a situation, in the present phase."""
@@ -199,15 +198,38 @@ class Pal:
         self._populations[trial.category].perform(genome, performance.tallies)
         self.used += 1
         duration = performance.time(self.settings.period)
-        final = self._trace.add(Waiting(trial.category, genome, len(performance.tallies), rating, duration))
+        shares, final = self._trace.add(Waiting(trial.category, genome, len(performance.tallies), rating, duration, trial.id))
         if performance.over or performance.won or performance.lost or self.finished:
-            final += self._trace.close(won=performance.won)
+            rest, last = self._trace.close(won=performance.won)
+            shares += rest
+            final += last
+        self._rate(final)
+        self._greedy = bool(self._rng.random() < self.settings.greedy)
+        records = [] if trial.exam else self._step([trial.category, *(waiting.category for waiting in final)])
+        self.digest = trial.digest
+        self._credit(Telling.PERFORMED, trial.id, shares, final)
+        return records
+
+    def _rate(self, final: Iterable[Waiting]) -> None:
+        """Performances whose fitness is final are evidence."""
         for waiting in final:
             self._populations[waiting.category].evidence.add(waiting.genome[: waiting.performed], waiting.fitness)
-        self._greedy = bool(self._rng.random() < self.settings.greedy)
-        if trial.exam:
-            return []
-        return self._step([trial.category, *(waiting.category for waiting in final)])
+
+    def _credit(self, telling: Telling, trial: int, shares: Sequence[Share], final: Sequence[Waiting]) -> None:
+        """Keep for others what was credited, and digest it."""
+        trials, credits_ = tuple([share.trial for share in shares]), tuple([share.credit for share in shares])
+        rated, values = tuple([waiting.trial for waiting in final]), tuple([waiting.fitness for waiting in final])
+        self.digest = told_digest(
+            self.digest,
+            self._rng,
+            telling=telling,
+            trial=trial,
+            trials=trials,
+            credits=credits_,
+            rated=rated,
+            fitness=values,
+        )
+        self.credited = Credit(telling, trial, trials, credits_, rated, values, self.digest)
 
     def _step(self, categories: Iterable[Category]) -> list[GenerationRecord]:
         """Make a GP step for each of these situations whose generation is done."""
@@ -226,13 +248,14 @@ class Pal:
         Returns:
             GP steps made because of it.
         """
-        final = self._trace.close(won=False)
-        for waiting in final:
-            self._populations[waiting.category].evidence.add(waiting.genome[: waiting.performed], waiting.fitness)
-        return [] if self.exam else self._step(waiting.category for waiting in final)
+        _, final = self._trace.close(won=False)
+        self._rate(final)
+        records = [] if self.exam else self._step(waiting.category for waiting in final)
+        self._credit(Telling.INTERRUPTED, 0, [], final)
+        return records
 
     def discard(self, trial: Trial) -> None:
-        """Forget a trial that could not be performed; it uses no budget.
+        """Forget a trial that could not be performed; it uses no budget, and the digest is as if it had not been asked for.
 
         Args:
             trial: What `ask` gave last.
@@ -241,6 +264,7 @@ class Pal:
             ValueError: The trial is not the one that is open.
         """
         self._close(trial)
+        self.credited = Credit(Telling.DISCARDED, trial.id, (), (), (), (), self.digest)
 
     def _close(self, trial: Trial) -> None:
         if self._open is None or trial.id != self._open.id:
@@ -259,7 +283,7 @@ class Pal:
             evaluations=population.evidence.count,
             best=values[best],
             mean=float(np.mean(values)),
-            maneuver=" ".join(Action(gene).name for gene in population.members[best]),
+            maneuver=spelled(population.members[best]),
         )
 
     def advice(self, *, opponent: str = "", seed: int | None = None) -> Advice:
@@ -282,7 +306,7 @@ class Pal:
                         fitness=population.estimates()[genome].value,
                         evaluations=candidate.performed,
                         phase=candidate.phase,
-                        parents=tuple(" ".join(Action(gene).name for gene in parent) for parent in candidate.parents),
+                        parents=tuple(spelled(parent) for parent in candidate.parents),
                         names=tuple(names(actions, candidate.engagement)),
                     )
                 )
@@ -293,9 +317,10 @@ class Pal:
         return {
             "version": STATE_VERSION,
             "settings": self.settings.to_dict(),
-            "rng": _plain(self._rng.bit_generator.state),
+            "rng": plain(self._rng.bit_generator.state),
             "used": self.used,
-            "asked": self._asked,
+            "asked": self._asked - (self._open is not None),
+            "digest": self.digest,
             "greedy": self._greedy,
             "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
@@ -303,6 +328,10 @@ class Pal:
                 {"category": list(category), **population.to_dict()} for category, population in self._populations.items()
             ],
         }
+
+    def state_digest(self) -> str:
+        """Digest of everything a resumed run needs, 16 hexadecimal digits: takes milliseconds."""
+        return state_digest(self.state_dict())
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> Pal:
@@ -312,115 +341,32 @@ class Pal:
             StateError: The state is of another version, or a field of it is missing, unknown or wrong.
         """
         fields = Fields(state, "", StateError)
-        version = fields.take("version")
-        if version != STATE_VERSION:
-            raise fields.wrong("version", f"{shown(version)} is not known; this program goes on from {STATE_VERSION}")
-        pal = cls(_settings(fields.take("settings")), _generator(fields.take("rng")))
+        version = read_version(fields)
+        pal = cls(read_settings(fields.take("settings")), read_generator(fields.take("rng")))
+        pal.digest = read_digest(fields, version)
         pal.used = fields.integer("used", 0, pal.settings.budget)
         pal._asked = fields.integer("asked", pal.used)
-        pal.history = [_step(item, at) for at, item in fields.items("history")]
+        pal.history = [read_step(item, at) for at, item in fields.items("history")]
         pal._greedy = fields.flag("greedy")
         trace = list(fields.items("trace"))
         for at, item in fields.items("populations"):
             population = Fields(item, at, StateError)
-            category = _category(population, arms=pal.settings.arms_in_stimulus)
+            category = read_category(population, arms=pal.settings.arms_in_stimulus)
             if category in pal._populations:
                 raise population.wrong("category", f"a second population of {list(category)}")
-            pal._populations[category] = Population.from_fields(population, StateError, pal.settings)
+            pal._populations[category] = Population.from_fields(population, StateError, pal.settings, born=version >= 2)
         fields.done()
-        pal._trace.restore([pal._waiting(item, at) for at, item in trace])
+        pal._trace.restore([pal._waiting(item, at, version) for at, item in trace])
         return pal
 
-    def _waiting(self, data: object, path: str) -> Waiting:
+    def _waiting(self, data: object, path: str, version: int) -> Waiting:
         """A performance that waits for credit."""
-        fields = Fields.row(data, ("category", "genome", "performed", "fitness", "age"), path, StateError)
-        category = _category(fields, arms=self.settings.arms_in_stimulus)
+        names = WAITING_FIELDS if version >= 2 else WAITING_FIELDS[:-1]
+        fields = Fields.row(data, names, path, StateError)
+        category = read_category(fields, arms=self.settings.arms_in_stimulus)
         if category not in self._populations:
             raise fields.wrong("category", f"there is no population of {list(category)}")
         genome = read_codes(fields, "genome", self.settings.actions, self.settings.actions)
         performed = fields.integer("performed", 1, len(genome))
-        return Waiting(category, genome, performed, fields.number("fitness"), fields.number("age", 0.0))
-
-
-def _settings(data: object) -> PalSettings:
-    if not isinstance(data, dict):
-        raise StateError("settings", f"expected a table, not {shown(data)}")
-    try:
-        return PalSettings.from_dict(data)
-    except SettingsError as error:
-        raise StateError(f"settings.{error.field}", str(error).partition(": ")[2]) from error
-
-
-def _category(fields: Fields, *, arms: bool = True) -> Category:
-    """The situation that a field `category` names."""
-    value = fields.take("category")
-    most = 15 if arms else EYES
-    if not isinstance(value, list) or len(value) != 2 or any(type(code) is not int for code in value):
-        raise fields.wrong("category", f"expected [previous, current], as codes of stimuli, not {shown(value)}")
-    for index, code in enumerate(value):
-        if not 0 <= code <= most and (index or code != ANY_STIMULUS):
-            or_any = "" if index else f", or {ANY_STIMULUS} for any"
-            raise fields.wrong(f"category[{index}]", f"expected a stimulus, 0 to {most}{or_any}, not {shown(code)}")
-    return value[0], value[1]
-
-
-def _step(data: object, path: str) -> GenerationRecord:
-    """A GP step that was made."""
-    fields = Fields(data, path, StateError)
-    record = GenerationRecord(
-        category=_category(fields),
-        phase=fields.integer("phase", 1, 2),
-        generation=fields.integer("generation"),
-        used=fields.integer("used"),
-        evaluations=fields.integer("evaluations"),
-        best=fields.number("best"),
-        mean=fields.number("mean"),
-        maneuver=fields.text("maneuver"),
-    )
-    fields.done()
-    return record
-
-
-def _generator(state: object) -> np.random.Generator:
-    """A source of chance that goes on where another stood.
-
-    Every part of its state is compared with that of a new one: numpy believes whatever it is given.
-    """
-    fields = Fields(state, "rng", StateError)
-    name = fields.take("bit_generator")
-    if name not in BIT_GENERATORS:
-        raise fields.wrong("bit_generator", f"no generator is called {shown(name)}")
-    bits = getattr(np.random, name)()
-    given = {"bit_generator": name, **_numbers(fields, _plain(bits.state))}
-    try:
-        bits.state = given
-    except (OverflowError, ValueError) as error:
-        raise fields.wrong("state", f"no state of {name}: {shown(str(error))}") from error
-    return np.random.Generator(bits)
-
-
-def _numbers(fields: Fields, like: Mapping[str, Any]) -> dict[str, Any]:
-    """The state of a generator, whole numbers of the right count and size."""
-    found: dict[str, Any] = {}
-    for name, value in like.items():
-        if name == "bit_generator":
-            continue
-        if isinstance(value, dict):
-            found[name] = _numbers(fields.table(name), value)
-        elif isinstance(value, list):
-            item = fields.elements(name)
-            if len(item.names) != len(value):
-                raise fields.wrong(name, f"expected {len(value)} numbers, not {len(item.names)}")
-            word = np.iinfo(np.uint32 if len(value) == _MT_WORDS else np.uint64)
-            found[name] = np.array([item.integer(at, 0, int(word.max)) for at in item.names], dtype=word.dtype)
-        else:
-            found[name] = fields.integer(name, 0, _STATE_LIMITS.get(name, 2**128 - 1))
-    fields.done()
-    return found
-
-
-def _plain(value: Any) -> Any:  # noqa: ANN401
-    """Arrays (which some generators keep in their state) as lists."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return value.tolist() if isinstance(value, np.ndarray) else value
+        trial = fields.integer("trial") if fields.has("trial") else 0
+        return Waiting(category, genome, performed, fields.number("fitness"), fields.number("age", 0.0), trial)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -31,6 +31,7 @@ class Waiting:
         performed: How many of its actions were begun.
         fitness: Fitness so far.
         age: Time from its beginning to the end of the latest performance, in s.
+        trial: Number of the trial; 0 where a saved state did not tell.
     """
 
     category: Category
@@ -38,6 +39,23 @@ class Waiting:
     performed: int
     fitness: float
     age: float
+    trial: int
+
+
+WAITING_FIELDS: Final = ("category", "genome", "performed", "fitness", "age", "trial")
+"""What a performance that waits is saved as, in order."""
+
+
+class Share(NamedTuple):
+    """What a trial was credited with, once.
+
+    Attributes:
+        trial: Number of the trial.
+        credit: Fitness it was given.
+    """
+
+    trial: int
+    credit: float
 
 
 class Trace:
@@ -53,44 +71,52 @@ class Trace:
         self._full_rate = full_rate
         self._waiting: deque[Waiting] = deque()
 
-    def add(self, performance: Waiting) -> list[Waiting]:
+    def add(self, performance: Waiting) -> tuple[list[Share], list[Waiting]]:
         """Take in the latest performance, its age its duration, and credit those before it.
 
         Returns:
-            Performances whose fitness is final now, oldest first.
+            What each of them was credited with, the latest with its own fitness, and the performances whose fitness is
+            final now; oldest first.
         """
+        shares = []
         for earlier in self._waiting:
-            earlier.fitness += performance.fitness * self._weight(earlier.age)
+            share = Share(earlier.trial, performance.fitness * self._weight(earlier.age))
+            earlier.fitness += share.credit
             earlier.age += performance.age
+            shares.append(share)
+        shares.append(Share(performance.trial, performance.fitness))
         self._waiting.append(performance)
         final = []
         while self._waiting and self._weight(self._waiting[0].age) < FADED:
             final.append(self._waiting.popleft())
-        return final
+        return shares, final
 
-    def close(self, *, won: bool) -> list[Waiting]:
+    def close(self, *, won: bool) -> tuple[list[Share], list[Waiting]]:
         """End the bout.
 
         Args:
             won: What would have followed counts in full.
 
         Returns:
-            Performances whose fitness is final now, oldest first.
+            What each performance that waited was credited with, if anything, and all of these performances; oldest first.
         """
+        shares = []
         final = list(self._waiting)
         self._waiting.clear()
         if won and self._credit > 0.0:
             rest = self._full_rate / -math.log(self._credit)  # the integral of full_rate * credit**t from 0 on
             for performance in final:
-                performance.fitness += rest * self._weight(performance.age)
-        return final
+                share = Share(performance.trial, rest * self._weight(performance.age))
+                performance.fitness += share.credit
+                shares.append(share)
+        return shares, final
 
     def _weight(self, age: float) -> float:
         return float(self._credit**age)
 
     def to_list(self) -> list[Any]:
         """State as plain values."""
-        return [[list(w.category), list(w.genome), w.performed, w.fitness, w.age] for w in self._waiting]
+        return [[list(w.category), list(w.genome), w.performed, w.fitness, w.age, w.trial] for w in self._waiting]
 
     def restore(self, performances: Iterable[Waiting]) -> None:
         """Go on with performances that a saved run left, oldest first."""

@@ -11,6 +11,7 @@ import numpy as np
 from firmware_protocol.vocabulary import BASIC_ACTIONS, FINE_ACTIONS, Action
 from pal_advisor.evolution import Genes, breed
 from pal_advisor.fields import Fields
+from pal_advisor.maneuvers.decisions import Origin
 from pal_advisor.maneuvers.evidence import Estimate, Evidence, read_codes
 from pal_advisor.maneuvers.names import SUMS, Engagement
 
@@ -34,6 +35,18 @@ FINE_KIN: Final = {
 """For every action, the fine actions of its family."""
 KNOWN: Final = 0.5
 """Evidence, in performances, from which a maneuver counts as known."""
+UNBORN: Final = -1
+"""As the generation that a maneuver arose in: a saved state did not tell."""
+_NAMES: Final = tuple(action.name for action in Action)
+
+
+def spelled(genome: Genome) -> str:
+    """The names of a maneuver's actions.
+
+    Args:
+        genome: The maneuver.
+    """
+    return " ".join([_NAMES[gene] for gene in genome])
 
 
 @dataclass
@@ -46,6 +59,7 @@ class Candidate:
         phase: Phase in which it arose.
         performed: How often it was performed itself.
         engagement: What its performances looked like, for naming them.
+        born: Generation of its phase in which it arose, from 0; UNBORN where that is not known.
     """
 
     genome: Genome
@@ -53,14 +67,28 @@ class Candidate:
     phase: int = 1
     performed: int = 0
     engagement: Engagement = field(default_factory=Engagement)
+    born: int = UNBORN
+
+    @property
+    def origin(self) -> Origin:
+        """How it arose: a new maneuver of two parents, of whom it is no plain crossing, has mutated too."""
+        if self.born == UNBORN:
+            return Origin.UNKNOWN
+        if self.born == 0:
+            return Origin.REFINED if self.parents else Origin.RANDOM
+        if len(self.parents) < 2:
+            return Origin.MUTATION
+        mother, father = self.parents
+        crossed = any(self.genome == mother[:cut] + father[cut:] for cut in range(1, len(mother)))
+        return Origin.CROSSOVER if crossed else Origin.CROSSED_MUTANT
 
     def to_list(self) -> list[Any]:
         """State as plain values."""
         parents = [list(parent) for parent in self.parents]
-        return [list(self.genome), parents, self.phase, self.performed, self.engagement.to_list()]
+        return [list(self.genome), parents, self.phase, self.performed, self.engagement.to_list(), self.born]
 
     @classmethod
-    def from_list(cls, data: object, path: str, error: type[FieldError], actions: int) -> Candidate:
+    def from_list(cls, data: object, path: str, error: type[FieldError], actions: int, *, born: bool) -> Candidate:
         """The inverse of `to_list`.
 
         Args:
@@ -68,11 +96,13 @@ class Candidate:
             path: What they are within the whole.
             error: The error of a field.
             actions: Actions a maneuver has.
+            born: The values tell in which generation it arose.
 
         Raises:
             FieldError: A field is missing or wrong; of the kind given.
         """
-        fields = Fields.row(data, ("genome", "parents", "phase", "performed", "engagement"), path, error)
+        names = ("genome", "parents", "phase", "performed", "engagement", *(["born"] if born else []))
+        fields = Fields.row(data, names, path, error)
         parents = fields.elements("parents")
         return cls(
             read_codes(fields, "genome", actions, actions),
@@ -80,6 +110,7 @@ class Candidate:
             fields.integer("phase", 1, 2),
             fields.integer("performed"),
             Engagement.from_fields(Fields.row(fields.take("engagement"), SUMS, fields.at("engagement"), error)),
+            fields.integer("born", UNBORN) if born else UNBORN,
         )
 
 
@@ -127,7 +158,7 @@ class Population:
         self.members = [tuple(int(gene) for gene in genome) for genome in genomes]
         for genome, descent in zip(self.members, parents, strict=True):
             if genome not in self.archive:
-                self.archive[genome] = Candidate(genome, descent, self.phase)
+                self.archive[genome] = Candidate(genome, descent, self.phase, born=self.generation)
 
     def perform(self, genome: Genome, tallies: Sequence[ActionTally]) -> None:
         """Note a performance, whose rating may come later.
@@ -176,10 +207,19 @@ class Population:
         In rounds: until each is known as well as by one performance, then the better half as by two, the best quarter as
         by four, and so on. Performances not yet rated count too.
         """
-        members = list(dict.fromkeys(self.members))
-        for genome in members:
+        untried = self.untried()
+        return self.uncertain(settings) if untried is None else untried
+
+    def untried(self) -> Genome | None:
+        """The next member that was never performed and is not known as well as by one performance; None: there is none."""
+        for genome in dict.fromkeys(self.members):
             if not self.archive[genome].performed and self.evidence.of(genome) < 1.0:
                 return genome
+        return None
+
+    def uncertain(self, settings: PalSettings) -> Genome | None:
+        """The next member that is not known as well as its round asks for, each being tried; None when there is none."""
+        members = list(dict.fromkeys(self.members))
         known = self.estimates()
         scores = self.scores(settings.caution)
         order = sorted(members, key=lambda genome: -scores[genome])
@@ -224,13 +264,14 @@ class Population:
         }
 
     @classmethod
-    def from_fields(cls, fields: Fields, error: type[FieldError], settings: PalSettings) -> Population:
+    def from_fields(cls, fields: Fields, error: type[FieldError], settings: PalSettings, *, born: bool) -> Population:
         """The inverse of `to_dict`.
 
         Args:
             fields: The fields of the plain values.
             error: The error of a field.
             settings: How to coach.
+            born: The fields tell in which generation a maneuver arose.
 
         Raises:
             FieldError: A field is missing or wrong; of the kind given.
@@ -243,7 +284,7 @@ class Population:
         if len(population.members) != settings.population:
             raise fields.wrong("members", f"expected {settings.population}, not {len(population.members)}")
         for at, item in fields.items("archive"):
-            candidate = Candidate.from_list(item, at, error, settings.actions)
+            candidate = Candidate.from_list(item, at, error, settings.actions, born=born)
             population.archive[candidate.genome] = candidate
         for index, genome in enumerate(population.members):
             if genome not in population.archive:

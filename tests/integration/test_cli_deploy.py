@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import serial
+from hil.cli.session import Session
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.events import Received
@@ -21,7 +22,6 @@ from hil.bridge import Bridge
 from hil.cli import common
 from hil.cli.app import run
 from hil.cli.deploy import _follow
-from hil.cli.session import Session
 from hil.contest import Ending, follow_contest, start_contest
 from hil.deploying import deploy, read_memory
 from hil.junior import Junior

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hil.bouts import Bout
     from hil.ring import Engagement
-    from pal_advisor.maneuvers import GenerationRecord, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 URL = "sim://junior?opponent=flat-light&seed=3"
 SETTINGS = PalSettings(budget=120, population=6, elite=1, exam_share=0.2)
@@ -32,6 +32,15 @@ class CutAfter:
 
     def __init__(self, maneuvers: int) -> None:
         self.left = maneuvers
+
+    def decision(self, trial: Trial) -> None:
+        pass
+
+    def credit(self, credit: Credit) -> None:
+        pass
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        pass
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         self.left -= 1

@@ -116,6 +116,7 @@ def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:
             return
         current = int(rng.choice(4, p=[0.5, 0.15, 0.15, 0.2]))
         trial = pal.ask(current, previous)
+        recorder.decision(trial)
         wire.command()
         forward = sum(action.spec.left + action.spec.right for action in trial.maneuver.actions) / 8
         start = ox
@@ -143,6 +144,8 @@ def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:
         engagement = Engagement(report, Stimulus(current), outcome, elapsed, ox - start, 0.8)
         records = pal.tell(trial, performance)
         recorder.trial(trial, engagement, performance)
+        assert pal.credited is not None
+        recorder.credit(pal.credited)
         for record in records:
             recorder.generation(record)
         previous = current

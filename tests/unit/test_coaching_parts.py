@@ -15,15 +15,16 @@ from firmware_protocol.vocabulary import Outcome, Stimulus
 from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
 from hil.ring import RingError
 from hil.seeds import Branch, bout_seed
-from pal_advisor.maneuvers import Objective, PalSettings
+from pal_advisor.maneuvers import Objective, PalSettings, Telling
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
     from pathlib import Path
 
+    from firmware_protocol.vocabulary import Maneuver
     from hil.bouts import Bout
     from hil.ring import Engagement
-    from pal_advisor.maneuvers import GenerationRecord, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 SETTINGS = PalSettings(budget=20, population=4, elite=1)
 
@@ -32,10 +33,22 @@ class Notes:
     """An observer that keeps everything."""
 
     def __init__(self) -> None:
+        self.decisions: list[Trial] = []
+        self.credits: list[Credit] = []
+        self.checkpoints: list[tuple[int, str]] = []
         self.trials: list[Performance] = []
         self.bouts: list[Bout] = []
         self.interruptions: list[tuple[int, str]] = []
         self.generations: list[GenerationRecord] = []
+
+    def decision(self, trial: Trial) -> None:
+        self.decisions.append(trial)
+
+    def credit(self, credit: Credit) -> None:
+        self.credits.append(credit)
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        self.checkpoints.append((used, digest))
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         self.trials.append(performance)
@@ -99,6 +112,53 @@ def test_a_cut_run_leaves_its_checkpoint(tmp_path: Path, error: BaseException, s
     saved = load_checkpoint(path)
     assert (saved.pal.used, saved.seed, saved.opponent) == (kept, 1, "flat-light")
     assert saved.progress.bouts == 0
+
+
+def test_every_decision_is_told_before_its_maneuver_and_credited_after_it(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    ring = PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN))
+    run, notes = coaching(ring, path)
+    told: list[int] = []
+    engage = ring.engage
+
+    def watched(maneuver: Maneuver) -> Engagement:
+        told.append(len(notes.decisions))
+        assert notes.decisions[-1].maneuver == maneuver
+        return engage(maneuver)
+
+    ring.engage = watched  # type: ignore[method-assign]
+    run.run()
+    assert told == [trial.id for trial in notes.decisions] == [credit.trial for credit in notes.credits] == list(range(1, 21))
+    assert {credit.telling for credit in notes.credits} == {Telling.PERFORMED}
+    assert notes.credits[-1].digest == run.pal.digest
+    assert notes.checkpoints[0] == (0, new_pal(SETTINGS, 1).state_digest())
+    assert notes.checkpoints[-1] == (20, load_checkpoint(path).pal.state_digest())
+
+
+def test_what_was_not_rated_is_told_as_discarded_and_a_bout_broken_off_as_such() -> None:
+    silent = engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
+    run, notes = coaching(PaperRing(engagement(), silent, LOST, engagement()), save_on_cut=True)
+    run.run()
+    assert [(credit.telling, credit.trial) for credit in notes.credits[:5]] == [
+        (Telling.PERFORMED, 1),
+        (Telling.DISCARDED, 2),
+        (Telling.DISCARDED, 3),
+        (Telling.INTERRUPTED, 0),
+        (Telling.PERFORMED, 4),
+    ]
+    assert notes.credits[0].digest == notes.credits[1].digest == notes.credits[2].digest != notes.credits[3].digest
+    assert len(notes.trials) == 20
+
+
+def test_a_checkpoint_that_nobody_could_write_is_told_of_all_the_same(tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    notes, words = Notes(), list[str]()
+    ring = PaperRing(engagement(BoutOutcome.WIN))
+    pal = new_pal(SETTINGS, 1)
+    Coaching(ring, pal, seed=1, checkpoint=blocked / "x.json", observers=(notes,), on_unsaved=words.append).run()
+    assert len(words) == 1
+    assert [used for used, _ in notes.checkpoints] == [0, 20]
 
 
 LOST = PeerLostError("robot 1 is out of reach")

@@ -13,7 +13,7 @@ from mcap.opcode import Opcode
 from report_logs import coaching_log
 
 from hil.cli.app import run
-from hil.mcaplog import LogReader
+from hil.mcaplog import LogReader, UnreadableLogError
 from hil.mcaplog.limits import LARGEST_CHUNK, MIB, MOST_CHANNELS, ReadLimits, lifted
 from hil.report.gather import gather
 
@@ -64,12 +64,15 @@ def test_a_bomb_costs_little_and_is_told(tmp_path: Path, name: str) -> None:
     tracemalloc.start()
     try:
         begun = time.process_time()
-        data = gather(path)
+        try:
+            whole = gather(path).whole
+        except UnreadableLogError:
+            whole = False
         assert time.process_time() - begun < MOST_TIME
         assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
     finally:
         tracemalloc.stop()
-    assert data.whole == (name == "one channel again and again")
+    assert whole == (name == "one channel again and again")
 
 
 @pytest.mark.parametrize(
@@ -115,7 +118,7 @@ def test_an_entry_that_is_too_large_to_be_decoded_is_left_out(tmp_path: Path) ->
     reader = LogReader(path)
     whole = len(list(LogReader(tmp_path / "good.mcap").entries()))
     assert len(list(reader.entries())) == whole
-    assert "an entry of /events has" in reader.health()
+    assert "1 entry of /events could not be read (one has 5,242," in reader.health()
     list(LogReader(path, lifted(16)).entries())
 
 
@@ -134,11 +137,12 @@ def test_the_verb_lifts_it_and_says_what_it_left_out(tmp_path: Path, capsys: pyt
     records = records_of(tmp_path / "good.mcap")
     path = tmp_path / "large.mcap"
     path.write_bytes(log_of([packed([*records, (PRIVATE, bytes(17 * MIB))])]))
-    assert run(["report", str(path)]) == 0
+    assert run(["report", str(path)]) == 4
     captured = capsys.readouterr()
+    assert "nothing could be read of the log" in captured.err
     assert "--max-chunk 18" in captured.err
-    assert "Nothing was received from a robot" in (tmp_path / "large-report" / "report.html").read_text("utf-8")
-    assert run(["report", str(path), "--max-chunk", "18", "--overwrite"]) == 0
+    assert not (tmp_path / "large-report").exists()
+    assert run(["report", str(path), "--max-chunk", "18"]) == 0
     assert "--max-chunk" not in capsys.readouterr().err
     assert "Junior performed 10 maneuvers" in (tmp_path / "large-report" / "report.html").read_text("utf-8")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from google.protobuf import descriptor_pb2
@@ -22,8 +22,12 @@ from hil.mcaplog.encode import (
     varint,
     wire_encoder,
 )
-from hil.mcaplog.records import RECORDS, BridgeStep, EventRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import RECORDS, BridgeStep, CreditRecord, DecisionRecord, EventRecord, TrialRecord, WireBytes
 from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
+from pal_advisor.maneuvers import Motive, Origin, Telling
+
+if TYPE_CHECKING:
+    from enum import StrEnum
 
 LIMITS = {
     "u8": (0, 255), "i8": (-128, 127), "u16": (0, 65535), "i16": (-32768, 32767), "u32": (0, 2**32 - 1),
@@ -107,6 +111,10 @@ def test_every_record_has_a_schema_that_stock_tools_take(record: type) -> None:
         BridgeStep(0.0, (), (), ()),
         WireBytes("rx", "serial:///dev/ttyÜ", bytes(300)),
         EventRecord("link", "", "{}"),
+        DecisionRecord(7, 2, exam=False, generation=3, tried=1, previous="any", current="left", actions="F B", motive="untried",
+                       origin="crossover", parents=("F F", "B B"), digest="0123456789abcdef"),
+        CreditRecord(7, "performed", (6, 7), (0.5, -0.0), (6,), (1.5,), "0123456789abcdef"),
+        CreditRecord(0, "bout interrupted", (), (), (), (), "0123456789abcdef"),
         TrialRecord(1, "any", "left", 2, exam=True, actions="F B", period=0.25, fitness=-3.5, performed=2, won=False, lost=True,
                     progress=None, duration=0.5, ended="completed"),
     ],
@@ -123,6 +131,15 @@ def test_what_is_no_robot_message_has_no_sender(data: bytes) -> None:
 
 def test_the_sender_of_a_sent_message_has_no_frame() -> None:
     assert read_sender(b"abc" + sender_suffix(255, 190)) == ((255, 190), None)
+
+
+@pytest.mark.parametrize(
+    ("record", "field", "words"),
+    [(DecisionRecord, "motive", Motive), (DecisionRecord, "origin", Origin), (CreditRecord, "telling", Telling)],
+)
+def test_a_log_names_every_word_that_the_learner_uses(record: type, field: str, words: type[StrEnum]) -> None:
+    (text,) = (found.text for found in record_schema(record).fields if found.name == field)
+    assert text.removeprefix("why: ").removeprefix("how it arose: ").split(", ") == list(words)
 
 
 def test_a_field_that_a_log_cannot_hold_is_a_programming_error() -> None:

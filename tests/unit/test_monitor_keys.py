@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
+from hil.cli.session import Session
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import CommandLong
 from hil.bridge import Bridge
 from hil.cli.monitor import _obey, worth_obeying
-from hil.cli.session import Session
 from hil.junior import Junior
 
 

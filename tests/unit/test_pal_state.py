@@ -73,11 +73,11 @@ def changed(data: Any, path: tuple[Any, ...], value: object) -> Any:  # noqa: AN
         (("populations", 0, "evidence", 1), float("inf"), "populations[0].evidence.total"),
         (("populations", 0, "evidence", 3, 0, 0), [99], "populations[0].evidence.nodes[0].path[0]"),
         (("populations", 0, "evidence", 3, 0, 1), -1, "populations[0].evidence.nodes[0].ended"),
-        (("trace",), [[[255, 0], [0] * 4, 5, 1.0, 1.0]], "trace[0].performed"),
-        (("trace",), [[[0, 0], [0] * 4, 4, 1.0, 1.0]], "trace[0].category: there is no population of [0, 0]"),
+        (("trace",), [[[255, 0], [0] * 4, 5, 1.0, 1.0, 1]], "trace[0].performed"),
+        (("trace",), [[[0, 0], [0] * 4, 4, 1.0, 1.0, 1]], "trace[0].category: there is no population of [0, 0]"),
         (("settings", "population"), 10**9, "settings.population"),
         (("settings", "period"), 10**400, "settings.period"),
-        (("version",), 2, "version: 2 is not known"),
+        (("version",), 3, "version: 3 is not known"),
     ],
 )  # fmt: skip
 def test_the_first_wrong_field_is_named(path: tuple[Any, ...], value: object, named: str) -> None:

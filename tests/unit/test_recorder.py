@@ -140,6 +140,15 @@ def test_the_learner_is_recorded(tmp_path: Path) -> None:
     coaching_log(path, budget=60)
     trials, steps = values(path, "/pal/trial"), values(path, "/pal/generation")
     assert [trial.id for trial in trials] == list(range(1, 61))
+    decisions, credited = values(path, "/pal/decision"), values(path, "/pal/credit")
+    assert [(one.trial, one.current, one.actions, one.exam) for one in decisions] == [
+        (trial.id, trial.current, trial.actions, trial.exam) for trial in trials
+    ]
+    assert (decisions[0].motive, decisions[0].origin, decisions[0].previous) == ("untried", "random", "any")
+    assert [(one.trial, one.telling, one.credits[one.trials.index(one.trial)]) for one in credited] == [
+        (trial.id, "performed", trial.fitness) for trial in trials
+    ]
+    assert len({one.digest for one in (*decisions, *credited)}) == 120
     assert all(
         isinstance(trial, TrialRecord) and trial.ended == "completed" and len(trial.actions.split()) == 4 for trial in trials
     )

@@ -51,6 +51,24 @@ class Overview:
             self._chosen = self.members[0]
         return self._chosen
 
+    def aim(self, keys: str) -> list[str]:
+        """For which robot each of several keys is, if they are pressed one after the other.
+
+        Args:
+            keys: The keys.
+
+        Returns:
+            System ids; empty for a key that is for all, or for none.
+        """
+        members = self.members
+        chosen = members.index(self.chosen)
+        aimed = []
+        for key in keys:
+            if key in {NEXT, BEFORE}:
+                chosen = (chosen + (1 if key == NEXT else -1)) % len(members)
+            aimed.append("" if key == STOP_ALL else str(members[chosen].peer.system))
+        return aimed
+
     def press(self, key: str) -> None:
         """Do what a key asks. The first that moves a robot takes it: it is stopped and disarmed by that, and no other one is.
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hil.bouts import Bout
     from hil.junior import Junior
     from hil.ring import Engagement
-    from pal_advisor.maneuvers import GenerationRecord, Pal, PalSettings, Performance, Trial
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Pal, PalSettings, Performance, Trial
 
 RECENT = 20
 LINES = 10
@@ -72,6 +72,15 @@ class CoachingDisplay:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._shown.close()
+
+    def decision(self, trial: Trial) -> None:
+        """Show nothing: a maneuver counts when it was performed."""
+
+    def credit(self, credit: Credit) -> None:
+        """Show nothing: GP steps tell what comes of it."""
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """Show nothing."""
 
     def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
         """Count a maneuver."""

@@ -1,0 +1,157 @@
+"""The outside as it is now: a link, a terminal, a disk."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+import time
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.address import parse_address
+from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
+from hil.clock import MonotonicClock
+from hil.connecting import AddressOpener, fault_file, fault_option
+from hil.interrupts import interrupts
+from hil.jobs.session import BEGUN_WITH
+from hil.jobs.stage import Job, Stage
+from hil.key_file import load_key
+from hil.keys import pressed_keys
+from hil.mcaplog.media import media_type_of
+from hil.recording.process import RecorderProcess
+from hil.versions import versions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from rich.console import Console
+
+    from firmware_protocol.address import Address
+    from hil.cli.running import ActiveRun
+    from hil.connecting import NetworkOpener
+    from hil.recorder import Recorder
+
+
+class LiveStage(Stage):
+    """A robot that is there, or emulated now.
+
+    Args:
+        run: The run that this is: where its log goes, and who is told when something can't be written.
+        job: What was asked for, for the log.
+        url: Address of the robot.
+        console: Where words and displays go.
+        quiet: Nothing but results is wanted.
+        signing_key: Key file that robot and host sign with.
+        options: Configuration file that options were taken from.
+
+    Raises:
+        KeyFileError: The key file can't be used.
+    """
+
+    def __init__(
+        self,
+        run: ActiveRun,
+        job: Job,
+        url: str,
+        console: Console,
+        *,
+        quiet: bool,
+        signing_key: Path | None = None,
+        options: Path | None = None,
+    ) -> None:
+        super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
+        self._run = run
+        self._job = job
+        self._options = options
+        self._clock = MonotonicClock()
+
+    def interrupts(self) -> AbstractContextManager[None]:
+        """Inside, signals that ask the program to end are taken in by the bridges' steps."""
+        return interrupts(self.operator)
+
+    @contextmanager
+    def keys(self) -> Iterator[Callable[[], str] | None]:
+        """Inside, single keys are read from the terminal."""
+        with pressed_keys() as read:
+            yield read
+
+    def opener_of(self, address: Address) -> NetworkOpener:
+        """What opens the link of an address."""
+        return AddressOpener(address, key=self.key, clock=self._clock)
+
+    def begin_log(self) -> Recorder | None:
+        """Begin the log, with what was asked for."""
+        run, job = self._run, self._job
+        if run.log is None:
+            return None
+        address = parse_address(self.url)
+        recorder = RecorderProcess(
+            run.log,
+            run=self._about(run.log),
+            config=described(job, address, signed=self.key is not None),
+            link=address.url,
+            lockstep=address.scheme == "sim",
+            overwrite=run.overwrite,
+            on_failure=run.log_failed,
+        )
+        files = job.files()
+        if (faults := fault_file(address)) is not None:
+            files["faults.toml"] = faults
+        if self._options is not None:
+            files["options.toml"] = self._options.read_bytes()
+        for name, data in files.items():
+            recorder.attachment(f"{BEGUN_WITH}{name}", data, media_type=media_type_of(name))
+        return recorder
+
+    def _about(self, log: Path) -> dict[str, str]:
+        """Whatever differs between two runs of the same job; the wall clock (s since 1970) and the log's, read together."""
+        wall, now = time.time(), 0.0 if parse_address(self.url).scheme == "sim" else self._clock.now()
+        return {
+            "command": shlex.join(["hil", *sys.argv[1:]]),
+            "log": str(log),
+            "python": sys.version.split()[0],
+            "platform": sys.platform,
+            "started": datetime.fromtimestamp(wall, UTC).isoformat(),
+            "wall_clock": f"{wall:.6f}",
+            "log_clock": f"{now:.6f}",
+        }
+
+    def describe(self, **values: Any) -> None:  # noqa: ANN401 - fields of the run's record
+        """Say more of the run in its record."""
+        self._run.describe(**values)
+
+    def failed(self, text: str) -> None:
+        """Something that was asked for can't be written."""
+        self._run.failed(text)
+
+
+def described(job: Job, address: Address, *, signed: bool) -> dict[str, str]:
+    """What a log says of what was asked for: `options` and `versions` are JSON, and so are numbers and truth values.
+
+    Args:
+        job: What was asked for.
+        address: Address of the robot.
+        signed: Frames are signed, by a key that the log does not hold.
+
+    Raises:
+        AddressError: The address asks for faults, and something of them is wrong.
+    """
+    faults = fault_option(address)
+    found = {
+        "verb": job.VERB,
+        "link": address.url,
+        "seed": str(job.seed),
+        "options": json.dumps(job.options(), sort_keys=True),
+        "signed": json.dumps(signed),
+        "version": metadata.version("junior-hil"),
+        "protocol": f"{PROTOCOL_MAJOR}.{PROTOCOL_MINOR}",
+        "versions": json.dumps(versions(), sort_keys=True),
+    }
+    if faults is not None:  # also where the address names a file, which may be another tomorrow
+        found["faults"] = str(faults)
+    return found

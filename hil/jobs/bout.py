@@ -1,0 +1,134 @@
+"""Bouts, played and counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from hil.advice_file import advice_of, advice_text
+from hil.bouts import Bout, Tally, play
+from hil.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.jobs.options import DAY, MOST_SEED, none_or, one_of, opponent_of, wanted_file
+from hil.jobs.session import Session, open_session
+from hil.ring import Ring, RingError, open_ring
+from hil.seeds import Branch, bout_seed, generator
+from hil.suspending import around_stop
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Self
+
+    from hil.jobs.stage import Stage
+    from pal_advisor.fields import Fields
+    from pal_advisor.maneuvers import Advice
+
+ADVICE: Final = "advice.toml"
+MOST_TRIALS: Final = 100_000
+
+
+class ControllerName(StrEnum):
+    """Who chooses the maneuvers."""
+
+    ADVICE = "advice"
+    CHASE = "chase"
+    RANDOM = "random"
+
+
+TITLES: Final = {
+    ControllerName.ADVICE: "the advice",
+    ControllerName.CHASE: "chasing",
+    ControllerName.RANDOM: "random maneuvers",
+}
+
+
+@dataclass(frozen=True)
+class BoutJob:
+    """Bouts to be played.
+
+    Attributes:
+        controller: Who chooses the maneuvers.
+        advice: What to play by, where it is an advice.
+        trials: Bouts to play.
+        opponent: Opponent to place; None keeps the one that is there.
+        seed: Seed of every random choice.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+    """
+
+    VERB: ClassVar[str] = "bout"
+
+    controller: ControllerName
+    advice: Advice | None
+    trials: int
+    opponent: str | None
+    seed: int
+    reconnect: float
+
+    def options(self) -> dict[str, Any]:
+        """Everything that decides, but for the advice."""
+        return {
+            "controller": self.controller.value,
+            "trials": self.trials,
+            "opponent": self.opponent,
+            "seed": self.seed,
+            "reconnect": self.reconnect,
+        }
+
+    def files(self) -> dict[str, bytes]:
+        """The advice."""
+        return {} if self.advice is None else {ADVICE: advice_text(self.advice).encode()}
+
+    @classmethod
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
+        """As a log has it; see `Job.of_log`."""
+        controller = one_of(options, "controller", ControllerName)
+        advice = advice_of(wanted_file(files, ADVICE)) if controller is ControllerName.ADVICE else None
+        return cls(
+            controller=controller,
+            advice=advice,
+            trials=options.integer("trials", 1, MOST_TRIALS),
+            opponent=none_or(options, "opponent", opponent_of),
+            seed=options.integer("seed", 0, MOST_SEED),
+            reconnect=options.number("reconnect", 0, DAY),
+        )
+
+    def perform(self, stage: Stage) -> Tally:
+        """Play, and count."""
+        with open_session(stage, reconnect=self.reconnect) as session:
+            ring = open_ring(session.junior, self.opponent)
+            tally = Tally.of(ring.opponent, self._play(session, stage, ring))
+            session.finish({"controller": self.controller.value, **tally.to_dict()})
+        return tally
+
+    def _player(self) -> Controller:
+        match self.controller:
+            case ControllerName.CHASE:
+                return ChaseController()
+            case ControllerName.RANDOM:
+                return RandomController(generator(self.seed, Branch.CONTROLLER))
+            case ControllerName.ADVICE:
+                assert self.advice is not None
+                return AdviceController(self.advice)
+
+    def _play(self, session: Session, stage: Stage, ring: Ring) -> list[Bout]:
+        if not ring.refereed:
+            raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
+        seeds = [bout_seed(self.seed, Branch.BOUTS, number) for number in range(1, self.trials + 1)]
+        bouts: list[Bout] = []
+        won = 0
+        session.series(f"bouts played by {TITLES[self.controller]}")
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+        console = stage.console
+        with (
+            Progress(*columns, console=console, disable=stage.quiet or not console.is_terminal, transient=True) as progress,
+            around_stop(progress.live.stop, progress.start),
+        ):
+            task = progress.add_task("Playing", total=len(seeds))
+            for one in play(ring, self._player(), seeds):
+                bouts.append(one)
+                won += one.outcome.name == "WIN"
+                session.bout(one)
+                progress.update(task, advance=1, description=f"Playing: won {won} of {len(bouts)}")
+        return bouts

@@ -1,0 +1,256 @@
+"""Pal coaches Junior, and the advice is tried."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from firmware_protocol.errors import HilError
+from hil.advice_file import advice_text
+from hil.bouts import Tally, play
+from hil.coaching import Coaching, check_objective, checkpoint_of, new_pal
+from hil.controllers import AdviceController, Controller, RandomController
+from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
+from hil.jobs.progress import CoachingDisplay
+from hil.jobs.session import Session, open_session
+from hil.ring import Ring, open_ring
+from hil.seeds import Branch, bout_seed, generator
+from hil.summary import per_stimulus
+from pal_advisor.maneuvers import Objective, PalSettings
+from pal_advisor.maneuvers.settings import SettingsError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+    from typing import Self
+
+    from hil.coaching import Checkpoint
+    from hil.jobs.stage import Stage
+    from pal_advisor.fields import Fields
+    from pal_advisor.maneuvers import Advice
+
+ADVICE: Final = "advice.toml"
+CHECKPOINT: Final = "checkpoint.json"
+HELD_OUT_LOCKSTEP: Final = 50
+HELD_OUT_REAL_TIME: Final = 5
+RANDOM_BOUTS: Final = 20
+MOST_BOUTS: Final = 1_000_000
+
+
+def _nothing(*_: object) -> None:
+    """Do nothing."""
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """Where a coaching run leaves what; by default nowhere.
+
+    Attributes:
+        checkpoint: The file of its checkpoint; None writes none.
+        save: Writes the advice; says False where it can't.
+        cut: Is told of a run that is cut short.
+        unsaved: Is told, in words, that a checkpoint can't be written.
+        resumed: Is told what is gone on from.
+    """
+
+    checkpoint: Path | None = None
+    save: Callable[[Advice], object] = _nothing
+    cut: Callable[[Coaching], None] = _nothing
+    unsaved: Callable[[str], None] = _nothing
+    resumed: Callable[[Checkpoint], None] = _nothing
+
+
+@dataclass(frozen=True)
+class Coached:
+    """What came of it.
+
+    Attributes:
+        coaching: The run.
+        opponent: Name of the opponent.
+        seed: Seed of the run.
+        tally: Held-out bouts played by the advice; None where there were none.
+        random: The same with random maneuvers.
+    """
+
+    coaching: Coaching
+    opponent: str
+    seed: int
+    tally: Tally | None
+    random: Tally | None
+
+    def facts(self) -> dict[str, object]:
+        """What was learnt and won, as plain values."""
+        pal, advice = self.coaching.pal, self.coaching.advice()
+        return {
+            "opponent": self.opponent,
+            "seed": self.seed,
+            "objective": advice.objective.value,
+            "maneuvers": pal.used,
+            "bouts": self.coaching.progress.bouts,
+            "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
+            "per_stimulus": per_stimulus(advice),
+            "held_out": self.tally.to_dict() if self.tally else None,
+        }
+
+
+@dataclass(frozen=True)
+class CoachJob:
+    """A coaching run.
+
+    Attributes:
+        settings: How Pal coaches; of a run that is gone on with, its own hold.
+        choose_objective: The objective is `contact` where nobody can tell what is better.
+        opponent: Opponent to place, or what the user says it is up against; None takes what is there.
+        held_out: Bouts to be played with the advice afterwards; None is as many as usual.
+        seed: Seed of every random choice.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+        saved: The checkpoint that is gone on from; None begins anew.
+        find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
+        outputs: Where it leaves what.
+    """
+
+    VERB: ClassVar[str] = "coach"
+
+    settings: PalSettings
+    choose_objective: bool
+    opponent: str | None
+    held_out: int | None
+    seed: int
+    reconnect: float
+    saved: bytes | None = None
+    find: Callable[[str], bytes] | None = field(default=None, compare=False)
+    outputs: Outputs = field(default=Outputs(), compare=False)
+
+    def options(self) -> dict[str, Any]:
+        """Everything that decides, but for the checkpoint."""
+        return {
+            "settings": self.settings.to_dict(),
+            "choose_objective": self.choose_objective,
+            "opponent": self.opponent,
+            "held_out": self.held_out,
+            "seed": self.seed,
+            "reconnect": self.reconnect,
+        }
+
+    def files(self) -> dict[str, bytes]:
+        """The checkpoint, as far as it is known before the robot is."""
+        return {} if self.saved is None else {CHECKPOINT: self.saved}
+
+    @classmethod
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
+        """As a log has it; see `Job.of_log`."""
+        settings = options.take("settings")
+        try:
+            parsed = PalSettings.from_dict(settings)
+        except (SettingsError, TypeError, AttributeError) as error:
+            raise options.wrong("settings", str(error)) from error
+        return cls(
+            settings=parsed,
+            choose_objective=options.flag("choose_objective"),
+            opponent=none_or(options, "opponent", opponent_of),
+            held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
+            seed=options.integer("seed", 0, MOST_SEED),
+            reconnect=options.number("reconnect", 0, DAY),
+            saved=files.get(CHECKPOINT),
+        )
+
+    def perform(self, stage: Stage) -> Coached:
+        """Coach, and try the advice."""
+        with open_session(stage, reconnect=self.reconnect) as session:
+            run = _Run(self, session, stage)
+            try:
+                run.coach()
+                tally, random = run.held_out()
+            except (HilError, KeyboardInterrupt):
+                run.end()
+                self.outputs.cut(run.coaching)
+                raise
+            run.end()
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random)
+            session.finish(coached.facts())
+        return coached
+
+
+class _Run:
+    """One coaching run."""
+
+    def __init__(self, job: CoachJob, session: Session, stage: Stage) -> None:
+        self._job = job
+        self._session = session
+        saved = self._saved()
+        opponent = job.opponent
+        self.seed = job.seed if saved is None else saved.seed
+        self.ring: Ring = open_ring(session.junior, opponent)
+        if saved is None:
+            pal, progress = new_pal(self._settings(), self.seed), None
+        else:
+            pal, progress = saved.pal, saved.progress
+            job.outputs.resumed(saved)
+        check_objective(pal.settings.objective, self.ring)
+        self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, quiet=stage.quiet)
+        self._display.headline(session.junior, self.ring.opponent, pal)
+        self.coaching = Coaching(
+            self.ring,
+            pal,
+            seed=self.seed,
+            checkpoint=job.outputs.checkpoint,
+            observers=(*session.observers(pal.settings), self._display),
+            progress=progress,
+            save_on_cut=not session.lockstep,
+            on_unsaved=job.outputs.unsaved,
+        )
+        stage.describe(opponent=self.ring.opponent)
+
+    def _saved(self) -> Checkpoint | None:
+        job = self._job
+        if job.saved is not None:
+            return checkpoint_of(job.saved)
+        if job.find is None:
+            return None
+        found = job.find(self._session.junior.uid)
+        self._session.attach(CHECKPOINT, found, begun=True)
+        return checkpoint_of(found)
+
+    def _settings(self) -> PalSettings:
+        settings = self._job.settings
+        if self._job.choose_objective and not self.ring.refereed:
+            return PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
+        return settings
+
+    def coach(self) -> None:
+        """Coach, with the display, and write the advice."""
+        self._session.series("coaching")
+        with self._display:
+            self.coaching.run()
+        advice = self.coaching.advice()
+        self._session.advice(advice)
+        self._session.attach(ADVICE, advice_text(advice).encode())
+        self._job.outputs.save(advice)
+
+    def held_out(self) -> tuple[Tally | None, Tally | None]:
+        """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
+        trials = self._job.held_out
+        if trials is None:
+            trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
+        if not trials or not self.ring.refereed:
+            return None, None
+        tally = self._tally(AdviceController(self.coaching.advice()), trials)
+        if not self._session.lockstep:
+            return tally, None
+        player = RandomController(generator(self.seed, Branch.CONTROLLER))
+        return tally, self._tally(player, min(trials, RANDOM_BOUTS))
+
+    def end(self) -> None:
+        """Put into the log how far it has come: whoever has the log can go on from there."""
+        self._session.attach(CHECKPOINT, self.coaching.checkpoint())
+
+    def _tally(self, controller: Controller, trials: int) -> Tally:
+        seeds = [bout_seed(self.seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
+        bouts = []
+        self._session.series(
+            f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}"
+        )
+        for bout in play(self.ring, controller, seeds):
+            bouts.append(bout)
+            self._session.bout(bout)
+        return Tally.of(self.ring.opponent, bouts)

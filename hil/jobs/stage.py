@@ -1,0 +1,175 @@
+"""A verb's job, and what it has of the outside while it runs.
+
+A job is all that was asked for, as plain values: options that were resolved, and the content of files that were read. It
+decides by these, and by what the stage lets it see of the world: links, keys, signals. So the same job on a stage that shows it
+the recorded world does the same again: nothing in it reads a clock, opens a file, or draws by chance what no seed decides.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+
+from hil.operator import KEY, Input, Operator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
+    from typing import Self
+
+    from rich.console import Console
+
+    from firmware_protocol.address import Address
+    from firmware_protocol.signing import SigningKey
+    from hil.connecting import NetworkOpener
+    from hil.recorder import Recorder
+    from pal_advisor.fields import Fields
+
+
+class Job(Protocol):
+    """What was asked of a verb.
+
+    Attributes:
+        VERB: The verb's name.
+        seed: Seed of every random choice.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+    """
+
+    VERB: ClassVar[str]
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random choice."""
+        ...
+
+    @property
+    def reconnect(self) -> float:
+        """How long a robot or link that is lost is waited for, in s."""
+        ...
+
+    def options(self) -> dict[str, Any]:
+        """Everything that decides, as JSON has it, but for what `files` has."""
+        ...
+
+    def files(self) -> dict[str, bytes]:
+        """The files that decide, by name."""
+        ...
+
+    @classmethod
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
+        """The inverse of `options` and `files`; what a log says is not trusted.
+
+        Raises:
+            FieldError: A field is missing, unknown or wrong.
+            HilError: A file is.
+        """
+        ...
+
+    def perform(self, stage: Stage) -> object:
+        """Do it."""
+        ...
+
+
+class Stage(ABC):
+    """The outside, as a job sees it.
+
+    Args:
+        url: Address of the robot.
+        console: Where words and displays go.
+        quiet: Nothing but results is wanted.
+        key: Key that robot and host sign with.
+
+    Attributes:
+        url: Address of the robot.
+        console: Where words and displays go.
+        quiet: Nothing but results is wanted.
+        key: Key that robot and host sign with; None: nothing is signed.
+        operator: Whose keys and signals the bridges take in.
+        replayed: What is seen is a log's.
+    """
+
+    replayed: bool = False
+
+    def __init__(self, url: str, console: Console, *, quiet: bool, key: SigningKey | None) -> None:
+        self.url = url
+        self.console = console
+        self.quiet = quiet
+        self.key = key
+        self.operator = Operator()
+
+    @property
+    def tell(self) -> Callable[[str], None] | None:
+        """What says in words how the link fares; None where nothing but the result is wanted."""
+        return None if self.quiet else self.say
+
+    def say(self, text: str) -> None:
+        """Say something to whoever looks on.
+
+        Args:
+            text: What.
+        """
+        self.console.print(text, markup=False)
+
+    @abstractmethod
+    def interrupts(self) -> AbstractContextManager[None]:
+        """Inside, signals that ask the program to end are taken in by the bridges' steps."""
+
+    @abstractmethod
+    def keys(self) -> AbstractContextManager[Callable[[], str] | None]:
+        """Inside, single keys are read from the terminal; gives what reads those that were pressed, None where nothing can."""
+
+    @abstractmethod
+    def opener_of(self, address: Address) -> NetworkOpener:
+        """What opens the link of an address.
+
+        Args:
+            address: The address.
+        """
+
+    @abstractmethod
+    def begin_log(self) -> Recorder | None:
+        """Begin the log, with what was asked for; None where there is to be none.
+
+        Raises:
+            LogError: It can't be written.
+        """
+
+    @abstractmethod
+    def describe(self, **values: Any) -> None:  # noqa: ANN401 - fields of the run's record
+        """Say more of the run: what only became known by connecting.
+
+        Args:
+            **values: Fields of `hil.runs.RunRecord`.
+        """
+
+    @abstractmethod
+    def failed(self, text: str) -> None:
+        """Something that was asked for can't be written.
+
+        Args:
+            text: What, in words.
+        """
+
+
+@contextmanager
+def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]]) -> Iterator[None]:
+    """Inside, the bridges' steps take in the keys that are pressed.
+
+    Args:
+        stage: Has a terminal, or not.
+        aim: Says of each of several keys for which robot it is.
+    """
+    operator = stage.operator
+    with stage.keys() as read:
+        if read is not None:
+
+            def pressed() -> list[Input]:
+                keys = read()
+                return [Input(f"{KEY}{key}", robot) for key, robot in zip(keys, aim(keys), strict=True)] if keys else []
+
+            operator.keys = pressed
+        try:
+            yield
+        finally:
+            operator.keys = None

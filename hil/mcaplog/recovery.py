@@ -1,0 +1,174 @@
+"""Makes a whole, indexed log of all that can be read of a damaged one."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from mcap.opcode import Opcode
+from mcap.records import Header
+
+from hil.mcaplog.attachments import read_attachment
+from hil.mcaplog.copying import LogCopy
+from hil.mcaplog.errors import LogError, UnreadableLogError
+from hil.mcaplog.limits import ReadLimits
+from hil.mcaplog.reader import LogReader
+from hil.mcaplog.unpacking import DAMAGE, stream
+from hil.mcaplog.walking import read_metadata
+from hil.outputs import Output, OutputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil.mcaplog.walking import RawRecord
+
+_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "index_messages": False}
+
+
+@dataclass(frozen=True)
+class CopiedLog:
+    """What became of a log.
+
+    Attributes:
+        path: The new log.
+        size: Its size in bytes.
+        entries: Entries in it.
+        metadata: Metadata records in it.
+        attachments: Attachments in it.
+        health: What state the old log was in, in words.
+        whole: There was nothing wrong with the old log.
+    """
+
+    path: Path
+    size: int
+    entries: int
+    metadata: int
+    attachments: int
+    health: str
+    whole: bool
+
+
+def recover(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite: bool = False) -> CopiedLog:  # noqa: B008 - frozen
+    """Write all that can be read of a log into a new one, which is whole.
+
+    Of a chunk that is cut off or does not unpack to its end, the entries before that are kept; one that unpacks to something
+    of another checksum is left out.
+
+    Args:
+        path: The log.
+        out: The new one.
+        limits: What the log may unpack to.
+        overwrite: One that exists is replaced.
+
+    Returns:
+        What became of it.
+
+    Raises:
+        UnreadableLogError: Nothing could be had; no file is left.
+        LogError: The log cannot be opened, or the new one cannot be written.
+        OutputExistsError: There is a file already, and it may not be replaced.
+    """
+    reader = LogReader(path, limits, rescue=True)
+    return copy_log(reader, out, overwrite=overwrite)
+
+
+def copy_log(
+    reader: LogReader,
+    out: Path,
+    *,
+    topics: Callable[[str], bool] = lambda _: True,
+    small: bool = False,
+    more: Callable[[LogCopy], None] | None = None,
+    overwrite: bool = False,
+) -> CopiedLog:
+    """Write what a reader gives into a new log.
+
+    Args:
+        reader: The log.
+        out: The new one.
+        topics: Tells whether the entries of a topic are wanted; all are, where it is left out.
+        small: Size matters more than time, and than finding entries by their index.
+        more: Adds to the new log, before it is finished.
+        overwrite: One that exists is replaced.
+
+    Raises:
+        UnreadableLogError: Nothing could be had; no file is left.
+        LogError: The new one cannot be written.
+        OutputExistsError: There is a file already, and it may not be replaced.
+    """
+    if out.exists() and out.samefile(reader.path):
+        raise LogError(f"{out} is the log itself: choose another file")
+    try:
+        output = Output(out, overwrite=overwrite)
+    except OutputError:
+        raise
+    except OSError as error:
+        raise LogError(f"cannot write the log {out}: {error.strerror}") from error
+    try:
+        copy = LogCopy(output.file, profile=_profile(reader), **(_SMALL if small else {}))
+        files = _fill(copy, reader, topics)
+        if more is not None:
+            more(copy)
+        copy.finish()
+        output.finish()
+    except OSError as error:
+        output.discard()
+        raise LogError(f"cannot write the log {out}: {error.strerror}") from error
+    except BaseException:
+        output.discard()
+        raise
+    size = out.stat().st_size
+    return CopiedLog(out, size, copy.entries, files.metadata, files.attachments, reader.health(), reader.whole)
+
+
+def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _Files:
+    """Copy entries, metadata and attachments.
+
+    Raises:
+        UnreadableLogError: There are none.
+    """
+    files = _Files(copy)
+    for entry in reader.raw_entries(others=files.take):
+        if not entry.topic or topics(entry.topic):
+            described = reader.channels.described(entry.channel)
+            if described is None:
+                reader.count_unread(entry, "the log does not describe it")
+            else:
+                copy.entry(entry, *described)
+    if not copy.entries and not files.metadata and not files.attachments:
+        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health()}")
+    return files
+
+
+class _Files:
+    """Takes what a log holds besides entries."""
+
+    def __init__(self, copy: LogCopy) -> None:
+        self._copy = copy
+        self.metadata = self.attachments = 0
+
+    def take(self, record: RawRecord) -> None:
+        """Take a metadata record or an attachment, where it is in order; the reader tells where it is not."""
+        with suppress(*DAMAGE):
+            if record.opcode == Opcode.METADATA:
+                read_metadata(record.content)
+                self._copy.metadata(record.content)
+                self.metadata += 1
+            else:
+                read_attachment(record.content)
+                self._copy.attachment(record.content)
+                self.attachments += 1
+
+
+def _profile(reader: LogReader) -> str:
+    """Profile in a log's header; empty where that can't be read."""
+    for record in reader.walk(expand=False):
+        if record.opcode == Opcode.HEADER:
+            try:
+                return str(Header.read(stream(record.content)).profile)
+            except DAMAGE:
+                return ""
+        break
+    return ""

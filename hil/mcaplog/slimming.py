@@ -1,0 +1,50 @@
+"""Makes a log small: what running it again needs, and no more."""
+
+from __future__ import annotations
+
+import json
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Final
+
+from hil.mcaplog.limits import ReadLimits
+from hil.mcaplog.reader import LogReader
+from hil.mcaplog.recovery import CopiedLog, copy_log
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hil.mcaplog.copying import LogCopy
+
+KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", "/events")
+"""The topics that a slim log has, as patterns."""
+SLIM: Final = "slim"
+"""Name of the metadata record that says which topics were kept."""
+
+
+def is_kept(topic: str) -> bool:
+    """A slim log has the entries of a topic."""
+    return any(fnmatchcase(topic, pattern) for pattern in KEPT)
+
+
+def slim(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite: bool = False) -> CopiedLog:  # noqa: B008 - frozen
+    """Write what running a log again needs into a new one.
+
+    Args:
+        path: The log.
+        out: The new one.
+        limits: What the log may unpack to.
+        overwrite: One that exists is replaced.
+
+    Returns:
+        What became of it.
+
+    Raises:
+        UnreadableLogError: Nothing could be had; no file is left.
+        LogError: The log cannot be opened, or the new one cannot be written.
+        OutputExistsError: There is a file already, and it may not be replaced.
+    """
+
+    def say(copy: LogCopy) -> None:
+        copy.values(SLIM, {"kept": json.dumps(KEPT)})
+
+    return copy_log(LogReader(path, limits), out, topics=is_kept, small=True, more=say, overwrite=overwrite)

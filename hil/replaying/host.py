@@ -1,0 +1,236 @@
+"""The recorded job is performed again, on the recorded input, and what it decides is compared."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.address import parse_address
+from firmware_protocol.errors import HilError
+from firmware_protocol.faults import FaultSpec
+from hil.jobs.bout import BoutJob
+from hil.jobs.check import CheckJob
+from hil.jobs.coach import CoachJob
+from hil.jobs.deploy import DeployJob
+from hil.jobs.monitor import MonitorJob
+from hil.jobs.param import ParamJob
+from hil.jobs.session import BEGUN_WITH
+from hil.mcaplog.limits import ReadLimits
+from hil.replaying.comparison import Comparison
+from hil.replaying.difference import Difference, ReplayDiverged
+from hil.replaying.stage import ReplayStage
+from hil.replaying.tape import ReplayEndedError, ReplayError, Tape
+from hil.versions import versions
+from pal_advisor.fields import Fields
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.signing import SigningKey
+    from hil.jobs.stage import Job
+
+JOBS: Final[dict[str, type[Job]]] = {job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob)}
+"""Verbs whose logs can be replayed."""
+
+
+@dataclass(frozen=True)
+class ReplayReport:
+    """What came of a replay.
+
+    Attributes:
+        path: The log.
+        verb: The verb that was run.
+        strict: Every entry was compared; else what was decided.
+        steps: Steps of bridges that were replayed.
+        compared: Entries found to be the same.
+        duration: Log time that was replayed, in s.
+        difference: The first difference; None where there was none.
+        ended: How the run ended, in words, where by an error or an interrupt; as it did when it was recorded.
+        cut_off: The log was cut off, and was replayed to its end.
+        versions: What has another version now: recorded, and now.
+    """
+
+    path: Path
+    verb: str
+    strict: bool
+    steps: int
+    compared: int
+    duration: float
+    difference: Difference | None
+    ended: str
+    cut_off: bool
+    versions: dict[str, tuple[str, str]]
+
+    @property
+    def same(self) -> bool:
+        """Nothing differs."""
+        return self.difference is None
+
+    def __str__(self) -> str:
+        what = "entries" if self.strict else "decisions and steps"
+        done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s: {self.compared} {what} compared"
+        lines = [f"{self.path}: {'the same' if self.same else 'NOT THE SAME'}. {done}"]
+        if self.cut_off:
+            lines.append("The log was cut off; it was replayed to its end.")
+        if self.ended:
+            lines.append(f"The run ended as it did when it was recorded: {self.ended}")
+        lines += [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
+        if self.difference is not None:
+            lines.append(str(self.difference))
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, object]:
+        """As plain values."""
+        return {
+            "log": str(self.path),
+            "verb": self.verb,
+            "same": self.same,
+            "strict": self.strict,
+            "steps": self.steps,
+            "compared": self.compared,
+            "duration_s": self.duration,
+            "ended": self.ended,
+            "cut_off": self.cut_off,
+            "versions": {name: {"recorded": then, "now": now} for name, (then, now) in self.versions.items()},
+            "difference": None if self.difference is None else self.difference.to_dict(),
+        }
+
+
+def replay(
+    log: Path | str,
+    *,
+    strict: bool = False,
+    signing_key: SigningKey | None = None,
+    limits: ReadLimits = ReadLimits(),  # noqa: B008 - frozen
+    progress: Callable[[float], object] | None = None,
+) -> ReplayReport:
+    """Perform a recorded run again on what was recorded, and compare what it decides with what was decided then.
+
+    Nothing that the log names is opened, and nothing is written.
+
+    Args:
+        log: The log.
+        strict: Compare every entry; else decisions: what is written, what the learner does, events, the result.
+        signing_key: The key of a run whose frames were signed.
+        limits: What the log may unpack to.
+        progress: Is told what share of the log has been read, 0..1, now and then.
+
+    Returns:
+        What came of it.
+
+    Raises:
+        LogError: The log can't be read.
+        ReplayError: It can't be replayed; the text says why.
+    """
+    tape = Tape(Path(log), limits, compared=True)
+    job, url, faults = recorded_job(tape)
+    signed = tape.config.get("signed") == "true"
+    if signed and signing_key is None:
+        raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
+    tape.first_step()
+    comparison = Comparison(tape, tape.opening(url).wire, strict=strict)
+    stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
+    tape.on_read = progress
+    ended = _perform(job, stage, comparison, tape)
+    return ReplayReport(
+        path=tape.path,
+        verb=job.VERB,
+        strict=strict,
+        steps=comparison.steps,
+        compared=comparison.compared,
+        duration=0.0 if tape.span is None else tape.span[1] - tape.span[0],
+        difference=comparison.difference,
+        ended=ended,
+        cut_off=tape.cut_off,
+        versions=_other_versions(tape),
+    )
+
+
+def _perform(job: Job, stage: ReplayStage, comparison: Comparison, tape: Tape) -> str:
+    """Perform the job; how it ended, where it did not come to its own end."""
+    ended = ""
+    try:
+        try:
+            job.perform(stage)
+        except (ReplayDiverged, ReplayEndedError):
+            raise
+        except KeyboardInterrupt:
+            if not tape.interrupted:
+                raise
+            ended = "interrupted"
+        except (HilError, OSError) as error:
+            ended = str(error)
+        comparison.end()
+    except ReplayEndedError as error:
+        if not tape.cut_off:
+            comparison.run_on(str(error))
+    except ReplayDiverged as error:
+        comparison.difference = error.difference
+    return "" if comparison.difference is not None else ended
+
+
+def why_not(log: Path, limits: ReadLimits = ReadLimits()) -> str:  # noqa: B008 - frozen
+    """Why a log can't be replayed, in words; empty where it can.
+
+    Args:
+        log: The log.
+        limits: What it may unpack to.
+
+    Raises:
+        LogError: It can't be read.
+    """
+    try:
+        tape = Tape(log, limits, compared=False)
+        recorded_job(tape)
+        tape.first_step()
+    except ReplayError as error:
+        return str(error).removeprefix(f"{log}: ").removeprefix(f"{log} ")
+    return ""
+
+
+def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
+    """What was asked of the recorded run.
+
+    Args:
+        tape: Its log.
+
+    Returns:
+        The job, the address of the robot, and what went wrong with the line.
+
+    Raises:
+        ReplayError: The log does not say so, or it is no verb that can be replayed.
+    """
+    config = tape.config
+    verb, link = config.get("verb", ""), config.get("link", "")
+    if "options" not in config:
+        raise ReplayError(
+            f"{tape.path} does not say what was asked for: it was recorded by an older version, by a program of your own "
+            "(which can open replay://LOG itself), or by another program"
+        )
+    if verb not in JOBS:
+        raise ReplayError(f"{tape.path} is of {verb[:40]!r}: only {', '.join(sorted(JOBS))} can be replayed")
+    files = {name.removeprefix(BEGUN_WITH): data for name, data in tape.files.items() if name.startswith(BEGUN_WITH)}
+    try:
+        options = Fields(json.loads(config["options"]))
+        job = JOBS[verb].of_log(options, files)
+        options.done()
+        url = parse_address(link).url
+        faults = FaultSpec.parse(config["faults"]) if "faults" in config else None
+    except (HilError, ValueError, RecursionError) as error:
+        text = str(error)[:300]
+        raise ReplayError(f"{tape.path} does not say properly what was asked for: {text}") from error
+    return job, url, faults
+
+
+def _other_versions(tape: Tape) -> dict[str, tuple[str, str]]:
+    """What has another version now than when the log was recorded."""
+    try:
+        then: Any = json.loads(tape.config.get("versions", "{}"))
+    except ValueError:
+        return {}
+    if not isinstance(then, dict):
+        return {}
+    now = versions()
+    return {name: (str(then[name])[:40], now[name]) for name in now if name in then and str(then[name]) != now[name]}

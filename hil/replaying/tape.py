@@ -1,0 +1,305 @@
+"""A log, read once from its start: its steps for those who replay them, its entries for those who compare."""
+
+from __future__ import annotations
+
+import json
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.errors import HilError
+from hil.mcaplog.reader import LogReader, RawEntry
+from hil.mcaplog.records import BridgeOpening, BridgeStep, SessionDrawn, UnsentBytes, WireBytes
+from hil.operator import INTERRUPT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from hil.mcaplog.limits import ReadLimits
+
+OPEN: Final = "/bridge/open"
+SESSION: Final = "/bridge/session"
+STEP: Final = "/bridge/step"
+RX: Final = "/wire/rx"
+TX: Final = "/wire/tx"
+UNSENT: Final = "/wire/unsent"
+_KINDS: Final[dict[str, type]] = {
+    OPEN: BridgeOpening, SESSION: SessionDrawn, STEP: BridgeStep, RX: WireBytes, TX: WireBytes, UNSENT: UnsentBytes,
+}  # fmt: skip
+
+
+_EVERY: Final = 1000
+"""Entries between two tellings of how much has been read."""
+
+
+class ReplayError(HilError):
+    """A log can't be replayed; the text says why."""
+
+
+class ReplayEndedError(HilError):
+    """The log ends here: the recorded run went on, or not, but nothing more of it is known."""
+
+
+@dataclass(slots=True)
+class Step:
+    """One step of a network.
+
+    Attributes:
+        number: Of all steps in the log, from 0.
+        record: What the bridge met.
+        chunks: What it took in: stamps in s, bytes; filled as the log is read on.
+        missing: Chunks whose bytes have not been read yet.
+        writes: What was written until the next step of this network, and what became of it.
+        over: All that was written is known.
+    """
+
+    number: int
+    record: BridgeStep
+    chunks: list[tuple[float, bytes]] = field(default_factory=list)
+    missing: int = 0
+    writes: deque[WireBytes | UnsentBytes] = field(default_factory=deque)
+    over: bool = False
+
+
+class _Network:
+    """What has been read of one network, and not been asked for yet."""
+
+    def __init__(self) -> None:
+        self.opening: BridgeOpening | None = None
+        self.numbers: deque[int] = deque()
+        self.steps: deque[Step] = deque()
+        self.unfilled: deque[Step] = deque()
+        self.current = Step(-1, BridgeStep(0.0, (), ()))
+        self.last = self.current
+
+
+class Tape:
+    """A log to be replayed.
+
+    Args:
+        path: The log.
+        limits: What it may unpack to.
+        compared: Its entries are wanted too (`next_entry`).
+
+    Attributes:
+        path: The log.
+        reader: What reads it.
+        config: Its metadata `config`.
+        steps: Steps read so far.
+        span: First and last log time read so far, in s.
+        interrupted: A step has been handed out by which the run was interrupted.
+        on_read: Is told what share of the log has been read, 0..1, now and then; None: nobody.
+
+    Raises:
+        LogError: It can't be read, or is no log.
+        ReplayError: It does not say how the run was begun.
+    """
+
+    def __init__(self, path: Path, limits: ReadLimits, *, compared: bool) -> None:
+        self.path = path
+        self.reader = LogReader(path, limits)
+        for _ in self.reader.entries(topics=()):
+            pass
+        self.config = dict(self.reader.metadata.get("config", {}))
+        self.kept = _kept(self.reader.metadata.get("slim", {}))
+        self.files = {name: found.data for name, found in self.reader.attachments.items()}
+        self.steps = 0
+        self.entries = 0
+        self.span: tuple[float, float] | None = None
+        self._compared = compared
+        self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
+        self._entries: deque[RawEntry] = deque()
+        self._decoders: dict[int, Callable[[bytes], tuple[Any, ...]] | None] = {}
+        self._networks: dict[str, _Network] = {}
+        self.ended = False
+        self.interrupted = False
+        self.on_read: Callable[[float], object] | None = None
+
+    @property
+    def cut_off(self) -> bool:
+        """The log ends before the run did; known when it has been read to its end."""
+        return self.reader.truncated or bool(self.reader.stopped)
+
+    def first_step(self) -> None:
+        """Read on to the first step.
+
+        Raises:
+            ReplayError: It does not begin with the opening of a network, or has no step.
+        """
+        while not self.steps:
+            if not self._read_on():
+                raise ReplayError(f"{self.path} has no step of a bridge: there is nothing to replay")
+        if not any(network.opening for network in self._networks.values()):
+            raise ReplayError(
+                f"{self.path} does not say how its bridge was opened: it was recorded by an older version, or its beginning is "
+                "missing"
+            )
+
+    @property
+    def networks(self) -> list[str]:
+        """Names of the networks that were opened, as far as the log has been read."""
+        return [name for name, network in self._networks.items() if network.opening is not None]
+
+    def opening(self, network: str) -> BridgeOpening:
+        """How the bridge of a network was opened.
+
+        Args:
+            network: Its name.
+
+        Raises:
+            ReplayEndedError: The log does not have it.
+        """
+        found = self._of(network)
+        while found.opening is None:
+            self._more(f"no network {network} was opened")
+        return found.opening
+
+    def number(self, network: str) -> int:
+        """The next number that was drawn by chance; see `opening`."""
+        found = self._of(network)
+        while not found.numbers:
+            self._more("no further session was opened")
+        return found.numbers.popleft()
+
+    def current(self, network: str) -> Step:
+        """The step of a network that was handed out last."""
+        return self._of(network).current
+
+    def peek(self, network: str) -> Step | None:
+        """The next step of a network, which stays where it is; None at the end."""
+        found = self._of(network)
+        while not found.steps or found.steps[0].missing:
+            if not self._read_on():
+                return None
+        return found.steps[0]
+
+    def take(self, network: str) -> Step:
+        """The next step of a network, with the bytes that it took in.
+
+        Args:
+            network: Its name.
+
+        Raises:
+            ReplayEndedError: There is none.
+        """
+        if self.peek(network) is None:
+            raise ReplayEndedError(f"{self.path} has no further step")
+        found = self._of(network)
+        found.current = found.steps.popleft()
+        self.interrupted = self.interrupted or INTERRUPT in found.current.record.inputs
+        return found.current
+
+    def written(self, network: str) -> WireBytes | UnsentBytes | None:
+        """What was written next on a network before its next step; None where nothing was.
+
+        Args:
+            network: Its name.
+        """
+        step = self._of(network).current
+        while not step.writes and not step.over:
+            if not self._read_on():
+                return None
+        return step.writes.popleft() if step.writes else None
+
+    def next_entry(self) -> RawEntry | None:
+        """The next entry, in the order of the log; None at its end."""
+        while not self._entries:
+            if not self._read_on():
+                return None
+        return self._entries.popleft()
+
+    def put_back(self, entry: RawEntry) -> None:
+        """Let an entry be the next one again."""
+        self._entries.appendleft(entry)
+
+    def decoded(self, entry: RawEntry) -> Any:  # noqa: ANN401 - whatever the log holds
+        """What an entry says: a record or message of this program, or what the log's own schema makes of it; else None."""
+        if entry.channel not in self._decoders:
+            try:
+                self._decoders[entry.channel] = self.reader.channels.decoder(entry.channel)
+            except ValueError:
+                self._decoders[entry.channel] = None
+        decode = self._decoders[entry.channel]
+        return None if decode is None else decode(entry.data)[0]
+
+    def _of(self, network: str) -> _Network:
+        return self._networks.setdefault(network, _Network())
+
+    def _more(self, missing: str) -> None:
+        if not self._read_on():
+            raise ReplayEndedError(f"{self.path} ends: {missing}")
+
+    def _read_on(self) -> bool:
+        """Read the next entry; False at the end."""
+        entry = next(self._raw, None)
+        if entry is None:
+            self.ended = True
+            for network in self._networks.values():
+                network.last.over = True
+            return False
+        self.entries += 1
+        if self.on_read is not None and not self.entries % _EVERY:
+            self.on_read(self.reader.bytes_read / max(1, self.reader.size))
+        at = entry.log_time / 1e9
+        self.span = (at, at) if self.span is None else (min(at, self.span[0]), max(at, self.span[1]))
+        if self._compared:
+            self._entries.append(entry)
+        kind = _KINDS.get(entry.topic)
+        if kind is not None:
+            found = self.decoded(entry)
+            if not isinstance(found, kind):
+                raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s is not as this version writes them")
+            self._take(entry.topic, found)
+        return True
+
+    def _take(self, topic: str, found: Any) -> None:  # noqa: ANN401 - one of `_KINDS`
+        network = self._of(found.link if topic in {RX, TX, UNSENT} else found.network)
+        match found:
+            case BridgeOpening():
+                network.opening = found
+            case SessionDrawn():
+                network.numbers.append(found.number)
+            case BridgeStep():
+                self._take_step(network, found)
+            case UnsentBytes():
+                network.last.writes.append(found)
+            case WireBytes() if topic == TX:
+                network.last.writes.append(found)
+            case _:
+                self._fill(network, found.data)
+
+    def _take_step(self, network: _Network, record: BridgeStep) -> None:
+        if len(record.chunk_times) != len(record.chunk_sizes):
+            raise ReplayError(f"{self.path}: step {self.steps} has more or fewer stamps than chunks")
+        network.last.over = True
+        step = network.last = Step(self.steps, record, missing=len(record.chunk_times))
+        self.steps += 1
+        network.steps.append(step)
+        if step.missing:
+            network.unfilled.append(step)
+
+    def _fill(self, network: _Network, data: bytes) -> None:
+        """The bytes of the next chunk whose step has been read: they may come a step later, where a key had to be left out."""
+        if not network.unfilled:
+            raise ReplayError(f"{self.path}: bytes came before step {self.steps} that no step has taken in")
+        step = network.unfilled[0]
+        at = len(step.chunks)
+        if step.record.chunk_sizes[at] != len(data):
+            size = step.record.chunk_sizes[at]
+            raise ReplayError(f"{self.path}: step {step.number} took in {size} bytes, and the log has {len(data)} of them")
+        step.chunks.append((step.record.chunk_times[at], data))
+        step.missing -= 1
+        if not step.missing:
+            network.unfilled.popleft()
+
+
+def _kept(slim: dict[str, str]) -> frozenset[str] | None:
+    """Topics that a slimmed log has kept, or what they begin with; None of a log that was not slimmed."""
+    if "kept" not in slim:
+        return None
+    try:
+        kept = json.loads(slim["kept"])
+    except ValueError:
+        return frozenset()
+    return frozenset(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else frozenset()
