@@ -21,7 +21,7 @@ from hil.jobs.stage import Job, Stage
 from hil.key_file import load_key
 from hil.keys import pressed_keys
 from hil.mcaplog.media import media_type_of
-from hil.recording.process import RecorderProcess
+from hil.recording.process import begin_log
 from hil.versions import versions
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class LiveStage(Stage):
         if run.log is None:
             return None
         address = parse_address(self.url)
-        recorder = RecorderProcess(
+        recorder = begin_log(
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
@@ -98,6 +98,7 @@ class LiveStage(Stage):
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,
+            on_loss=run.failed,
         )
         files = job.files()
         if (faults := fault_file(address)) is not None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hil.recording.handover import Item
 
-LOCKSTEP_BATCH: Final = 0.25
+LOCKSTEP_BATCH: Final = 0.2
 """Log time between batches in lock-step, in s: what is lost when the control process is killed."""
 REAL_TIME_BATCH: Final = 0.05
 """Likewise in real time, by the wall clock."""
@@ -34,9 +34,11 @@ class Feed(Protocol):
 
     Attributes:
         add: Takes an item.
+        losing: There is no room, and what comes is lost.
     """
 
     add: Callable[[Item], None]
+    losing: bool
 
     def keep(self, item: Item) -> None:
         """Take an item that is rare, and is never lost."""
@@ -71,6 +73,7 @@ class LockstepFeed:
         self._due = 0.0
         self._packed: list[bytes] = []
         self._items: list[Item] = []
+        self.losing = False
         self.add: Callable[[Item], None] = self._items.append
 
     def keep(self, item: Item) -> None:
@@ -111,6 +114,9 @@ class RealTimeFeed:
     Args:
         send: As in `LockstepFeed`; it may block.
         lost: Is told how many items have been lost, when there is room again, or at the end.
+
+    Attributes:
+        losing: There is no room, and what comes is lost.
     """
 
     def __init__(self, send: Callable[[int, Sequence[bytes]], None], lost: Callable[[int], None]) -> None:
@@ -120,7 +126,7 @@ class RealTimeFeed:
         self._queue: deque[Item] = deque()
         self._bytes = 0
         self._lost = 0
-        self._losing = False
+        self.losing = False
         self._wake = Event()
         self._ending = False
         self.add: Callable[[Item], None] = self._queue.append
@@ -136,11 +142,11 @@ class RealTimeFeed:
         for _, data in chunks:
             self._bytes += len(data)
         waiting = len(self._queue)
-        if self._losing:
+        if self.losing:
             if waiting < QUEUE // 2 and self._bytes < QUEUE_BYTES // 2:
                 self._found_room()
         elif waiting > QUEUE or self._bytes > QUEUE_BYTES:
-            self._losing, self.add = True, self._lose
+            self.losing, self.add = True, self._lose
 
     def hurry(self) -> None:
         """Have the thread hand over everything now."""
@@ -158,7 +164,7 @@ class RealTimeFeed:
 
     def _found_room(self) -> None:
         lost, self._lost = self._lost, 0
-        self._losing, self.add = False, self._queue.append
+        self.losing, self.add = False, self._queue.append
         if lost:
             self._tell(lost)
 

@@ -20,6 +20,11 @@ from typing import IO, TYPE_CHECKING, Any, Final, cast
 
 from hil.recording.handover import pack, unpack
 
+if sys.platform == "win32":
+    fcntl = None
+else:
+    import fcntl
+
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from io import RawIOBase
@@ -29,6 +34,11 @@ FRAME: Final = Struct("<I")
 _ROOM: Final = 1 << 20
 """A batch is sent in halves if it has more bytes than this."""
 _START: Final = "import sys; sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"
+_FLAGS: Final = ("-I", "-S", "-B") if sys.dont_write_bytecode else ("-I", "-S")
+"""Nothing of the environment, and no start-up of `site`'s: modules are found where this process finds them, and sooner."""
+_ROOT: Final = Path(__file__).parents[2]
+_PIPE_SIZE: Final = 16384
+"""Bytes that a pipe holds, where that can be chosen: little of a lock-step run is on its way when a process is killed."""
 _PYTHON: Final = re.compile(r"python|pypy", re.IGNORECASE)
 
 Answer = tuple[Any, ...]
@@ -72,15 +82,16 @@ class HelperPipe:
 
     Args:
         settings: What it begins with.
+        lockstep: Time stands still while it is waited for.
 
     Raises:
         OSError: It can't be started.
     """
 
-    def __init__(self, settings: Mapping[str, object]) -> None:
+    def __init__(self, settings: Mapping[str, object], *, lockstep: bool) -> None:
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
-            [sys.executable, "-P", "-c", _START, *(one for one in sys.path if isinstance(one, str))],
+            [sys.executable, *_FLAGS, "-c", _START, str(_ROOT), *(one for one in sys.path if isinstance(one, str))],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -88,8 +99,11 @@ class HelperPipe:
             start_new_session=True,
             creationflags=flags,
         )
+        stdin = cast("RawIOBase", self._process.stdin)
+        if lockstep and fcntl is not None and hasattr(fcntl, "F_SETPIPE_SZ"):
+            fcntl.fcntl(stdin.fileno(), fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
         # Its flush goes on where an interrupt has cut it off, since it counts what was written in C.
-        self._file = BufferedWriter(cast("RawIOBase", self._process.stdin), _ROOM + FRAME.size)
+        self._file = BufferedWriter(stdin, _ROOM + FRAME.size)
         self._answers: SimpleQueue[Answer | None] = SimpleQueue()
         self.news: Answer | None = None
         """`failed` with what belongs to it, or `died` with the exit status, once that is so."""

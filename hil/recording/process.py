@@ -14,7 +14,7 @@ from hil.recorder import Network, OneOfSeveral, Recorder
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
 from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, plain
-from hil.recording.pipe import HelperPipe
+from hil.recording.pipe import HelperPipe, can_start
 from hil.taps import NOTHING
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class RecorderProcess(Recorder):
             "system": system, "component": component, "overwrite": overwrite,
         }  # fmt: skip
         try:
-            self._pipe = HelperPipe(settings)
+            self._pipe = HelperPipe(settings, lockstep=lockstep)
         except OSError as error:
             if output is not None:
                 output.discard()
@@ -299,3 +299,44 @@ def _begin(path: Path, *, overwrite: bool) -> Output:
         return Output(path, overwrite=overwrite)
     except OSError as error:
         raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
+
+
+def begin_log(
+    path: Path,
+    *,
+    run: Mapping[str, str],
+    config: Mapping[str, str],
+    link: str,
+    lockstep: bool,
+    overwrite: bool = False,
+    on_failure: Callable[[str, Path | None], None] | None = None,
+    on_loss: Callable[[str], None] | None = None,
+) -> Recorder:
+    """Begin a log, written by a process of its own; by this one where Python is built into a program that can't be started so.
+
+    Args:
+        path: As of `RecorderProcess`, like all others.
+        run: Likewise.
+        config: Likewise.
+        link: Likewise.
+        lockstep: Likewise.
+        overwrite: Likewise.
+        on_failure: Likewise.
+        on_loss: Likewise.
+
+    Raises:
+        OutputExistsError: There is a file already, and it may not be replaced.
+        LogError: The file cannot be created, or no process started.
+    """
+    if not can_start():
+        return Recorder(path, run=run, config=config, link=link, lockstep=lockstep, overwrite=overwrite, on_failure=on_failure)
+    return RecorderProcess(
+        path,
+        run=run,
+        config=config,
+        link=link,
+        lockstep=lockstep,
+        overwrite=overwrite,
+        on_failure=on_failure,
+        on_loss=on_loss,
+    )
