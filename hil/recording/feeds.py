@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hil.recording.handover import Item
 
-LOCKSTEP_BATCH: Final = 0.2
+LOCKSTEP_BATCH: Final = 0.15
 """Log time between batches in lock-step, in s: what is lost when the control process is killed."""
 REAL_TIME_BATCH: Final = 0.05
 """Likewise in real time, by the wall clock."""
@@ -52,8 +52,12 @@ class Feed(Protocol):
         """Hand over everything, at once."""
         ...
 
-    def end(self) -> None:
-        """Hand over everything; nothing comes after it."""
+    def end(self, last: Item) -> None:
+        """Hand over everything; nothing comes after it.
+
+        Args:
+            last: What comes last.
+        """
         ...
 
 
@@ -99,8 +103,9 @@ class LockstepFeed:
         self._items, self.add = fresh, add
         self._hand_over()
 
-    def end(self) -> None:
+    def end(self, last: Item) -> None:
         """Hand over everything."""
+        self.add(last)
         self.hurry()
 
     def _hand_over(self) -> None:
@@ -152,9 +157,10 @@ class RealTimeFeed:
         """Have the thread hand over everything now."""
         self._wake.set()
 
-    def end(self) -> None:
+    def end(self, last: Item) -> None:
         """Hand over everything, and end the thread."""
         self._found_room()
+        self._queue.append(last)
         self._ending = True
         self._wake.set()
         self._thread.join()

@@ -37,7 +37,7 @@ _START: Final = "import sys; sys.path[:] = sys.argv[1:]; from hil.recording.help
 _FLAGS: Final = ("-I", "-S", "-B") if sys.dont_write_bytecode else ("-I", "-S")
 """Nothing of the environment, and no start-up of `site`'s: modules are found where this process finds them, and sooner."""
 _ROOT: Final = Path(__file__).parents[2]
-_PIPE_SIZE: Final = 16384
+_PIPE_SIZE: Final = 8192
 """Bytes that a pipe holds, where that can be chosen: little of a lock-step run is on its way when a process is killed."""
 _PYTHON: Final = re.compile(r"python|pypy", re.IGNORECASE)
 

@@ -83,7 +83,6 @@ class RecorderProcess(Recorder):
         self.now = 0.0
         self._settings = None
         self._networks = 0
-        self._ending = False
         self._closed = False
         self._told = False
         self._on_failure = on_failure
@@ -203,10 +202,7 @@ class RecorderProcess(Recorder):
     def _end(self, item: kinds.Item) -> None:
         if self._closed:
             return
-        if not self._ending:
-            self._ending = True
-            self.feed.keep(item)
-        self.feed.end()
+        self.feed.end(item)
         self._pipe.end()
         self._closed = True
         self._hear()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import select
 import signal
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -24,7 +26,7 @@ from hil.mcaplog import LogError, LogReader
 from hil.operator import Input
 from hil.outputs import OutputExistsError
 from hil.recorder import Recorder
-from hil.recording import feeds, pipe
+from hil.recording import feeds
 from hil.recording.feeds import LockstepFeed
 from hil.recording.handover import unpack
 from hil.recording.process import RecorderProcess, begin_log
@@ -37,6 +39,16 @@ if TYPE_CHECKING:
 posix = pytest.mark.skipif(os.name != "posix", reason="signals, pipes with names")
 
 
+def wait_for_end(pid: int) -> None:
+    """Wait until a process has ended that another one has started."""
+    with suppress(ProcessLookupError):
+        handle = os.pidfd_open(pid)
+        try:
+            assert select.select([handle], [], [], 30.0)[0]
+        finally:
+            os.close(handle)
+
+
 def equal(tmp_path: Path, tell: Callable[[Sequence[Recorder]], None], *, lockstep: bool) -> None:
     """Assert that the logs of both recorders are the same, byte for byte."""
     here, there = tmp_path / "here.mcap", tmp_path / "there.mcap"
@@ -46,16 +58,18 @@ def equal(tmp_path: Path, tell: Callable[[Sequence[Recorder]], None], *, lockste
     assert LogReader(there).size > 10_000
 
 
-@pytest.mark.parametrize("options", ["", "&wire=can", "&faults=drop:0.05,corrupt:0.02,jitter:0.01", "&signed"])
+@pytest.mark.parametrize(
+    "options", ["", pytest.param("&wire=can", marks=pytest.mark.slow), "&faults=drop:0.05,corrupt:0.02,jitter:0.01", "&signed"]
+)
 def test_a_run_gives_the_same_bytes_as_recorded_in_this_process(tmp_path: Path, options: str) -> None:
-    key = SigningKey.parse("00" * 31 + "01") if options == "&signed" else None
+    key = SigningKey(bytes(range(32))) if options == "&signed" else None
     url = f"sim://junior?opponent=flat-light&seed=3{options.replace('&signed', '')}"
 
     def run(recorders: Sequence[Recorder]) -> None:
         with hil.connect(url, taps=recorders, signing_key=key) as junior:
             junior.arm()
             junior.drive(0.2, -0.2)
-            junior.wait(3.0)
+            junior.wait(2.0)
 
     equal(tmp_path, run, lockstep=True)
 
@@ -89,7 +103,7 @@ def test_everything_that_can_be_told_gives_the_same_bytes(tmp_path: Path, lockst
             recorder.event(PeerFound(1, 3.0))
             recorder.event(PeerLost(1, 3.0, "unplugged"))
             recorder.event(LinkNews("odd", 3.0))
-            recorder.sent(3.0, CommandLong(1, 1, Command.ARM_DISARM, param1=np.float32(1.0)))
+            recorder.sent(3.0, CommandLong(1, 1, Command.ARM_DISARM, param1=np.float64(1.0)))
             recorder.sent(3.0, JuniorWheels(7, np.uint16(1), (np.float64(1.0), -1), 0.25, 1, 1))  # type: ignore[arg-type]
             recorder.sent(3.0, SetupSigning(1, 1, tuple(range(32)), 5))
             odd = JuniorSensors(np.float64(1.5), (0.1, -0.1), (1, 2), (3, 4), 7.4, signal.Signals.SIGINT)
@@ -118,7 +132,7 @@ def test_a_key_never_leaves_this_process(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_there_is_refused_before_anything_is_started(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pipe.subprocess, "Popen", None)
+    monkeypatch.setattr("hil.recording.pipe.subprocess.Popen", None)
     path = tmp_path / "log.mcap"
     path.write_bytes(b"mine")
     with pytest.raises(OutputExistsError, match="is there already"):
@@ -174,8 +188,10 @@ def test_signals_from_the_terminal_do_not_reach_it_and_polite_kills_do_not_end_i
 
 
 @posix
-@pytest.mark.parametrize("lockstep", [True, False])
-@pytest.mark.parametrize("steps", [130, 777, 2900])
+@pytest.mark.parametrize(
+    ("steps", "lockstep"),
+    [(130, True), (130, False), *(pytest.param(2900, mode, marks=pytest.mark.slow) for mode in (True, False))],
+)
 def test_a_process_that_is_killed_is_told_of_once_and_costs_a_second_at_most(
     tmp_path: Path,
     steps: int,
@@ -200,8 +216,8 @@ def test_a_process_that_is_killed_is_told_of_once_and_costs_a_second_at_most(
     assert last_time(path) >= (steps - 1) * 0.01 - 1.0
 
 
-@posix
-@pytest.mark.parametrize("steps", [130, 1500])
+@pytest.mark.skipif(not hasattr(os, "pidfd_open"), reason="no way to wait for a process that is not ours")
+@pytest.mark.parametrize("steps", [130, pytest.param(1500, marks=pytest.mark.slow)])
 def test_when_this_process_is_killed_the_log_is_finished(tmp_path: Path, steps: int) -> None:
     path = tmp_path / "log.mcap"
     program = (
@@ -214,9 +230,10 @@ def test_when_this_process_is_killed_the_log_is_finished(tmp_path: Path, steps: 
     )
     support = str(Path(__file__).parent.parent / "support")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([support, *sys.path])}
-    ended = subprocess.run([sys.executable, "-c", program], check=False, capture_output=True, env=environment, timeout=60)
+    command = [sys.executable, "-c", program]
+    ended = subprocess.run(command, check=False, capture_output=True, env=environment, timeout=60)  # noqa: S603 - our own
     assert ended.returncode == -signal.SIGKILL
-    # The other process holds our end of its answers' pipe open until it has finished: that is when `run` returned.
+    wait_for_end(int(ended.stdout))
     reader = LogReader(path)
     entries = list(reader.entries())
     assert not reader.truncated
