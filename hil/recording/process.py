@@ -106,6 +106,11 @@ class RecorderProcess(Recorder):
             self._see_opened()
         self.feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
 
+    @property
+    def pid(self) -> int:
+        """Process id of the process that writes."""
+        return self._pipe.pid
+
     # --- the bridge's tap --------------------------------------------------------------------------------------------
 
     def of_network(self, name: str) -> Tap:

@@ -179,7 +179,7 @@ def test_signals_from_the_terminal_do_not_reach_it_and_polite_kills_do_not_end_i
         for number in range(100):
             step(recorder, number)
         recorder.flush()  # it runs by now
-        pid = recorder._pipe.pid
+        pid = recorder.pid
         assert os.getsid(pid) == pid != os.getsid(0)
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP):
             os.kill(pid, number)
@@ -203,7 +203,7 @@ def test_a_process_that_is_killed_is_told_of_once_and_costs_a_second_at_most(
         step(recorder, number)
     if not lockstep:
         recorder.flush()  # log time runs faster here than the wall clock
-    os.kill(recorder._pipe.pid, signal.SIGKILL)
+    os.kill(recorder.pid, signal.SIGKILL)
     recorder._pipe._process.wait()
     recorder._pipe._listener.join()
     for number in range(steps, steps + 200):
@@ -225,7 +225,7 @@ def test_when_this_process_is_killed_the_log_is_finished(tmp_path: Path, steps: 
         "from hil.recording.process import RecorderProcess\n"
         f"recorder = RecorderProcess(Path({str(path)!r}), **ABOUT, lockstep=True)\n"
         f"for number in range({steps}): step(recorder, number)\n"
-        "print(recorder._pipe.pid, flush=True)\n"
+        "print(recorder.pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     support = str(Path(__file__).parent.parent / "support")
