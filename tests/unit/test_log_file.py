@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import pytest
+from mcap.exceptions import McapError
 from mcap.reader import make_reader
 from mcap.records import Message, Metadata
 from mcap.stream_reader import StreamReader
@@ -23,15 +25,12 @@ if TYPE_CHECKING:
 def seen(path: Path) -> tuple[list[float], list[str]]:
     """Times of the messages that the stock reader finds in a log that goes on, and names of its metadata."""
     times, names = list[float](), list[str]()
-    with path.open("rb") as file:
-        try:
-            for record in StreamReader(file, validate_crcs=True).records:
-                if isinstance(record, Message):
-                    times.append(record.log_time / 1e9)
-                elif isinstance(record, Metadata):
-                    names.append(record.name)
-        except Exception as error:  # noqa: BLE001 - of several kinds, at the end of what there is
-            assert file.read() == b"", error
+    with path.open("rb") as file, suppress(McapError, EOFError):  # where it ends
+        for record in StreamReader(file, validate_crcs=True).records:
+            if isinstance(record, Message):
+                times.append(record.log_time / 1e9)
+            elif isinstance(record, Metadata):
+                names.append(record.name)
     return times, names
 
 
@@ -65,11 +64,11 @@ def test_metadata_and_attachments_go_before_what_is_in_no_chunk_yet(tmp_path: Pa
         writer = LogWriter(path, run={}, flush_every=flush_every, long_chunks=True)
         channel = writer.channel("/events", record_schema(EventRecord))
         for number in range(50):
-            writer.write(channel, number * 0.1, b"data")
+            writer.write(channel, number / 8, b"data")
             if number == 20:
                 writer.metadata("robot", {"id": "1"})
                 writer.attachment("a", b"b" * 1000, media_type="", time=2.0)
-                assert seen(path) == ([index * 0.1 for index in range(21)], ["run", "robot"])
+                assert seen(path) == ([index / 8 for index in range(21)], ["run", "robot"])
         writer.close()
     assert logs[0].read_bytes() == logs[1].read_bytes()
 
