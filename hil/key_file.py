@@ -15,6 +15,8 @@ from firmware_protocol.wire import MAVLINK
 from hil.doors import Door
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
 
