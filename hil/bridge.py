@@ -268,8 +268,9 @@ class Bridge:
 
     @property
     def _nothing_waits(self) -> bool:
-        """A step would find nothing to take in or to see to, if time has not moved."""
-        return self._anew is None and self._pump.turn is None and not self._pump.pending
+        """A step would find nothing to take in, to see to or to tell, if time has not moved."""
+        told = self._ended is None and not self._untold
+        return told and self._anew is None and self._pump.turn is None and not self._pump.pending
 
     def _wake(self) -> None:
         """Have a step that waits return at once, since the operator asks for something."""
