@@ -15,6 +15,9 @@ from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Re
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
 from hil.mcaplog import LogError, LogReader, differences
 from hil.mcaplog.records import BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.writer import LogWriter
+from hil.operator import Input
+from hil.taps import Circumstances
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,8 +38,7 @@ def values(path: Path, *topics: str) -> list[Any]:
 def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with open_recorder(path) as recorder:
-        recorder.operator("key w")
-        recorder.step(1.0, [(0.99, b"ab"), (1.0, b"c")])
+        recorder.step(1.0, [(0.99, b"ab"), (1.0, b"c")], Circumstances((Input("key w", "1"),)))
         recorder.wire_rx(0.99, b"ab")
         recorder.received(Received(SENSORS, 3, 1, 200, 0.99, FRAME))
         recorder.received(Rejected(RejectReason.NOISE, b"\x07", 1.0, "one byte"))
@@ -44,7 +46,10 @@ def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
         recorder.wire_tx(1.5, b"xyz")
         wheels = JuniorWheels(1, 2, (0.5, -0.5), 0.25, 3, 1)
         recorder.sent(1.5, wheels)
-    assert values(path, "/bridge/step") == [BridgeStep(1.0, (0.99, 1.0), (2, 1), ("key w",)), BridgeStep(1.5, (), (), ())]
+    assert values(path, "/bridge/step") == [
+        BridgeStep(1.0, (0.99, 1.0), (2, 1), ("key w",), ("1",), network="memory:"),
+        BridgeStep(1.5, (), (), network="memory:"),
+    ]
     assert values(path, "/wire/rx", "/wire/tx") == [WireBytes("rx", "memory:", b"ab"), WireBytes("tx", "memory:", b"xyz")]
     assert values(path, "/wire/rejected") == [RejectedInput("bytes outside any frame", "one byte", b"\x07")]
     received, sent = LogReader(path).entries(["/junior/sensors", "/junior/wheels"])
@@ -184,8 +189,10 @@ def test_after_a_full_disk_the_robot_can_still_be_spoken_to(tmp_path: Path) -> N
     recorder = open_recorder(tmp_path / "log.mcap")
     wire = Wire(recorder)
     wire.up(SENSORS)
-    recorder._writer._file.close()
-    recorder._writer._file = FullDisk()  # type: ignore[assignment]
+    writer = recorder._writer
+    assert isinstance(writer, LogWriter)
+    writer._file.close()
+    writer._file = FullDisk()  # type: ignore[assignment]
     wire.now = 10.0
     with pytest.raises(LogError, match="No space left"):
         wire.up(SENSORS)
