@@ -28,7 +28,7 @@ from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.overview import MESSAGE_SIZE, SIZES
 from hil.mcaplog.unpacking import RECORD_HEAD, stream
-from hil.mcaplog.writer import LIBRARY, MAGIC
+from hil.mcaplog.writer import MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,7 +44,7 @@ class LogCopy:
 
     Args:
         file: What to write to.
-        profile: Of the header.
+        header: Of the log that is copied; None where it has none that can be read.
         level: How well chunks are compressed: zstd's level.
         chunk_size: What a chunk holds, in bytes, before it is compressed.
         index_messages: Chunks are followed by message indexes, which take 16 bytes an entry and do not compress; without
@@ -52,7 +52,13 @@ class LogCopy:
     """
 
     def __init__(
-        self, file: BinaryIO, *, profile: str = "", level: int = 3, chunk_size: int = 1 << 20, index_messages: bool = True
+        self,
+        file: BinaryIO,
+        *,
+        header: Header | None = None,
+        level: int = 3,
+        chunk_size: int = 1 << 20,
+        index_messages: bool = True,
     ) -> None:
         self._file = file
         self._index_messages = index_messages
@@ -68,7 +74,7 @@ class LogCopy:
         self._attachments: list[AttachmentIndex] = []
         self._counts: dict[int, int] = {}
         self._sizes: dict[str, int] = {}
-        self._put(MAGIC + serialize(Header(profile=profile, library=LIBRARY)))
+        self._put(MAGIC + serialize(header or Header(profile="", library="")))
 
     @property
     def entries(self) -> int:
