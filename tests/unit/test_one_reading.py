@@ -15,11 +15,13 @@ from firmware_protocol.events import Received
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorSensors
+from firmware_protocol.signing import SigningKey
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge import Bridge
 from hil.clock import LastReading, MonotonicClock
 from hil.conformance.probe import Probe
 from hil.junior import Junior
+from hil.key_file import open_signing
 from hil.networks import Networks
 from hil.operator import INTERRUPT, Input, Operator
 from hil.pump import InlinePump
@@ -221,6 +223,18 @@ def test_after_a_sleep_a_reading_is_known_to_be_old_and_a_fresh_one_is_asked_for
     assert junior.sensors.time == pytest.approx(robot.now(), abs=2 * PERIOD)
     assert asked(robot) == before + 1
     assert not bool(junior.stale)
+
+
+def test_signatures_begin_with_the_calendar_and_go_on_by_the_readings() -> None:
+    clock, key = ManualClock(3.0), SigningKey(bytes(range(1, 33)))
+    reading = LastReading(clock)
+    signing = open_signing(key, Nowhere(), reading, lambda: 1_000_000)
+    assert signing is not None
+    assert signing.clock() == 1_000_000
+    clock.advance(2.0)
+    assert signing.clock() == 1_000_000
+    reading.read()
+    assert signing.clock() == 1_200_000  # in 10 us
 
 
 def test_the_time_of_several_networks() -> None:
