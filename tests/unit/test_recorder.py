@@ -11,13 +11,24 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from report_logs import FRAME, FullDisk, Wire, coaching_log, open_recorder
 
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
 from hil.mcaplog import LogError, LogReader, differences
-from hil.mcaplog.records import BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import (
+    BridgeOpening,
+    BridgeStep,
+    EventRecord,
+    RejectedInput,
+    SessionDrawn,
+    StepRecord,
+    TrialRecord,
+    UnsentBytes,
+    WireBytes,
+)
 from hil.mcaplog.writer import LogWriter
 from hil.operator import Input
-from hil.taps import Circumstances
+from hil.taps import NOTHING, Circumstances, Opening
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,6 +66,52 @@ def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
     received, sent = LogReader(path).entries(["/junior/sensors", "/junior/wheels"])
     assert (received.value, received.sender, received.frame, received.time) == (SENSORS, (3, 1), 200, 0.99)
     assert (sent.value, sent.sender, sent.frame, sent.time) == (wheels, (255, 190), None, 1.5)
+
+
+def test_each_of_several_networks_has_its_name_in_one_log(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        taps = [recorder.of_network(name) for name in ("a", "b")]
+        for number, tap in enumerate(taps):
+            tap.opened(Opening("ab"[number], f"{'ab'[number]}:1", "mavlink", lockstep=False, clock=0.5 + number))
+            tap.session_drawn(7 + number)
+        for number, tap in enumerate(taps):
+            tap.step(2.0 + number, [(1.5, b"ab")], NOTHING)
+            tap.wire_rx(1.5, b"ab")
+            tap.wire_tx(2.0, b"cd")
+        taps[1].step(4.0, [], Circumstances(back="b:2"))
+        taps[1].unsent(4.0, b"ef", LinkTimeoutError("b:2", "busy"))
+        taps[0].of_network("c").session_drawn(9)
+        recorder.note("link", "told")
+    opening = [BridgeOpening(name, f"{name}:1", "mavlink", lockstep=False, clock=clock, signing_time=0)
+               for name, clock in (("a", 0.5), ("b", 1.5))]  # fmt: skip
+    assert values(path, "/bridge/open") == opening
+    assert values(path, "/bridge/session") == [SessionDrawn("a", 7), SessionDrawn("b", 8), SessionDrawn("c", 9)]
+    assert values(path, "/bridge/step") == [
+        BridgeStep(2.0, (1.5,), (2,), network="a"),
+        BridgeStep(3.0, (1.5,), (2,), network="b"),
+        BridgeStep(4.0, (), (), network="b", back="b:2"),
+    ]
+    assert [(wire.direction, wire.link) for wire in values(path, "/wire/rx", "/wire/tx")] == [
+        ("rx", "a"), ("tx", "a"), ("rx", "b"), ("tx", "b")
+    ]  # fmt: skip
+    assert values(path, "/wire/unsent") == [UnsentBytes("b:2", b"ef", timeout=True, error="busy")]
+    (told,) = LogReader(path).entries(["/events"])
+    assert told.time == 4.0
+
+
+@pytest.mark.parametrize(("error", "timeout"), [(LinkTimeoutError, True), (LinkClosedError, False)])
+def test_bytes_that_were_not_taken_are_not_recorded_as_sent(
+    tmp_path: Path,
+    error: type[LinkError],
+    timeout: bool,  # noqa: FBT001 - as of the record
+) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.step(1.0, [])
+        recorder.unsent(1.0, b"xyz", error("memory:", "nobody reads"))
+    assert values(path, "/wire/unsent") == [UnsentBytes("memory:", b"xyz", timeout=timeout, error="nobody reads")]
+    assert values(path, "/wire/tx") == []
 
 
 def test_what_happens_to_the_link_is_told(tmp_path: Path) -> None:
