@@ -122,5 +122,6 @@ def _fields(descriptor: bytes) -> str:
 
 
 if __name__ == "__main__":
+    GOLDEN.unlink(missing_ok=True)
     write_small_log(GOLDEN)
     TWIN.write_text(describe(GOLDEN), "utf-8")
