@@ -35,7 +35,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
-from hil.mcaplog.joints import DEFINITION, JOINT_STATE, encode_joints
+from hil.mcaplog.joints import DEFINITION, JOINT_STATE, JointPlots
 from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
@@ -76,8 +76,6 @@ FLUSH_REAL_TIME: Final = 0.25
 """Log time between flushes where log time is real time, in s: what a crash may lose."""
 FLUSH_LOCKSTEP: Final = 1.0
 """Likewise in lock-step, where a second of log time takes a few milliseconds."""
-PLOT_INTERVAL: Final = 0.1
-"""Log time between joint states, in s."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 """MAV_SEVERITY of a note by its kind; 6, information, for any other."""
 
@@ -136,10 +134,7 @@ class Recorder:
         self._writer.metadata("config", config)
         self.now = 0.0
         self._network = _Network(self._writer, link)
-        self._joints_channel = self._writer.raw_channel(
-            "/junior/joints", JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr"
-        )
-        self._plotted_at = -PLOT_INTERVAL
+        self._plots = JointPlots()
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -450,9 +445,9 @@ class Recorder:
         self._writer.write(self._writer.raw_channel("/log", *TEXT), time, encode_text(time, severity, text, source))
 
     def _plot(self, sensors: JuniorSensors, time: float) -> None:
-        if time - self._plotted_at >= PLOT_INTERVAL - 1e-6:
-            self._plotted_at = time
-            self._writer.write(self._joints_channel, time, encode_joints(time, sensors))
+        for topic, data in self._plots.due(time, sensors):
+            channel = self._writer.raw_channel(topic, JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr")
+            self._writer.write(channel, time, data)
 
     def _draw(self, state: RefereeState, time: float) -> None:
         pose, scene = self._scene.due(state, time)

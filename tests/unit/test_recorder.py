@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import struct
 from collections import Counter
-from math import sqrt
+from dataclasses import replace
+from math import isnan, sqrt
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,6 +16,7 @@ from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutErro
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
 from hil.mcaplog import LogError, LogReader, differences
+from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.records import (
     BridgeOpening,
     BridgeStep,
@@ -162,12 +164,31 @@ def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with open_recorder(path) as recorder:
         for index in range(11):
-            sensors = JuniorSensors(0.5, (0.25, -0.5), (index, 2), (3, 4), 7.4, 3)
-            recorder.received(Received(sensors, 1, 1, index, index * 0.02, FRAME))
-    data = values(path, "/junior/joints")
-    assert len(data) == 3  # ten a second
-    assert data[0][:4] == b"\0\1\0\0"
-    body, at = data[1][4:], 0
+            time = index * 0.02
+            sensors = JuniorSensors(time + 0.5, (0.25 + time, -0.5), (index, 2), (3, 4), 7.5, 3)
+            recorder.received(Received(sensors, 1, 1, index, time, FRAME))
+        recorder.received(Received(replace(sensors, time=0.0), 1, 1, 12, 0.5, FRAME))  # restarted
+    assert [len(values(path, topic)) for topic in PLOTS] == [4, 4, 4, 1]  # ten a second, the battery once
+    for topic, state in (
+        ("/junior/plot/eyes", (["eye_left", "eye_right"], [5.0, 2.0], [])),
+        ("/junior/plot/floor", (["floor_left", "floor_right"], [3.0, 4.0], [])),
+        ("/junior/plot/wheels", (["wheel_left", "wheel_right"], [0.35, -0.5], [1.0, 0.0])),
+    ):
+        seconds, names, positions, velocities = joint_state(values(path, topic)[1])
+        assert names == state[0]
+        assert seconds == pytest.approx(0.1)
+        assert positions == pytest.approx(state[1])
+        assert velocities == pytest.approx(state[2])
+    assert joint_state(values(path, "/junior/plot/battery")[0]) == (0.0, ["battery"], [7.5], [])
+    for number in (0, 3):  # nothing before it, or what was before was another life
+        velocities = joint_state(values(path, "/junior/plot/wheels")[number])[3]
+        assert [isnan(speed) for speed in velocities] == [True, True]
+
+
+def joint_state(data: bytes) -> tuple[float, list[str], list[float], list[float]]:
+    """A joint state taken apart by what the standard says of its layout: time in s, names, positions, velocities."""
+    assert data[:4] == b"\0\1\0\0"
+    body, at = data[4:], 0
 
     def take(layout: str) -> Any:  # noqa: ANN401 - whatever comes next
         nonlocal at
@@ -182,12 +203,12 @@ def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
         at += length
         return str(body[at - length : at - 1], "ascii")
 
-    assert (take("i"), take("I"), text()) == (0, 100_000_000, "")
-    assert [text() for _ in range(take("I"))] == [
-        "eye_left", "eye_right", "floor_left", "floor_right", "wheel_left", "wheel_right",
-    ]  # fmt: skip
-    assert [take("d") for _ in range(take("I"))] == [5.0, 2.0, 3.0, 4.0, 0.25, -0.5]
-    assert (take("I"), take("I"), len(body)) == (0, 0, at)
+    seconds = take("i") + take("I") / 1e9
+    assert text() == ""
+    names = [text() for _ in range(take("I"))]
+    positions, velocities, efforts = ([take("d") for _ in range(take("I"))] for _ in range(3))
+    assert (efforts, len(body)) == ([], at)
+    return seconds, names, positions, velocities
 
 
 def test_an_opponent_that_nobody_knows_is_not_drawn(tmp_path: Path) -> None:
