@@ -12,6 +12,7 @@ from hil.cli.log_tables import print_comparison
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
 from hil.mcaplog.compare import compare_logs
+from hil.mcaplog.reader import LogReader
 from hil.outputs import check_output
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
@@ -51,9 +52,7 @@ def rerecorded(
     job, url, _ = recorded_job(tape)
     address = parse_address(url)
     if address.scheme != "sim":
-        raise ReplayError(
-            f"{log} is of a robot at {url}: only what an emulated robot in the same process did can be done again"
-        )
+        raise ReplayError(f"{log} is of a robot at {url}: only an emulated robot in the same process does the same again")
     if tape.config.get("signed") == "true":
         raise ReplayError(f"{log} is of a run whose frames were signed: it can be replayed, and not recorded again")
     if address.options.get("faults", "").startswith("@") or address.options.get("faults", "").endswith((".toml", ".json")):
@@ -63,8 +62,8 @@ def rerecorded(
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))
     except HilError as error:
         console.print(f"The run ended: {error}", markup=False)
-    kept = tape.kept
-    found = compare_logs(log, out, limits=limits) if kept is None else compare_logs(log, out, sorted(kept), limits=limits)
+    kept = None if tape.kept is None else {entry.topic for entry in LogReader(log, limits).raw_entries()}
+    found = compare_logs(log, out, kept, limits=limits)
     if as_json:
         common.print_json({"first": str(log), "second": str(out), "same": found.same, **asdict(found)})
     elif not quiet:

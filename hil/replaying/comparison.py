@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
@@ -171,7 +172,7 @@ class Comparison:
 
     def _was_kept(self, topic: str) -> bool:
         kept = self._tape.kept
-        return kept is None or any(topic == one or (one.endswith("/") and topic.startswith(one)) for one in kept)
+        return kept is None or any(fnmatchcase(topic, pattern) for pattern in kept)
 
     def _next(self) -> RawEntry | None:
         """The next entry to be compared, or the beginning of the next step; others are passed over."""

@@ -295,7 +295,7 @@ class Tape:
 
 
 def _kept(slim: dict[str, str]) -> frozenset[str] | None:
-    """Topics that a slimmed log has kept, or what they begin with; None of a log that was not slimmed."""
+    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
