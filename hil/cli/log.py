@@ -48,14 +48,19 @@ def info(
 
     Example: hil log info runs/20261128-130501-coach-flat-light
     """
+    from hil.replaying.host import why_not  # noqa: PLC0415 - it loads all that the verbs do
+
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = overview(find(log, console, quiet=quiet), lifted(max_chunk), sizes=sizes)
-    if as_json:
-        common.print_json(_plain(found))
-    elif quiet:
+    if quiet and not as_json:
         typer.echo(found.health)
+        return
+    obstacle = why_not(found.path, lifted(max_chunk))
+    if as_json:
+        common.print_json({**_plain(found), "replayable": not obstacle, "not_replayable_because": obstacle or None})
     else:
         _print(found, console)
+        console.print(f"replayable: {f'no: it {obstacle}' if obstacle else 'yes (hil replay)'}")
 
 
 def _plain(found: LogOverview) -> dict[str, Any]:
