@@ -198,7 +198,18 @@ class Recorder:
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
         """The link did not take these bytes; time is the bridge's, in s."""
-        refused = UnsentBytes(self._network.name, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        self.bytes_unsent(self._network.name, time, data, error)
+
+    def bytes_unsent(self, network: str, time: float, data: bytes, error: LinkError) -> None:
+        """The link of one of several networks did not take these bytes.
+
+        Args:
+            network: Its name.
+            time: The bridge's time, in s.
+            data: The bytes.
+            error: Why.
+        """
+        refused = UnsentBytes(network, data, isinstance(error, LinkTimeoutError), bare_text(error))
         self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:
@@ -503,12 +514,14 @@ class _OneOfSeveral:
         self._network = network
         self.of_network = recorder.of_network
         self.opened = recorder.opened
-        self.unsent = recorder.unsent
         self.received = recorder.received
         self.sent = recorder.sent
         self.event = recorder.event
         self.wire_rx = network.wire_rx
         self.wire_tx = network.wire_tx
+
+    def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        self._recorder.bytes_unsent(self._network.name, time, data, error)
 
     def session_drawn(self, number: int) -> None:
         self._recorder.number_drawn(self._network.name, number)

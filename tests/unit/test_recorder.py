@@ -97,7 +97,7 @@ def test_each_of_several_networks_has_its_name_in_one_log(tmp_path: Path) -> Non
     assert [(wire.direction, wire.link) for wire in values(path, "/wire/rx", "/wire/tx")] == [
         ("rx", "a"), ("tx", "a"), ("rx", "b"), ("tx", "b")
     ]  # fmt: skip
-    assert values(path, "/wire/unsent") == [UnsentBytes("b:2", b"ef", timeout=True, error="busy")]
+    assert values(path, "/wire/unsent") == [UnsentBytes("b", b"ef", timeout=True, error="busy")]
     (told,) = LogReader(path).entries(["/events"])
     assert told.time == 4.0
 
