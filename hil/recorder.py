@@ -56,7 +56,6 @@ from hil.mcaplog.writer import LogWriter
 from hil.protagonist import Protagonist
 from hil.scene import SceneClock, places, shapes
 from hil.taps import NOTHING
-from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -72,10 +71,8 @@ if TYPE_CHECKING:
     from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import Credit, GenerationRecord, PalSettings, Performance, Trial
 
-FLUSH_REAL_TIME: Final = 0.25
-"""Log time between flushes where log time is real time, in s: what a crash may lose."""
-FLUSH_LOCKSTEP: Final = 1.0
-"""Likewise in lock-step, where a second of log time takes a few milliseconds."""
+FLUSH: Final = 0.25
+"""Log time between flushes, in s: what a crash may lose."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 """MAV_SEVERITY of a note by its kind; 6, information, for any other."""
 
@@ -127,13 +124,14 @@ class Recorder:
         self._writer: LogSink = writer or LogWriter(
             path,
             run=run,
-            flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
+            flush_every=FLUSH,
+            long_chunks=lockstep,
             overwrite=overwrite,
             on_failure=on_failure,
         )
         self._writer.metadata("config", config)
         self.now = 0.0
-        self._network = _Network(self._writer, link)
+        self._network = Network(self._writer, link)
         self._plots = JointPlots()
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
@@ -157,7 +155,7 @@ class Recorder:
         Args:
             name: Its name.
         """
-        return _OneOfSeveral(self, _Network(self._writer, name))
+        return OneOfSeveral(self, Network(self._writer, name))
 
     def opened(self, opening: Opening) -> None:
         """The bridge begins."""
@@ -270,7 +268,9 @@ class Recorder:
             text: What happened, in words.
             **fields: The particulars, such as JSON can hold.
         """
-        particulars = json.dumps(fields, sort_keys=True, default=str)
+        self._noted(kind, text, json.dumps(fields, sort_keys=True, default=str))
+
+    def _noted(self, kind: str, text: str, particulars: str) -> None:
         self._record("/events", EventRecord(kind, text, particulars), self.now)
         self._say(self.now, SEVERITIES.get(kind, 6), text, kind)
 
@@ -339,6 +339,8 @@ class Recorder:
             engagement: What the robot did.
             performance: What the learner was told of it.
         """
+        from pal_advisor.maneuvers import fitness  # noqa: PLC0415 - brings numpy, which who only writes a log does without
+
         previous, current = (_label(code) for code in trial.category)
         record = TrialRecord(
             id=trial.id,
@@ -473,12 +475,15 @@ class Recorder:
             writer.write(writer.raw_channel("/tf", *TRANSFORMS), time, encode_transforms(time, places(state)))
 
 
-class _Network:
+class Network:
     """The steps and the bytes of one network.
 
     Args:
         writer: Takes the entries.
         name: Name of the network.
+
+    Attributes:
+        name: As given.
     """
 
     def __init__(self, writer: LogSink, name: str) -> None:
@@ -492,16 +497,19 @@ class _Network:
         self._encode_rx, self._encode_tx = (wire_encoder(direction, name) for direction in ("rx", "tx"))
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
         self._write(self._step_channel, time, self._encode_step(time, chunks, met))
 
     def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_rx`."""
         self._write(self._rx_channel, time, self._encode_rx(data))
 
     def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_tx`."""
         self._write(self._tx_channel, time, self._encode_tx(data))
 
 
-class _OneOfSeveral:
+class OneOfSeveral:
     """Records one of several networks: its own steps and bytes, and all else as the recorder does.
 
     Args:
@@ -509,7 +517,7 @@ class _OneOfSeveral:
         network: The network.
     """
 
-    def __init__(self, recorder: Recorder, network: _Network) -> None:
+    def __init__(self, recorder: Recorder, network: Network) -> None:
         self._recorder = recorder
         self._network = network
         self.of_network = recorder.of_network
@@ -521,12 +529,15 @@ class _OneOfSeveral:
         self.wire_tx = network.wire_tx
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        """See `Tap.unsent`."""
         self._recorder.bytes_unsent(self._network.name, time, data, error)
 
     def session_drawn(self, number: int) -> None:
+        """See `Tap.session_drawn`."""
         self._recorder.number_drawn(self._network.name, number)
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
         self._recorder.now = time
         self._network.step(time, chunks, met)
 

@@ -11,7 +11,7 @@ from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import read_sender
 from hil.mcaplog.records import EventRecord, WireBytes
 from hil.replaying.difference import Difference, ReplayDiverged, first_field, in_words, same
-from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
+from hil.replaying.tape import EVENTS, OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,7 +26,6 @@ BEFORE: Final = 3
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
 PAL: Final = "/pal/"
-EVENTS: Final = "/events"
 ENDED_WITH: Final = "end/"
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 _BRIDGE: Final = frozenset((OPEN, SESSION, STEP, RX))

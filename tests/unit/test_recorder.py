@@ -269,8 +269,8 @@ def test_after_a_full_disk_the_robot_can_still_be_spoken_to(tmp_path: Path) -> N
     wire.up(SENSORS)
     writer = recorder._writer
     assert isinstance(writer, LogWriter)
-    writer._file.close()
-    writer._file = FullDisk()  # type: ignore[assignment]
+    writer._output.file.close()
+    writer._output.file = FullDisk()  # type: ignore[assignment]
     wire.now = 10.0
     with pytest.raises(LogError, match="No space left"):
         wire.up(SENSORS)
