@@ -23,6 +23,7 @@ from hil.mcaplog import LogWriter
 from hil.mcaplog.encode import compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import BridgeStep, EventRecord, WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
+from hil.taps import NOTHING
 
 TOPIC: Final = "/junior/sensors"
 SENSORS, STATE, BEAT = (message_schema(kind) for kind in (JuniorSensors, RefereeState, Heartbeat))
@@ -71,7 +72,7 @@ def make(path: Path, size: int) -> float:
     dice, time = random.Random(1), 0.0  # noqa: S311 - no secret
     writer = LogWriter(path, run={"command": "benchmark"}, flush_every=1.0)
     writer.metadata("config", {"version": "0", "seed": "1"})
-    step, sensors, state, beat = step_encoder(), *(compile_encoder(one) for one in (SENSORS, STATE, BEAT))
+    step, sensors, state, beat = step_encoder("sim://junior"), *(compile_encoder(one) for one in (SENSORS, STATE, BEAT))
     event, wire = compile_encoder(EVENTS), {way: wire_encoder(way, "sim://junior") for way in ("rx", "tx")}
     steps, came, went = (
         writer.channel("/bridge/step", STEPS),
@@ -98,7 +99,7 @@ def make(path: Path, size: int) -> float:
             )
             writer.write(went, time, wire["tx"](dice.randbytes(21)))
         frame = dice.randbytes(48)
-        writer.write(steps, time, step(time, [(time, frame)], ()))
+        writer.write(steps, time, step(time, [(time, frame)], NOTHING))
         writer.write(came, time, wire["rx"](frame))
         if tick % 500 == 0:
             writer.write(told, time, event(EventRecord("bout", f"bout {tick // 500}: win after 4.9 s", "{}")))

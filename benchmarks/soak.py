@@ -49,6 +49,7 @@ from hil.bouts import Tally, play
 from hil.bridge import Bridge
 from hil.coaching import Coaching, new_pal
 from hil.controllers import AdviceController
+from hil.reopening import Reopening
 from hil.ring import open_ring
 from hil.seeds import Branch, bout_seed, generator
 from pal_advisor.maneuvers import Advice, PalSettings
@@ -57,10 +58,12 @@ from simdevice.world import World, junior_world
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from firmware_protocol.errors import LinkError
     from firmware_protocol.link import Link
     from firmware_protocol.wire import Message
     from hil.bouts import Bout
     from hil.ring import Engagement
+    from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 PATIENCE: Final = 30.0
@@ -245,18 +248,32 @@ class Meter:
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         """The bridge has begun a step."""
-        del chunks
+        del chunks, met
         self.time = time
         if time >= self._due:
             self._due = time + self.every
             traced = tracemalloc.get_traced_memory()[0] / 2**20 if tracemalloc.is_tracing() else 0.0
             self.memory.append((time, resident(), traced))
 
+    def of_network(self, name: str) -> Tap:
+        """There is one network."""
+        del name
+        return self
+
+    def opened(self, opening: Opening) -> None:
+        """The bridge begins."""
+
+    def session_drawn(self, number: int) -> None:
+        """A number was drawn."""
+
     def wire_rx(self, time: float, data: bytes) -> None:
         """Bytes came."""
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """Bytes went."""
+
+    def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        """Bytes did not go."""
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded."""
@@ -346,10 +363,9 @@ def soak(settings: PalSettings, spec: FaultSpec, seed: int, *, opponent: str = "
         witness,
         taps=[meter],
         session=lambda: int(numbers.integers(1, 0x10000)),
-        opener=line,
-        patience=PATIENCE,
+        reopening=Reopening(line, PATIENCE),
     )
-    with hil.Junior(bridge, witness.now) as junior:
+    with hil.Junior(bridge) as junior:
         junior.find()
         junior.arm()
         coaching = Coaching(open_ring(junior), new_pal(settings, seed), seed=seed)

@@ -226,8 +226,8 @@ class Bridge:
         """
         if self._told or self._closed:
             raise self._ended or LinkClosedError(self.link.url, "the bridge is closed")
-        until, hurry = self.next_due(), self._around.changed or self._anew is not None
-        if wait <= 0 and self.link.lockstep and until > self.now and not hurry:
+        until = self.next_due()
+        if wait <= 0 and self.link.lockstep and until > self.now and self._nothing_waits:
             return []
         chunks = self._pump.take(wait if until > self.now and not self.operator.waiting else 0.0, until)
         now = self.now = self._read_clock()
@@ -249,6 +249,11 @@ class Bridge:
             self._untold = events
             raise KeyboardInterrupt
         return events
+
+    @property
+    def _nothing_waits(self) -> bool:
+        """A step would find nothing to take in, to see to or to tell, if time has not moved."""
+        return self._ended is None and not self._untold and self._anew is None and not self._around.changed
 
     def _take_in(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
         """Decode what has come; where more may be waiting, see first to what is due."""

@@ -35,7 +35,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
-from hil.mcaplog.joints import DEFINITION, JOINT_STATE, encode_joints
+from hil.mcaplog.joints import DEFINITION, JOINT_STATE, JointPlots
 from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
@@ -73,8 +73,6 @@ if TYPE_CHECKING:
 
 FLUSH: Final = 0.25
 """Log time between flushes, in s: what a crash may lose."""
-PLOT_INTERVAL: Final = 0.1
-"""Log time between joint states, in s."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 """MAV_SEVERITY of a note by its kind; 6, information, for any other."""
 
@@ -134,10 +132,7 @@ class Recorder:
         self._writer.metadata("config", config)
         self.now = 0.0
         self._network = Network(self._writer, link)
-        self._joints_channel = self._writer.raw_channel(
-            "/junior/joints", JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr"
-        )
-        self._plotted_at = -PLOT_INTERVAL
+        self._plots = JointPlots()
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -201,7 +196,18 @@ class Recorder:
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
         """The link did not take these bytes; time is the bridge's, in s."""
-        refused = UnsentBytes(self._network.name, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        self.bytes_unsent(self._network.name, time, data, error)
+
+    def bytes_unsent(self, network: str, time: float, data: bytes, error: LinkError) -> None:
+        """The link of one of several networks did not take these bytes.
+
+        Args:
+            network: Its name.
+            time: The bridge's time, in s.
+            data: The bytes.
+            error: Why.
+        """
+        refused = UnsentBytes(network, data, isinstance(error, LinkTimeoutError), bare_text(error))
         self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:
@@ -452,9 +458,9 @@ class Recorder:
         self._writer.write(self._writer.raw_channel("/log", *TEXT), time, encode_text(time, severity, text, source))
 
     def _plot(self, sensors: JuniorSensors, time: float) -> None:
-        if time - self._plotted_at >= PLOT_INTERVAL - 1e-6:
-            self._plotted_at = time
-            self._writer.write(self._joints_channel, time, encode_joints(time, sensors))
+        for topic, data in self._plots.due(time, sensors):
+            channel = self._writer.raw_channel(topic, JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr")
+            self._writer.write(channel, time, data)
 
     def _draw(self, state: RefereeState, time: float) -> None:
         pose, scene = self._scene.due(state, time)
@@ -516,12 +522,15 @@ class OneOfSeveral:
         self._network = network
         self.of_network = recorder.of_network
         self.opened = recorder.opened
-        self.unsent = recorder.unsent
         self.received = recorder.received
         self.sent = recorder.sent
         self.event = recorder.event
         self.wire_rx = network.wire_rx
         self.wire_tx = network.wire_tx
+
+    def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        """See `Tap.unsent`."""
+        self._recorder.bytes_unsent(self._network.name, time, data, error)
 
     def session_drawn(self, number: int) -> None:
         """See `Tap.session_drawn`."""

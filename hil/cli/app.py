@@ -21,6 +21,7 @@ from hil.cli.coach import coach
 from hil.cli.deploy import deploy
 from hil.cli.emulate import emulate
 from hil.cli.keygen import key, keygen
+from hil.cli.log import app as log_app
 from hil.cli.monitor import monitor
 from hil.cli.param import param
 from hil.cli.ports import ports
@@ -40,6 +41,7 @@ app = typer.Typer(
 )
 for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, replay, report, runs):
     app.command(cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+app.add_typer(log_app, name="log")
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from hil.deploying import Deployment
     from hil.jobs.stage import Stage
+    from hil.junior import Junior
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -136,14 +137,29 @@ class DeployJob:
         if self.leave:
             session.junior.leave()
             return None
-        told: set[State] = set()
+        return look_on(session.junior, self.countdown, self.seed, _nothing if stage.quiet else stage.say)
 
-        def each(state: State) -> None:
-            if state is State.CONTEST and state not in told and not stage.quiet:
-                stage.say("It plays.")
-            told.add(state)
 
-        ended = follow_contest(session.junior, self.countdown, seed=self.seed, each=each)
-        if ended.ending is Ending.OUT_OF_REACH:  # a contest is not ended by the loss of its host
-            session.junior.leave()
-        return ended
+def look_on(junior: Junior, countdown: float, seed: int, say: Callable[[str], object]) -> Contest:
+    """Look on at a contest that has just been started; a robot that is out of reach is left playing.
+
+    Args:
+        junior: The robot.
+        countdown: What it was started with, in s.
+        seed: Decides the start poses, where there is a referee.
+        say: Is told when it plays.
+
+    Returns:
+        How it ended.
+    """
+    told: set[State] = set()
+
+    def each(state: State) -> None:
+        if state is State.CONTEST and state not in told:
+            say("It plays.")
+        told.add(state)
+
+    ended = follow_contest(junior, countdown, seed=seed, each=each)
+    if ended.ending is Ending.OUT_OF_REACH:  # should it hear us all the same: a contest is not ended by the loss of its host
+        junior.leave()
+    return ended

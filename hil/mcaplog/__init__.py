@@ -8,22 +8,34 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from hil.mcaplog.attachments import LogAttachment
-    from hil.mcaplog.compare import differences
+    from hil.mcaplog.compare import LogComparison, compare_logs, differences
     from hil.mcaplog.errors import LogError, UnreadableLogError
     from hil.mcaplog.reader import LogEntry, LogReader
     from hil.mcaplog.writer import LogWriter
 
 _HOMES: Final = {
     "LogAttachment": "hil.mcaplog.attachments",
+    "LogComparison": "hil.mcaplog.compare",
     "LogEntry": "hil.mcaplog.reader",
     "LogError": "hil.mcaplog.errors",
     "LogReader": "hil.mcaplog.reader",
     "LogWriter": "hil.mcaplog.writer",
     "UnreadableLogError": "hil.mcaplog.errors",
+    "compare_logs": "hil.mcaplog.compare",
     "differences": "hil.mcaplog.compare",
 }
 
-__all__ = ["LogAttachment", "LogEntry", "LogError", "LogReader", "LogWriter", "UnreadableLogError", "differences"]
+__all__ = [
+    "LogAttachment",
+    "LogComparison",
+    "LogEntry",
+    "LogError",
+    "LogReader",
+    "LogWriter",
+    "UnreadableLogError",
+    "compare_logs",
+    "differences",
+]
 
 
 def __getattr__(name: str) -> object:

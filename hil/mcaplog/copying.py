@@ -28,7 +28,7 @@ from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.overview import MESSAGE_SIZE, SIZES
 from hil.mcaplog.unpacking import RECORD_HEAD, stream
-from hil.mcaplog.writer import LIBRARY, MAGIC
+from hil.mcaplog.writer import MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -44,18 +44,25 @@ class LogCopy:
 
     Args:
         file: What to write to.
-        profile: Of the header.
+        header: Of the log that is copied; None where it has none that can be read.
         level: How well chunks are compressed: zstd's level.
         chunk_size: What a chunk holds, in bytes, before it is compressed.
-        index_messages: Chunks are followed by message indexes, which take 16 bytes an entry and do not compress; without
-            them, all of a chunk is read where one topic of it is asked for.
+        indexed: Chunks and the entries in them are indexed, which takes 16 bytes an entry that do not compress; without that,
+            readers go through all of it where one topic is asked for. The two go together: some readers raise on chunks
+            that are indexed and whose entries are not.
     """
 
     def __init__(
-        self, file: BinaryIO, *, profile: str = "", level: int = 3, chunk_size: int = 1 << 20, index_messages: bool = True
+        self,
+        file: BinaryIO,
+        *,
+        header: Header | None = None,
+        level: int = 3,
+        chunk_size: int = 1 << 20,
+        indexed: bool = True,
     ) -> None:
         self._file = file
-        self._index_messages = index_messages
+        self._indexed = indexed
         self._chunk_size = chunk_size
         self._compressor = zstandard.ZstdCompressor(level=level)
         self._offset = 0
@@ -68,7 +75,7 @@ class LogCopy:
         self._attachments: list[AttachmentIndex] = []
         self._counts: dict[int, int] = {}
         self._sizes: dict[str, int] = {}
-        self._put(MAGIC + serialize(Header(profile=profile, library=LIBRARY)))
+        self._put(MAGIC + serialize(header or Header(profile="", library="")))
 
     @property
     def entries(self) -> int:
@@ -152,7 +159,7 @@ class LogCopy:
         body = serialize(chunk)
         self._put(body)
         offsets: dict[int, int] = {}
-        for channel, places in self._index.items() if self._index_messages else ():
+        for channel, places in self._index.items() if self._indexed else ():
             offsets[channel] = self._offset
             size = 8 * len(places)
             self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(places)}Q", *places))
@@ -190,7 +197,7 @@ class LogCopy:
                 Opcode.SCHEMA: list(self._schemas.values()),
                 Opcode.CHANNEL: list(self._channels.values()),
                 Opcode.STATISTICS: [statistics],
-                Opcode.CHUNK_INDEX: self._chunks,
+                Opcode.CHUNK_INDEX: self._chunks if self._indexed else [],
                 Opcode.ATTACHMENT_INDEX: self._attachments,
                 Opcode.METADATA_INDEX: self._metadata,
             },

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.walking import RawRecord
 
-_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "index_messages": False}
+_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "indexed": False}
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def copy_log(
     except OSError as error:
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
-        copy = LogCopy(output.file, profile=_profile(reader), **(_SMALL if small else {}))
+        copy = LogCopy(output.file, header=_header(reader), **(_SMALL if small else {}))
         files = _fill(copy, reader, topics)
         if more is not None:
             more(copy)
@@ -162,13 +162,12 @@ class _Files:
                 self.attachments += 1
 
 
-def _profile(reader: LogReader) -> str:
-    """Profile in a log's header; empty where that can't be read."""
+def _header(reader: LogReader) -> Header | None:
+    """A log's header, which says who wrote it; None where that can't be read."""
     for record in reader.walk(expand=False):
         if record.opcode == Opcode.HEADER:
-            try:
-                return str(Header.read(stream(record.content)).profile)
-            except DAMAGE:
-                return ""
+            with suppress(*DAMAGE):
+                header: Header = Header.read(stream(record.content))
+                return header
         break
-    return ""
+    return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
@@ -10,7 +11,7 @@ from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import read_sender
 from hil.mcaplog.records import EventRecord, WireBytes
 from hil.replaying.difference import Difference, ReplayDiverged, first_field, in_words, same
-from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
+from hil.replaying.tape import EVENTS, OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -25,7 +26,6 @@ BEFORE: Final = 3
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
 PAL: Final = "/pal/"
-EVENTS: Final = "/events"
 ENDED_WITH: Final = "end/"
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 _BRIDGE: Final = frozenset((OPEN, SESSION, STEP, RX))
@@ -171,7 +171,7 @@ class Comparison:
 
     def _was_kept(self, topic: str) -> bool:
         kept = self._tape.kept
-        return kept is None or any(topic == one or (one.endswith("/") and topic.startswith(one)) for one in kept)
+        return kept is None or any(fnmatchcase(topic, pattern) for pattern in kept)
 
     def _next(self) -> RawEntry | None:
         """The next entry to be compared, or the beginning of the next step; others are passed over."""

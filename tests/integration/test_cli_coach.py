@@ -307,7 +307,7 @@ def cut_short(monkeypatch: pytest.MonkeyPatch, after: int) -> None:
         if left == 0:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("hil.cli.progress.CoachingDisplay.trial", counting)
+    monkeypatch.setattr("hil.jobs.progress.CoachingDisplay.trial", counting)
 
 
 @pytest.mark.slow

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 import serial
-from hil.cli.session import Session
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.events import Received
@@ -19,11 +18,10 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil import deploying
 from hil.advice_file import save_advice
 from hil.bridge import Bridge
-from hil.cli import common
 from hil.cli.app import run
-from hil.cli.deploy import _follow
 from hil.contest import Ending, follow_contest, start_contest
 from hil.deploying import deploy, read_memory
+from hil.jobs.deploy import look_on
 from hil.junior import Junior
 from hil.mcaplog import LogReader
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
@@ -225,7 +223,7 @@ def test_a_robot_that_is_out_of_reach_is_not_stopped_by_leaving_it() -> None:
         deploy(junior, PUSH)
         start_contest(junior, countdown=1.0)
         line.mute = True
-        ended = _follow(Session(junior, None), common.consoles(as_json=False, quiet=True), 1.0, 1, quiet=True)
+        ended = look_on(junior, 1.0, 1, lambda _: None)
         assert ended.ending is Ending.OUT_OF_REACH
     moved = False
     for _ in range(200):

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from hil.cli.app import run
-from hil.cli.progress import CoachingDisplay
+from hil.jobs.progress import CoachingDisplay
 from hil.mcaplog import LogReader
 from hil.runs import RunRecord, load_run, make_run
 

@@ -331,7 +331,7 @@ def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_port_at_which_nobody_answers(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil.cli.session.connect", partial(connect, timeout=0.3))
+    monkeypatch.setattr("hil.jobs.session.connect", partial(connect, timeout=0.3))
     endpoint = PtyEndpoint()
     try:
         assert run(["coach", endpoint.url, "--no-log"]) == 3

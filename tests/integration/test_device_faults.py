@@ -220,7 +220,7 @@ def test_a_robot_rehearses_a_failure_and_the_log_says_so(tmp_path: Path) -> None
     watched = Watched("")
     recorder = Recorder(tmp_path / "log.mcap", run={}, config={}, link="sim://junior", lockstep=True)
     bridge = Bridge(MemoryLink(watched), watched, taps=[recorder], session=lambda: 7)
-    with recorder, hil.Junior(bridge, watched.now) as junior:
+    with recorder, hil.Junior(bridge) as junior:
         junior.find()
         with pytest.raises(RefusedError, match="FAIL_ENABLE is 0"):
             junior.inject_failure("wheel_left")

@@ -154,7 +154,7 @@ def impatient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_advice(advice, tmp_path / "advice.toml")
     for where in ("session", "param", "keygen"):
         monkeypatch.setattr(f"hil.cli.{where}.connect", partial(connect, timeout=WAIT))
-    monkeypatch.setattr("hil.cli.session.connect_all", partial(connect_all, timeout=WAIT))
+    monkeypatch.setattr("hil.jobs.session.connect_all", partial(connect_all, timeout=WAIT))
 
 
 def told(verb: str, url: str, capsys: pytest.CaptureFixture[str]) -> str:

@@ -304,7 +304,9 @@ def test_coaching_and_bouts_go_on_after_they_were_stopped(verb: list[str], figur
 def test_a_command_that_is_stuck_is_stopped_all_the_same(tmp_path: Path) -> None:
     then = """
     from hil.suspending import Suspension
-    suspension = Suspension(lambda: [junior], lambda: [junior.bridge], junior.step, junior.now)
+    suspension = Suspension(
+        junior.bridge.operator, lambda: [junior], lambda: [junior.bridge], junior.step, junior.now
+    )
     with suspension:
         junior.between = suspension.attend
         stuck = print("stuck", flush=True)

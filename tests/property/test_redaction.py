@@ -12,9 +12,10 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from quiet_tap import QuietTap
 
 from firmware_protocol.codec import open_codec
-from firmware_protocol.events import Event, Received, Rejected
+from firmware_protocol.events import Received, Rejected
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
@@ -27,8 +28,6 @@ from hil.bridge import Bridge
 from hil.redaction import Redaction
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from firmware_protocol.wire import Message
 
 KEY = SigningKey(bytes(range(1, 33)))
@@ -176,15 +175,12 @@ class Far:
 
 
 @dataclass
-class Log:
+class Log(QuietTap):
     """A tap."""
 
     rx: list[tuple[float, bytes]] = field(default_factory=list)
     tx: list[bytes] = field(default_factory=list)
     found: list[Received | Rejected] = field(default_factory=list)
-
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
-        pass
 
     def wire_rx(self, time: float, data: bytes) -> None:
         self.rx.append((time, data))
@@ -195,12 +191,6 @@ class Log:
 
     def received(self, event: Received | Rejected) -> None:
         self.found.append(event)
-
-    def sent(self, time: float, message: Message) -> None:
-        pass
-
-    def event(self, event: Event) -> None:
-        pass
 
 
 def heard(script: list[bytes], *, close_after: int | None = None) -> Log:

@@ -14,6 +14,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 
+from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.events import PeerFound, Received, Rejected, RejectReason
 from firmware_protocol.messages import (
     BoutOutcome,
@@ -27,9 +28,20 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.mcaplog import LogReader
+from hil.operator import INTERRUPT, Input
 from hil.recorder import Recorder
+from hil.taps import Circumstances, Opening
 from pal_advisor.maneuvers import GenerationRecord
 
+MET = Circumstances(
+    inputs=(Input("key w", "1"), Input(INTERRUPT)),
+    lost=LinkClosedError("memory:", "pulled"),
+    ended=LinkClosedError("memory:2", "it did not come back"),
+    back="memory:3",
+    news=("slower now",),
+    dropped=7,
+)
+"""More than one step can meet: one of each."""
 GOLDEN = Path(__file__).parent.parent / "golden" / "small.mcap"
 TWIN = GOLDEN.with_suffix(".txt")
 
@@ -39,8 +51,9 @@ def write_small_log(path: Path) -> None:
     run = {"command": "hil coach", "started": "2025-01-01T00:00:00+00:00"}
     with Recorder(path, run=run, config={"seed": "1", "version": "0.1.0"}, link="memory:", lockstep=True) as recorder:
         recorder.metadata("robot", {"SPD_FAST": "1"})
+        recorder.opened(Opening("memory:", "memory:", "mavlink", lockstep=True, clock=0.0))
+        recorder.session_drawn(7)
         recorder.event(PeerFound(1, 0.0))
-        recorder.operator("key w")
         recorder.step(0.005, [(0.005, b"\xfd\x01")])
         recorder.wire_rx(0.005, b"\xfd\x01")
         sensors = JuniorSensors(1.5, (0.001, -0.002), (250, 0), (1, 1023), 7.4, 0x1F)
@@ -68,7 +81,8 @@ def write_small_log(path: Path) -> None:
         recorder.received(Received(result, 1, 1, 0, 0.01, b""))
         recorder.received(Rejected(RejectReason.BAD_CHECKSUM, b"\xfd\x00", 0.01, "47100"))
         recorder.received(Received(Statustext(4, "battery low"), 1, 1, 1, 0.01, b""))
-        recorder.step(0.02, [])
+        recorder.step(0.02, [], MET)
+        recorder.unsent(0.02, b"\xfd\x03", LinkTimeoutError("memory:", "nobody reads"))
         recorder.wire_tx(0.02, b"\xfd\x02")
         recorder.sent(0.02, JuniorWheels(7, 1, (1.0, -1.0), 0.25, 1, 1))
         state = RefereeState(

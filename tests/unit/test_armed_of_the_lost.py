@@ -13,6 +13,7 @@ from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.links import MemoryLink
 from hil.bridge import Bridge
 from hil.junior import Junior
+from hil.reopening import Reopening
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,8 +67,9 @@ def test_it_is_none(happens: Callable[[ScriptedRobot, Plug], None], patience: fl
     robot = ScriptedRobot(uid=1)
     link = Plug(robot)
     sessions = iter(range(100, 200))
-    bridge = Bridge(link, robot, session=lambda: next(sessions), opener=Opener(robot), patience=patience)
-    junior = Junior(bridge, robot.now)
+    reopening = Reopening(Opener(robot), patience) if patience else None
+    bridge = Bridge(link, robot, session=lambda: next(sessions), reopening=reopening)
+    junior = Junior(bridge)
     junior.find()
     junior.arm()
     assert junior.armed is True

@@ -9,6 +9,7 @@ import threading
 from typing import TYPE_CHECKING, TypeVar
 
 import pytest
+from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.clock import ManualClock
@@ -46,12 +47,13 @@ if TYPE_CHECKING:
 
     from firmware_protocol.exchange import Ticket
     from firmware_protocol.wire import Message
+    from hil.taps import Circumstances
 
 T = TypeVar("T")
 QUICK = Maneuver((Action.F, Action.R), period=0.05, floor_reflex=False)
 
 
-class Log:
+class Log(QuietTap):
     """A tap that writes everything down."""
 
     def __init__(self) -> None:
@@ -63,6 +65,7 @@ class Log:
         self.events: list[Event] = []
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        del met
         self.steps.append((time, len(chunks)))
 
     def wire_rx(self, time: float, data: bytes) -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import queue
 import random
 from typing import TYPE_CHECKING
 
 import pytest
+from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
 import hil.pump as pump_module
@@ -20,14 +22,16 @@ from firmware_protocol.messages import Command, CommandAck, CommandLong, Command
 from firmware_protocol.quality import Counters
 from hil.bridge import Bridge
 from hil.networks import Networks
+from hil.operator import Operator
 from hil.pump import SLICE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from firmware_protocol.events import Event, Rejected
+    from firmware_protocol.events import Event
     from firmware_protocol.peer import Peer
     from firmware_protocol.wire import Message
+    from hil.taps import Circumstances
 
 NOISE = random.Random(1).randbytes(5 * SLICE + 1000).replace(b"\xfd", b"\xfc")
 BEAT = Heartbeat(10, 0, 0, 0, 4)
@@ -37,7 +41,7 @@ def is_stop(message: Message) -> bool:
     return isinstance(message, CommandLong) and message.command == Command.FLIGHT_TERMINATION
 
 
-class Order:
+class Order(QuietTap):
     """A tap that notes what came before what."""
 
     def __init__(self) -> None:
@@ -48,7 +52,7 @@ class Order:
         self.news: list[LinkNews] = []
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
-        del time
+        del time, met
         self.did.append("step")
         self.chunks += chunks
 
@@ -59,9 +63,6 @@ class Order:
     def wire_tx(self, time: float, data: bytes) -> None:
         del time, data
         self.did.append("tx")
-
-    def received(self, event: Received | Rejected) -> None:
-        del event
 
     def sent(self, time: float, message: Message) -> None:
         del time
@@ -247,16 +248,16 @@ def test_what_was_dropped_is_counted_and_told_once_a_second() -> None:
     told = rig.order.news
     for overrun in (1000, 2500, 4000):
         rig.bridge._pump.overrun = overrun
-        rig.events += rig.bridge.step(0.0)
+        rig.events += rig.bridge.step(0.005)
         rig.clock.advance(0.4)
     assert [news.text.split(" ")[0] for news in told] == ["1,000"]
-    rig.events += rig.bridge.step(0.0)
+    rig.events += rig.bridge.step(0.005)
     assert [news.text.split(" ")[0] for news in told] == ["1,000", "3,000"]
     assert rig.bridge.overrun == 4000
     assert "more than 1,024 KiB were waiting" in told[0].text
     assert [event for event in rig.events if isinstance(event, LinkNews)] == told
     rig.clock.advance(5.0)
-    rig.bridge.step(0.0)
+    rig.bridge.step(0.005)
     assert len(told) == 2
 
 
@@ -309,24 +310,26 @@ def test_strangers_are_known_by_their_number_and_cost_nothing_else() -> None:
 # --- Several networks ------------------------------------------------------------------------------------------------
 
 
-class Waited:
-    """In place of the event that says that something has come."""
+class Waited(queue.SimpleQueue[None]):
+    """In place of the bell that says that something has come; it never rings."""
 
     def __init__(self) -> None:
         self.waits: list[float] = []
 
-    def wait(self, timeout: float) -> None:
+    def get(self, block: bool = True, timeout: float | None = None) -> None:  # noqa: FBT001, FBT002 - as of the queue
+        del block
+        assert timeout is not None
         self.waits.append(timeout)
-
-    def clear(self) -> None:
-        pass
+        raise queue.Empty
 
 
 class Network:
     """A bridge as far as `Networks` looks at it."""
 
-    def __init__(self, name: str, served: list[str]) -> None:
+    def __init__(self, name: str, served: list[str], operator: Operator) -> None:
         self.link = Bounded()
+        self.now = 0.0
+        self.operator = operator
         self.pending = False
         self.urgent = False
         self._name = name
@@ -342,11 +345,11 @@ class Network:
 
 
 def networks() -> tuple[Networks, list[Network], Waited, list[str]]:
-    both, served, waited = Networks(), list[str](), Waited()
-    each = [Network(name, served) for name in ("a", "b")]
+    both, served, waited, operator = Networks(), list[str](), Waited(), Operator()
+    each = [Network(name, served, operator) for name in ("a", "b")]
     for name, network in zip("ab", each, strict=True):
-        both.add(name, network, ManualClock())  # type: ignore[arg-type]
-    both._arrived = waited  # type: ignore[assignment]
+        both.add(name, network)  # type: ignore[arg-type]
+    both._bell = waited
     return both, each, waited, served
 
 
@@ -357,6 +360,13 @@ def test_networks_do_not_wait_while_more_has_come_than_was_taken_in() -> None:
     each[1].pending = True
     both.step(2.0)
     assert waited.waits == [2.0]
+
+
+def test_networks_do_not_wait_while_something_is_asked_for() -> None:
+    both, each, waited, _ = networks()
+    each[0].operator.ask("key w")
+    both.step(2.0)
+    assert waited.waits == []
 
 
 def test_the_network_with_something_urgent_is_served_first() -> None:

@@ -11,7 +11,7 @@ from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.mavlink import split_frames
-from firmware_protocol.messages import RobotSession, Statustext
+from firmware_protocol.messages import JuniorManeuver, RobotSession, Statustext
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge import Bridge
 
@@ -35,10 +35,13 @@ def test_beginning_anew_ends_what_was_open_and_leaves_a_robot_disarmed_in_a_new_
             bridge.step(0.1)
         under_way = peer.perform(QUICK)
         bridge.begin_anew("this program was stopped")
+        assert not bool(under_way.done)  # it acts with the next step
+        heard = len(robot.heard)
+        events = bridge.step(0.0)
         assert under_way.done
-        with pytest.raises(PeerLostError, match=r"asked last .*this program was stopped"):
+        with pytest.raises(PeerLostError, match=r"this program was stopped"):
             under_way.value()
-        events = bridge.step(0.1)
+        assert not any(isinstance(message, JuniorManeuver) for message in robot.heard[heard:])
         assert any(isinstance(event, PeerLost) for event in events)
         while not peer.ready:
             events += bridge.step(0.1)

@@ -16,6 +16,7 @@ from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Heartbeat, Ping, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge import Bridge
+from hil.reopening import Reopening
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -109,10 +110,8 @@ class Rig:
         self.robot = self.cable.robots[0]
         self.events: list[Event] = []
         sessions = iter(range(100, 200))
-        self.bridge = Bridge(
-            self.cable.open(), self.cable, session=lambda: next(sessions), opener=self.cable, patience=patience,
-            **options,
-        )  # fmt: skip
+        reopening = Reopening(self.cable, patience) if patience else None
+        self.bridge = Bridge(self.cable.open(), self.cable, session=lambda: next(sessions), reopening=reopening, **options)
 
     def until(self, done: Callable[[], bool], patience: float = 20.0) -> Rig:
         end = self.cable.now() + patience

@@ -30,7 +30,7 @@ def sessions(crowd: ScriptedCrowd) -> set[int]:
 
 def handle(crowd: ScriptedCrowd, robots: list[int] | None = None) -> Junior:
     bridge = Bridge(MemoryLink(crowd), crowd, robots=robots, open_sessions=False, session=lambda: 77)
-    return Junior(bridge, crowd.now)
+    return Junior(bridge)
 
 
 def test_connecting_opens_a_session_with_the_robot_taken_and_with_no_other() -> None:

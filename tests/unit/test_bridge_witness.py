@@ -94,7 +94,7 @@ def test_our_own_words_are_known_again() -> None:
 def test_a_robot_that_was_asked_for_by_the_bridge_alone_is_named() -> None:
     line = Line(ScriptedRobot(system=2))
     bridge = Bridge(MemoryLink(line), line, robots=[3])
-    with Junior(bridge, line.now) as junior, pytest.raises(NoRobotError, match="others are there: 2"):
+    with Junior(bridge) as junior, pytest.raises(NoRobotError, match="others are there: 2"):
         junior.find(timeout=2.0)
 
 

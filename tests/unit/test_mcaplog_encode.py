@@ -11,6 +11,7 @@ from google.protobuf import descriptor_pb2
 from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
+from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, RobotStatus
 from firmware_protocol.wire import Message, Wire, wire_fields
 from hil.mcaplog.encode import (
@@ -22,8 +23,21 @@ from hil.mcaplog.encode import (
     varint,
     wire_encoder,
 )
-from hil.mcaplog.records import RECORDS, BridgeStep, CreditRecord, DecisionRecord, EventRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import (
+    RECORDS,
+    BridgeOpening,
+    BridgeStep,
+    CreditRecord,
+    DecisionRecord,
+    EventRecord,
+    SessionDrawn,
+    TrialRecord,
+    UnsentBytes,
+    WireBytes,
+)
 from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
+from hil.operator import Input
+from hil.taps import NOTHING, Circumstances
 from pal_advisor.maneuvers import Motive, Origin, Telling
 
 if TYPE_CHECKING:
@@ -108,7 +122,10 @@ def test_every_record_has_a_schema_that_stock_tools_take(record: type) -> None:
     "record",
     [
         BridgeStep(1.5, (1.0, 1.25), (3, 70000), ("key w", "")),
-        BridgeStep(0.0, (), (), ()),
+        BridgeStep(0.0, (), ()),
+        BridgeOpening("a:", "a:1", "can", lockstep=False, clock=-1.5, signing_time=2**48 - 1),
+        SessionDrawn("a:", 65535),
+        UnsentBytes("a:", bytes(300), timeout=True, error="nobody reads"),
         WireBytes("rx", "serial:///dev/ttyÜ", bytes(300)),
         EventRecord("link", "", "{}"),
         DecisionRecord(7, 2, exam=False, generation=3, tried=1, previous="any", current="left", actions="F B", motive="untried",
@@ -158,14 +175,63 @@ def test_the_fast_encoder_of_wire_bytes_agrees_with_the_general_one(size: int) -
     assert wire_encoder("tx", "memory:")(data) == general(WireBytes("tx", "memory:", data))
 
 
-@pytest.mark.parametrize("chunks", [[], [(1.25, b"abc")], [(1.25, b"abc"), (1.5, b"")]])
-@pytest.mark.parametrize("inputs", [(), ("key w",)])
-def test_the_fast_encoder_of_steps_agrees_with_the_general_one(
-    chunks: list[tuple[float, bytes]], inputs: tuple[str, ...]
-) -> None:
-    general = compile_encoder(record_schema(BridgeStep))
-    step = BridgeStep(2.0, tuple(stamp for stamp, _ in chunks), tuple(len(data) for _, data in chunks), inputs)
-    assert step_encoder()(2.0, chunks, inputs) == general(step)
+@pytest.mark.parametrize("chunks", [[], [(1.25, b"abc")], [(1.25, b"")], [(1.25, b"abc"), (1.5, b"")]])
+@pytest.mark.parametrize("network", ["memory:", "", "serial:///dev/ttyÜ?" + "x" * 200])
+def test_the_fast_encoder_of_steps_agrees_with_the_general_one(chunks: list[tuple[float, bytes]], network: str) -> None:
+    schema = record_schema(BridgeStep)
+    step = BridgeStep(2.0, tuple(stamp for stamp, _ in chunks), tuple(len(data) for _, data in chunks), network=network)
+    general = parse(schema, compile_encoder(schema)(step))
+    encode = step_encoder(network)
+    fast, met = (parse(schema, encode(2.0, chunks, circumstances)) for circumstances in (NOTHING, Circumstances()))
+    assert str(fast) == str(met) == str(general)
+    assert compile_rebuilder(schema)(fast) == step
+
+
+@pytest.mark.parametrize("chunks", [[], [(1.25, b"abc")]])
+def test_every_circumstance_of_a_step_survives(chunks: list[tuple[float, bytes]]) -> None:
+    met = Circumstances(
+        inputs=(Input("key w", "robot 1 on a"), Input("interrupt")),
+        lost=LinkClosedError("a:1", "pulled"),
+        ended=LinkClosedError("a:2", "a:2 is gone"),
+        back="a:3",
+        news=("one", "", "drei Ü"),
+        dropped=2**40,
+    )
+    schema = record_schema(BridgeStep)
+    data = step_encoder("a:")(2.0, chunks, met)
+    assert compile_rebuilder(schema)(parse(schema, data)) == BridgeStep(
+        clock=2.0,
+        chunk_times=tuple(stamp for stamp, _ in chunks),
+        chunk_sizes=tuple(len(data) for _, data in chunks),
+        inputs=("key w", "interrupt"),
+        input_robots=("robot 1 on a", ""),
+        network="a:",
+        lost="pulled",
+        lost_link="a:1",
+        ended="a:2 is gone",
+        ended_link="a:2",
+        back="a:3",
+        news=("one", "", "drei Ü"),
+        dropped=2**40,
+    )
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"inputs": (Input("key w"),)},
+        {"lost": LinkClosedError("a:", "")},
+        {"ended": LinkClosedError("a:", "")},
+        {"back": "a:"},
+        {"news": ("",)},
+        {"dropped": 1},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_each_circumstance_alone_is_in_the_log(change: dict[str, Any]) -> None:
+    encode = step_encoder("a:")
+    schema = record_schema(BridgeStep)
+    assert str(parse(schema, encode(2.0, [], Circumstances(**change)))) != str(parse(schema, encode(2.0, [], NOTHING)))
 
 
 @pytest.mark.parametrize(("value", "data"), [(0, b"\0"), (127, b"\x7f"), (128, b"\x80\x01"), (300, b"\xac\x02")])

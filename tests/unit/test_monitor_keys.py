@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from hil.cli.session import Session
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import CommandLong
 from hil.bridge import Bridge
-from hil.cli.monitor import _obey, worth_obeying
+from hil.jobs.monitor import obey, worth_obeying
+from hil.jobs.session import Session
 from hil.junior import Junior
 
 
@@ -45,4 +45,4 @@ def test_a_robot_that_does_not_answer_a_key_does_not_end_the_view(key: str) -> N
     with Junior(Bridge(MemoryLink(robot), robot)) as junior:
         junior.find()
         robot.deaf = lambda message: isinstance(message, CommandLong)
-        assert "robot 1 did not answer" in _obey(Session(junior, None), key)
+        assert "robot 1 did not answer" in obey(Session(junior, None), key)

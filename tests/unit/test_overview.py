@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from hil.cli.overview import Overview
 from rich.console import Console
 from scripted_crowd import ScriptedCrowd
 from scripted_robot import ScriptedRobot
@@ -13,6 +12,7 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Reason, RobotSession
 from hil.bridge import Bridge
+from hil.jobs.overview import Overview
 from hil.networks import Networks
 from hil.robots import Robots
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from firmware_bench import FirmwareBench
+from quiet_tap import QuietTap
 
 import hil
 from firmware_protocol.address import parse_address
@@ -48,13 +49,11 @@ from hil.lines import capacity_of, need_full_rate, pace_of
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from firmware_protocol.events import Event, Rejected
+    from firmware_protocol.events import Event
     from firmware_protocol.wire import Message
 
 
-class Overheard:
+class Overheard(QuietTap):
     """A tap that counts bytes.
 
     Attributes:
@@ -68,18 +67,9 @@ class Overheard:
         self.events: list[Event] = []
         self.said: list[Message] = []
 
-    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
-        """Not looked at."""
-
     def wire_rx(self, time: float, data: bytes) -> None:
         """Count."""
         self.came.append((time, len(data)))
-
-    def wire_tx(self, time: float, data: bytes) -> None:
-        """Not looked at."""
-
-    def received(self, event: Received | Rejected) -> None:
-        """Not looked at."""
 
     def sent(self, time: float, message: Message) -> None:  # noqa: ARG002 - a tap's
         """Keep what we say."""

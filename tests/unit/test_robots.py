@@ -32,7 +32,7 @@ def group(*crowds: ScriptedCrowd, watch: bool = False, only: set[int] | None = N
         bridge = Bridge(
             MemoryLink(crowd), crowd, robots=only, open_sessions=not watch, session=lambda: 77, arrived=networks.wake
         )
-        networks.add(name, bridge, crowd)
+        networks.add(name, bridge)
     return Robots(networks)
 
 
