@@ -26,7 +26,7 @@ OFTEN: Final = "/junior/sensors"
 @pytest.fixture(scope="module")
 def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("logs") / "log.mcap"
-    coaching_log(path, budget=60)
+    coaching_log(path, budget=30)
     return path
 
 
@@ -94,7 +94,7 @@ def test_one_that_lies_costs_no_traceback(good: Path, tmp_path: Path, seed: int)
     index = LogReader(good).index
     assert index is not None
     dice = random.Random(seed)
-    for _ in range(15):
+    for _ in range(6):
         lying = bytearray(data)
         for _ in range(dice.choice([1, 5])):
             lying[dice.randrange(index.begin, index.footer)] ^= 1 << dice.randrange(8)
