@@ -118,6 +118,23 @@ def test_message_indexes_that_are_wrong_are_not_used(good: Path, tmp_path: Path)
     assert "are wrong, and were not used" in reader.health()
 
 
+def test_message_indexes_may_be_empty(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=100)
+        writer.start()
+        one, two = (writer.register_channel(topic, "json", 0) for topic in ("/one", "/two"))
+        for number in range(20):
+            writer.add_message(one, number, b"x" * 30, number)
+        writer.add_message(two, 20, b"{}", 20)
+        for index in writer._Writer__chunk_indices:  # type: ignore[attr-defined]
+            index.message_index_offsets.setdefault(two, index.chunk_start_offset + index.chunk_length)
+        writer.finish()  # type: ignore[no-untyped-call]
+    reader = LogReader(path)
+    assert [entry.time for entry in reader.entries(["/two"])] == [20e-9]
+    assert reader.whole
+
+
 def test_entries_outside_chunks_and_files_between_them_are_not_passed_over(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with path.open("wb") as file:
