@@ -89,6 +89,8 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
+        kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
+        files: Its attachments, by name.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
         interrupted: A step has been handed out by which the run was interrupted.
@@ -312,7 +314,7 @@ class Tape:
 
 
 def _kept(slim: dict[str, str]) -> frozenset[str] | None:
-    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
+    """Patterns of the topics that a slimmed log has kept; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
