@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
@@ -63,6 +64,7 @@ class Comparison:
         self._topics: list[str] = []
         self._numbers: dict[str, int] = {}
         self._decoders: list[Callable[[bytes], Any]] = []
+        self._compared: list[bool] = []
         self._before: deque[tuple[float, int, bytes]] = deque(maxlen=BEFORE)
         self._since: deque[tuple[float, int, bytes]] = deque(maxlen=SINCE)
         self._attached: dict[str, bytes] = {}
@@ -84,6 +86,7 @@ class Comparison:
             self._numbers[topic] = len(self._topics)
             self._topics.append(topic)
             self._decoders.append(decoder_of(schema_name, schema, schema_encoding, encoding))
+            self._compared.append(decides(topic) or (self._strict and self._was_kept(topic)))
         return self._numbers[topic]
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -98,7 +101,7 @@ class Comparison:
         topic = self._topics[channel]
         if topic == STEP:
             self._begin_step(time, data)
-        elif decides(topic) or (self._strict and self._was_kept(topic)):
+        elif self._compared[channel]:
             self._compare(channel, time, data)
         if decides(topic):
             self._before.append((time, channel, data))
@@ -171,7 +174,7 @@ class Comparison:
 
     def _was_kept(self, topic: str) -> bool:
         kept = self._tape.kept
-        return kept is None or any(topic == one or (one.endswith("/") and topic.startswith(one)) for one in kept)
+        return kept is None or any(fnmatchcase(topic, pattern) for pattern in kept)
 
     def _next(self) -> RawEntry | None:
         """The next entry to be compared, or the beginning of the next step; others are passed over."""

@@ -86,6 +86,7 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
+        kept: Topics that it has kept, as patterns, where it was slimmed; else None.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
         interrupted: A step has been handed out by which the run was interrupted.
@@ -294,12 +295,12 @@ class Tape:
             network.unfilled.popleft()
 
 
-def _kept(slim: dict[str, str]) -> frozenset[str] | None:
-    """Topics that a slimmed log has kept, or what they begin with; None of a log that was not slimmed."""
+def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
+    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
         kept = json.loads(slim["kept"])
-    except ValueError:
-        return frozenset()
-    return frozenset(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else frozenset()
+    except (ValueError, RecursionError):
+        return ()
+    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
