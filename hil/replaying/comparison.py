@@ -65,6 +65,7 @@ class Comparison:
         self._topics: list[str] = []
         self._numbers: dict[str, int] = {}
         self._decoders: list[Callable[[bytes], Any]] = []
+        self._compared: list[bool] = []
         self._before: deque[tuple[float, int, bytes]] = deque(maxlen=BEFORE)
         self._since: deque[tuple[float, int, bytes]] = deque(maxlen=SINCE)
         self._attached: dict[str, bytes] = {}
@@ -86,6 +87,7 @@ class Comparison:
             self._numbers[topic] = len(self._topics)
             self._topics.append(topic)
             self._decoders.append(decoder_of(schema_name, schema, schema_encoding, encoding))
+            self._compared.append(decides(topic) or (self._strict and self._was_kept(topic)))
         return self._numbers[topic]
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -100,7 +102,7 @@ class Comparison:
         topic = self._topics[channel]
         if topic == STEP:
             self._begin_step(time, data)
-        elif decides(topic) or (self._strict and self._was_kept(topic)):
+        elif self._compared[channel]:
             self._compare(channel, time, data)
         if decides(topic):
             self._before.append((time, channel, data))

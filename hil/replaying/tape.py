@@ -313,12 +313,12 @@ class Tape:
             network.unfilled.popleft()
 
 
-def _kept(slim: dict[str, str]) -> frozenset[str] | None:
-    """Patterns of the topics that a slimmed log has kept; None of a log that was not slimmed."""
+def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
+    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
         kept = json.loads(slim["kept"])
-    except ValueError:
-        return frozenset()
-    return frozenset(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else frozenset()
+    except (ValueError, RecursionError):
+        return ()
+    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
