@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.limits import remedy
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
+from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -123,7 +123,7 @@ class LogReader(LogFile):
         except UnreadableError as error:
             self.count_unread(entry, str(error))
         except DAMAGE as error:
-            self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
+            self.count_unread(entry, f"could not be decoded: {error}")
         return None
 
     def raw_entries(
@@ -169,7 +169,7 @@ class LogReader(LogFile):
             entry: The entry.
             why: In words.
         """
-        key = entry.topic, why
+        key = entry.topic, shown(why, 120)
         if key not in self.not_read and len(self.not_read) >= _MOST_WORDS:
             key = "other topics", "for one reason or another"
         self.not_read[key] = self.not_read.get(key, 0) + 1
