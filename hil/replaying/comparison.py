@@ -11,7 +11,7 @@ from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import read_sender
 from hil.mcaplog.records import EventRecord, WireBytes
 from hil.replaying.difference import Difference, FieldDifference, ReplayDiverged, first_field, in_words, parting, same
-from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
+from hil.replaying.tape import EVENTS, OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,7 +26,6 @@ BEFORE: Final = 3
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
 PAL: Final = "/pal/"
-EVENTS: Final = "/events"
 ENDED_WITH: Final = "end/"
 NONE: Final = FieldDifference()
 """An entry is missing, or one too many: it is no field that differs."""
@@ -66,6 +65,7 @@ class Comparison:
         self._topics: list[str] = []
         self._numbers: dict[str, int] = {}
         self._decoders: list[Callable[[bytes], Any]] = []
+        self._compared: list[bool] = []
         self._before: deque[tuple[float, int, bytes]] = deque(maxlen=BEFORE)
         self._since: deque[tuple[float, int, bytes]] = deque(maxlen=SINCE)
         self._attached: dict[str, bytes] = {}
@@ -87,6 +87,7 @@ class Comparison:
             self._numbers[topic] = len(self._topics)
             self._topics.append(topic)
             self._decoders.append(decoder_of(schema_name, schema, schema_encoding, encoding))
+            self._compared.append(decides(topic) or (self._strict and self._was_kept(topic)))
         return self._numbers[topic]
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -101,7 +102,7 @@ class Comparison:
         topic = self._topics[channel]
         if topic == STEP:
             self._begin_step(time, data)
-        elif decides(topic) or (self._strict and self._was_kept(topic)):
+        elif self._compared[channel]:
             self._compare(channel, time, data)
         if decides(topic):
             self._before.append((time, channel, data))

@@ -169,6 +169,10 @@ def _perform(job: Job, stage: ReplayStage, comparison: Comparison, tape: Tape) -
             comparison.run_on(str(error))
     except ReplayDiverged as error:
         comparison.difference = error.difference
+    if comparison.difference is not None:
+        tape.read_rest()
+        if tape.gaps:
+            raise ReplayError(f"{tape.path} is not complete, and can't be replayed: {tape.gaps}")
     return "" if comparison.difference is not None else ended
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
-from hil.mcaplog.records import BridgeOpening, BridgeStep, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.operator import INTERRUPT
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ STEP: Final = "/bridge/step"
 RX: Final = "/wire/rx"
 TX: Final = "/wire/tx"
 UNSENT: Final = "/wire/unsent"
+EVENTS: Final = "/events"
+RECORDER: Final = "recorder"
+"""Kind of the event that tells of entries that the recorder has lost."""
 _KINDS: Final[dict[str, type]] = {
     OPEN: BridgeOpening, SESSION: SessionDrawn, STEP: BridgeStep, RX: WireBytes, TX: WireBytes, UNSENT: UnsentBytes,
 }  # fmt: skip
@@ -91,6 +94,7 @@ class Tape:
         steps: Steps read so far.
         span: First and last log time read so far, in s.
         interrupted: A step has been handed out by which the run was interrupted.
+        gaps: What the recorder could not write, in words; empty where it wrote everything, as far as the log has been read.
         on_read: Is told what share of the log has been read, 0..1, now and then; None: nobody.
 
     Raises:
@@ -116,6 +120,7 @@ class Tape:
         self._networks: dict[str, _Network] = {}
         self.ended = False
         self.interrupted = False
+        self.gaps = ""
         self.on_read: Callable[[float], object] | None = None
 
     @property
@@ -247,6 +252,8 @@ class Tape:
         self.span = (at, at) if self.span is None else (min(at, self.span[0]), max(at, self.span[1]))
         if self._compared:
             self._entries.append(entry)
+        if entry.topic == EVENTS:
+            self._hear(self.decoded(entry))
         kind = _KINDS.get(entry.topic)
         if kind is not None:
             found = self.decoded(entry)
@@ -254,6 +261,16 @@ class Tape:
                 raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s is not as this version writes them")
             self._take(entry.topic, found)
         return True
+
+    def _hear(self, event: object) -> None:
+        """Take note of what the recorder could not write."""
+        if isinstance(event, EventRecord) and event.kind == RECORDER:
+            self.gaps = event.text
+
+    def read_rest(self) -> None:
+        """Read on to the end, for `gaps` and for where the log ends."""
+        while self._read_on():
+            self._entries.clear()
 
     def _take(self, topic: str, found: Any) -> None:  # noqa: ANN401 - one of `_KINDS`
         network = self._of(found.link if topic in {RX, TX, UNSENT} else found.network)
@@ -296,12 +313,12 @@ class Tape:
             network.unfilled.popleft()
 
 
-def _kept(slim: dict[str, str]) -> frozenset[str] | None:
-    """Patterns of the topics that a slimmed log has kept; None of a log that was not slimmed."""
+def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
+    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
         kept = json.loads(slim["kept"])
-    except ValueError:
-        return frozenset()
-    return frozenset(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else frozenset()
+    except (ValueError, RecursionError):
+        return ()
+    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
