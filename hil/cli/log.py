@@ -14,11 +14,11 @@ from hil.cli.log_tables import csv, diff
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.overview import SIZES, LogOverview, overview
+from hil.mcaplog.overview import LogOverview, overview
 from hil.mcaplog.recovery import CopiedLog, recover
 from hil.mcaplog.slimming import slim
 from hil.mcaplog.walking import shown
-from hil.mcaplog.writer import RUN
+from hil.mcaplog.writer import RUN, SIZES
 from hil.outputs import check_output
 
 if TYPE_CHECKING:
