@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.limits import remedy
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
+from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
@@ -27,6 +27,7 @@ MESSAGE_HEAD: Final = Struct("<HIQQ")
 """Channel, sequence, log time and publish time of an entry, times in ns."""
 _ENTRY_HEAD: Final = Struct("<BQHIQ")
 _INDEX_HEAD: Final = Struct("<BQHI")
+_LARGEST_EMPTY_INDEXES: Final = 1 << 16
 _MOST_WORDS: Final = 500
 """Topics and reasons by which entries that can't be given are counted apart."""
 
@@ -122,7 +123,7 @@ class LogReader(LogFile):
         except UnreadableError as error:
             self.count_unread(entry, str(error))
         except DAMAGE as error:
-            self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
+            self.count_unread(entry, f"could not be decoded: {error}")
         return None
 
     def raw_entries(
@@ -168,14 +169,15 @@ class LogReader(LogFile):
             entry: The entry.
             why: In words.
         """
-        key = entry.topic, why
+        key = entry.topic, shown(why, 120)
         if key not in self.not_read and len(self.not_read) >= _MOST_WORDS:
             key = "other topics", "for one reason or another"
         self.not_read[key] = self.not_read.get(key, 0) + 1
 
     def _chunk(self, record: RawRecord, selection: _Selection, file: BinaryIO) -> Iterator[RawEntry]:
         data = self.open_chunk(record)
-        for opcode, begin, end in selection.places(record, data, file) or self.split_chunk(data, record.offset):
+        places = selection.places(record, data, file)
+        for opcode, begin, end in self.split_chunk(data, record.offset) if places is None else places:
             yield from selection.take(opcode, data, begin, end)
 
 
@@ -288,7 +290,7 @@ class _Selection:
                 self._indexed[channel] = self.asks_for(self._reader.channels.topic(channel))
         return any(self._indexed[channel] for channel in chunk.channels)
 
-    def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]]:
+    def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]] | None:
         """Where the wanted entries of a chunk are by its message indexes, as `split_chunk` has it.
 
         Args:
@@ -297,19 +299,17 @@ class _Selection:
             file: The log, opened once more.
 
         Returns:
-            Empty where there are no message indexes, or they contradict the chunk.
+            None where there are no message indexes, or they contradict the chunk.
         """
         place = self._known.pop(record.offset, None)
         if place is None or self._topics is None or not data:
-            return []
+            return None
         try:
             file.seek(place[0])
-            found = _places(file.read(min(place[1], 2 * len(data))), self._indexed, data)
+            return _places(file.read(min(place[1], 4 * len(data) + _LARGEST_EMPTY_INDEXES)), self._indexed, data)
         except DAMAGE:
-            found = []
-        if not found:
             self._reader.note(f"the message indexes of the chunk at byte {record.offset:,} are wrong, and were not used")
-        return found
+            return None
 
 
 def _merged(stretches: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
@@ -342,7 +342,7 @@ def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tup
         opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
         if opcode != Opcode.MESSAGE_INDEX or size + 6 > length:
             raise ValueError("no message index")
-        if wanted[channel]:
+        if wanted.get(channel):
             begin = at + _INDEX_HEAD.size
             found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
         at += RECORD_HEAD.size + length

@@ -89,6 +89,8 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
+        kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
+        files: Its attachments, by name.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
         interrupted: A step has been handed out by which the run was interrupted.
@@ -311,12 +313,12 @@ class Tape:
             network.unfilled.popleft()
 
 
-def _kept(slim: dict[str, str]) -> frozenset[str] | None:
+def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
     """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
     if "kept" not in slim:
         return None
     try:
         kept = json.loads(slim["kept"])
-    except ValueError:
-        return frozenset()
-    return frozenset(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else frozenset()
+    except (ValueError, RecursionError):
+        return ()
+    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()

@@ -104,7 +104,9 @@ class Hil(Program):
         folder: Its working directory.
         *arguments: Its command line.
         own_group: As for any program.
+        stdin: Likewise.
     """
 
-    def __init__(self, folder: Path, *arguments: str, own_group: bool = False) -> None:
-        super().__init__(folder, sys.executable, "-c", "from hil.cli import main; main()", *arguments, own_group=own_group)
+    def __init__(self, folder: Path, *arguments: str, own_group: bool = False, stdin: int = subprocess.DEVNULL) -> None:
+        command = [sys.executable, "-c", "from hil.cli import main; main()", *arguments]
+        super().__init__(folder, *command, own_group=own_group, stdin=stdin)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
@@ -24,7 +25,7 @@ from hil.operator import INTERRUPT, INTERRUPTED, Input, Operator
 from hil.pump import ThreadedPump
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     from firmware_protocol.wire import Message
     from hil.taps import Circumstances
@@ -55,37 +56,47 @@ class Inputs(QuietTap):
         return [one for step in self.did if not isinstance(step, str) for one in step]
 
 
-def from_a_thread(operator: Operator) -> None:
-    operator.ask(INTERRUPT)
+AskWhen = Callable[[Bell], threading.Thread]
 
 
-def by_a_signal(_operator: Operator) -> None:
-    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGUSR1)
+@pytest.fixture
+def operator() -> Operator:
+    return Operator()
 
 
-@pytest.fixture(params=[from_a_thread, by_a_signal])
-def ask(request: pytest.FixtureRequest) -> Iterator[tuple[Operator, Callable[[Bell], threading.Thread]]]:
-    """An operator, and what has it ask for an interrupt as soon as somebody waits at a bell."""
-    operator = Operator()
-    how: Callable[[Operator], None] = request.param
-    if how is by_a_signal and not hasattr(signal, "pthread_kill"):
-        pytest.skip("this system has no such signals")
+@pytest.fixture(params=["from a thread", "by a signal"])
+def ask_when(request: pytest.FixtureRequest, operator: Operator) -> Iterator[AskWhen]:
+    """Has the operator ask for an interrupt as soon as somebody waits at a bell."""
+    asked = threading.Event()
 
-    def when(bell: Bell) -> threading.Thread:
+    def interrupt(*_: object) -> None:
+        if not asked.is_set():
+            asked.set()
+            operator.ask(INTERRUPT)
+
+    def signalled() -> None:
+        while not asked.wait(0.01):  # one that comes just before the wait begins is heard when it ends
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGUSR1)
+
+    def begin(bell: Bell) -> threading.Thread:
         def run() -> None:
             if bell.awaited.wait(10.0):
-                how(operator)
+                how()
 
         thread = threading.Thread(target=run)
         thread.start()
         return thread
 
-    if how is from_a_thread:
-        yield operator, when
+    how: Callable[[], None] = interrupt
+    if request.param == "from a thread":
+        yield begin
         return
-    before = signal.signal(signal.SIGUSR1, lambda *_: operator.ask(INTERRUPT))
+    if not hasattr(signal, "pthread_kill"):
+        pytest.skip("this system has no such signals")
+    how = signalled
+    before = signal.signal(signal.SIGUSR1, interrupt)
     try:
-        yield operator, when
+        yield begin
     finally:
         signal.signal(signal.SIGUSR1, before)
 
@@ -96,16 +107,13 @@ def waiting(pump: ThreadedPump) -> Bell:
     return bell
 
 
-def test_a_step_that_waits_is_woken_and_raises(
-    ask: tuple[Operator, Callable[[Bell], threading.Thread]],
-) -> None:
-    operator, when = ask
+def test_a_step_that_waits_is_woken_and_raises(operator: Operator, ask_when: AskWhen) -> None:
     link, clock, tap = Mute(), ManualClock(), Inputs()
     pump = ThreadedPump(link, clock)
     bell = waiting(pump)
     with Bridge(link, clock, taps=[tap], pump=pump, operator=operator) as bridge:
         bridge.step(0.5)  # the first heartbeat is due at once
-        thread = when(bell)
+        thread = ask_when(bell)
         with pytest.raises(KeyboardInterrupt):
             bridge.step(0.5)
         thread.join()
@@ -115,17 +123,14 @@ def test_a_step_that_waits_is_woken_and_raises(
     assert tap.inputs == [Input(INTERRUPT)]
 
 
-def test_of_several_networks_the_step_that_waits_is_woken_and_raises(
-    ask: tuple[Operator, Callable[[Bell], threading.Thread]],
-) -> None:
-    operator, when = ask
+def test_of_several_networks_the_step_that_waits_is_woken_and_raises(operator: Operator, ask_when: AskWhen) -> None:
     clock, networks, tap = ManualClock(), Networks(), Inputs()
     for name in ("a", "b"):
         bridge = Bridge(Mute(name), clock, taps=[tap], operator=operator, arrived=networks.wake)
         networks.add(name, bridge)
     networks.step(0.0)
     networks._bell = bell = Bell()
-    thread = when(bell)
+    thread = ask_when(bell)
     with pytest.raises(KeyboardInterrupt):
         networks.step(0.5)
     thread.join()
