@@ -19,6 +19,6 @@ class BuildExtension(build_ext):
 
 
 setup(
-    cffi_modules=["firmware_protocol/firmware/build_host.py:builder"],
+    cffi_modules=["simdevice/build_host.py:builder"],
     cmdclass={"build_ext": BuildExtension},
 )

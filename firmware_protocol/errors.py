@@ -14,6 +14,7 @@
      │    ├── WrongRobotError           another robot answers in the place of the one that was lost
      │    └── RefusedError              it refused a command: `reason`
      ├── FirmwareBuildError(ImportError)  the emulated robot's firmware was built from other sources: install again
+     ├── PhysicsVersionError(ImportError)  the physics engine is of a version that the emulation was not made for
      ├── FaultSpecError(ValueError)     a fault specification with something wrong in it: `path`
      └── EncodeError(ValueError)        a message of our own that the wire cannot carry
 
@@ -118,6 +119,10 @@ class RefusedError(PeerError):
 
 class FirmwareBuildError(HilError, ImportError):
     """The build of the firmware that emulated robots run does not fit the rest of the package: it has to be made again."""
+
+
+class PhysicsVersionError(HilError, ImportError):
+    """The physics engine that is installed is not as the emulation's kernel needs it; the text says what to install."""
 
 
 class FaultSpecError(HilError, ValueError):

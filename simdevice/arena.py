@@ -97,46 +97,55 @@ class Dummy(Piece):
     Args:
         spec: What it is made of.
         friction: Coefficient with Junior's body.
+
+    Attributes:
+        spec: What it is made of.
+        still: Greatest force in N and torque in N m of its friction at rest.
+        kinetic: Those of its friction while it slides.
+        moving: Square of the way in a period from which on it slides, in m^2.
+        sliding: It slides.
+        slide: The joint that holds it in place; None while it is not in the arena.
+        turn: The joint that holds its heading; likewise.
     """
 
     def __init__(self, spec: OpponentSpec, friction: float) -> None:
         super().__init__(spec.outline, spec.mass, friction)
         self.spec = spec
         weight = spec.mass * GRAVITY
-        self._static = (spec.static * weight, spec.static * weight * spec.grip)
-        self._kinetic = (spec.kinetic * weight, spec.kinetic * weight * spec.grip)
-        self._slide: pymunk.PivotJoint | None = None
-        self._turn: pymunk.GearJoint | None = None
+        self.still = (spec.static * weight, spec.static * weight * spec.grip)
+        self.kinetic = (spec.kinetic * weight, spec.kinetic * weight * spec.grip)
+        self.slide: pymunk.PivotJoint | None = None
+        self.turn: pymunk.GearJoint | None = None
         self.sliding = False
-        self._moving = (_MOVING * PERIOD) ** 2
+        self.moving = (_MOVING * PERIOD) ** 2
 
     def join(self, space: pymunk.Space) -> None:
         """Enter the physics, held by friction joints to the ground."""
         super().join(space)
-        self._slide = pymunk.PivotJoint(space.static_body, self.body, (0.0, 0.0), (0.0, 0.0))
-        self._turn = pymunk.GearJoint(space.static_body, self.body, 0.0, 1.0)
-        for joint in (self._slide, self._turn):
+        self.slide = pymunk.PivotJoint(space.static_body, self.body, (0.0, 0.0), (0.0, 0.0))
+        self.turn = pymunk.GearJoint(space.static_body, self.body, 0.0, 1.0)
+        for joint in (self.slide, self.turn):
             joint.max_bias = 0.0  # friction resists motion and never pulls back
             space.add(joint)
         self._switch(sliding=False)
 
     def leave(self, space: pymunk.Space) -> None:
         """Leave the physics, joints and all."""
-        if self._slide is not None and self._turn is not None:
-            space.remove(self._slide, self._turn)
+        if self.slide is not None and self.turn is not None:
+            space.remove(self.slide, self.turn)
         super().leave(space)
 
     def place(self, x: float, y: float, angle: float) -> None:
         """Put it down, at rest; position in m, heading in rad."""
         super().place(x, y, angle)
-        if self._slide is not None:
+        if self.slide is not None:
             self._switch(sliding=False)
 
     def _switch(self, *, sliding: bool) -> None:
         """Choose static or kinetic friction."""
         self.sliding = sliding
-        if self._slide is not None and self._turn is not None:
-            self._slide.max_force, self._turn.max_force = self._kinetic if sliding else self._static
+        if self.slide is not None and self.turn is not None:
+            self.slide.max_force, self.turn.max_force = self.kinetic if sliding else self.still
 
     def refresh(self) -> None:
         """Read the pose back, and see by the way made whether it slides."""
@@ -144,14 +153,16 @@ class Dummy(Piece):
         angle = self.body.angle
         turn = angle - self.angle
         grip = self.spec.grip
-        square = (x - self.x) ** 2 + (y - self.y) ** 2 + turn * turn * grip * grip
+        way_x = x - self.x
+        way_y = y - self.y
+        square = way_x * way_x + way_y * way_y + turn * turn * grip * grip
         self.x = x
         self.y = y
         if turn:
             self.angle = angle
             self.cos = math.cos(angle)
             self.sin = math.sin(angle)
-        if (square > self._moving) is not self.sliding:
+        if (square > self.moving) is not self.sliding:
             self._switch(sliding=not self.sliding)
 
 
@@ -166,7 +177,11 @@ class Rover(Piece):
         motors: What turns the wheels.
 
     Attributes:
+        motors: What turns the wheels.
         ground: Way of the centre along its heading since power-on, in m.
+        axle: The joint that holds the axle sideways; None while it is not in the arena.
+        last: x, y in m and heading in rad one step ago.
+        held: The point of the ground that the axle is held at, in m.
     """
 
     def __init__(self, profile: JuniorProfile, motors: Motors) -> None:
@@ -175,28 +190,28 @@ class Rover(Piece):
         self.ground = 0.0
         self._half = profile.track / 2
         self._sideways = 2 * profile.tyre_limit
-        self._axle: pymunk.GrooveJoint | None = None
-        self._last = (0.0, 0.0, 0.0)
-        self._held = (0.0, 0.0)
+        self.axle: pymunk.GrooveJoint | None = None
+        self.last = (0.0, 0.0, 0.0)
+        self.held = (0.0, 0.0)
 
     def place(self, x: float, y: float, angle: float) -> None:
         """Put it down, at rest; position in m, heading in rad."""
         super().place(x, y, angle)
-        self._last = (self.x, self.y, self.angle)
+        self.last = (self.x, self.y, self.angle)
 
     def join(self, space: pymunk.Space) -> None:
         """Enter the physics, on its wheels."""
         super().join(space)
-        self._axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
-        self._held = (self.x, self.y)
-        self._axle.max_bias = 0.0
-        self._axle.max_force = self._sideways
-        space.add(self._axle)
+        self.axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
+        self.held = (self.x, self.y)
+        self.axle.max_bias = 0.0
+        self.axle.max_force = self._sideways
+        space.add(self.axle)
 
     def leave(self, space: pymunk.Space) -> None:
         """Leave the physics, joint and all."""
-        if self._axle is not None:
-            space.remove(self._axle)
+        if self.axle is not None:
+            space.remove(self.axle)
         super().leave(space)
 
     def drive(self) -> None:
@@ -207,10 +222,10 @@ class Rover(Piece):
         y = self.y
         # Where it has come since the last step tells its speed, for less than asking the physics. It is the speed of one
         # period ago: the current in a motor's winding lags about as much.
-        last_x, last_y, last_angle = self._last
+        last_x, last_y, last_angle = self.last
         ahead = (x - last_x) * cos + (y - last_y) * sin
         lead = (self.angle - last_angle) * self._half
-        self._last = (x, y, self.angle)
+        self.last = (x, y, self.angle)
         self.ground += ahead
         motors = self.motors
         motors.turn((ahead - lead) * _RATE, (ahead + lead) * _RATE)
@@ -221,9 +236,9 @@ class Rover(Piece):
             self.body.torque = (right - left) * self._half
         else:  # one force off the middle line is both push and torque
             self.body.apply_force_at_local_point((push, 0.0), (0.0, (left - right) * self._half / push))
-        held_x, held_y = self._held
-        if not (-_HOLD < x - held_x < _HOLD and -_HOLD < y - held_y < _HOLD) and self._axle is not None:
-            self._held = self._axle.anchor_b = (x, y)
+        held_x, held_y = self.held
+        if not (-_HOLD < x - held_x < _HOLD and -_HOLD < y - held_y < _HOLD) and self.axle is not None:
+            self.held = self.axle.anchor_b = (x, y)
 
 
 class Arena:

@@ -10,8 +10,9 @@ import importlib
 import struct
 from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
-from firmware_protocol.firmware.fit import check_layout, check_sources
+from firmware_protocol.firmware.fit import check_digest, check_layout, check_sources
 from firmware_protocol.firmware.host_io import FIELDS
+from simdevice.kernel.built_from import digest
 
 if TYPE_CHECKING:
     from simdevice.faults import Readings
@@ -33,6 +34,10 @@ class HostLibrary(Protocol):
 
     def host_power_on(self, robot: object, micros: int) -> None:
         """Boot, at this time in us."""
+        ...
+
+    def host_restart(self, robot: object) -> None:
+        """Cut the power and give it back: only the EEPROM and what is set before power-on is kept; the clock starts at 0."""
         ...
 
     def host_tick(self, robot: object, micros: int, rx: bytes, rx_len: int) -> int:
@@ -64,13 +69,19 @@ class Host(Protocol):
 
 def _load() -> Host:
     """Import the extension module, and see that it is made from this version's sources and has its struct."""
-    host = cast("Host", importlib.import_module("firmware_protocol.firmware._host"))
+    host = cast("Host", importlib.import_module("simdevice._host"))
     check_sources(host.lib)
+    check_digest(host.lib, "KERNEL_BUILT_FROM", digest())
     check_layout(host.ffi)
     return host
 
 
 _HOST: Final[Host] = _load()
+
+
+def board_host() -> Host:
+    """The build of firmware and kernel that comes with the package."""
+    return _HOST
 
 
 class Board:
@@ -110,22 +121,15 @@ class Board:
         if host is not None:
             check_layout(host.ffi)
         self._host = host if host is not None else _HOST
-        self._uid = uid
         self._fitted = (int(encoders), int(ground_odometer))
-        self._can = can
         self.start = False
-        self._wire(nvm if nvm is not None else b"\xff" * NVM_SIZE)
-
-    def _wire(self, nvm: bytes) -> None:
-        """Working memory as after power-off: all zero, but for the EEPROM."""
         ffi = self._host.ffi
         self._robot = ffi.new("host_robot *")
         io = self._robot.io
-        io.uid = self._uid
-        io.can = self._can
-        io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots ...
-        io.start = self.start  # ... as is this: on at power-on is no start
-        ffi.buffer(io.nvm)[:] = nvm
+        io.uid = uid
+        io.can = can
+        io.has_encoders, io.has_ground = self._fitted  # looked at when the firmware boots
+        ffi.buffer(io.nvm)[:] = nvm if nvm is not None else b"\xff" * NVM_SIZE
         self._nvm = ffi.buffer(io.nvm)
         self._inputs = ffi.buffer(ffi.addressof(io), _INPUTS.size)
         self._tx = ffi.buffer(io.tx)
@@ -133,6 +137,16 @@ class Board:
         self._io = io
         self.wheel_left = self.wheel_right = 0
         self.reboot = False
+
+    @property
+    def robot(self) -> Any:  # noqa: ANN401 - a struct of cffi, which has no stubs for it
+        """Its working memory, EEPROM and drivers: the struct `host_robot`."""
+        return self._robot
+
+    @property
+    def host(self) -> Host:
+        """The build of the firmware that it runs."""
+        return self._host
 
     @property
     def nvm(self) -> bytes:
@@ -149,8 +163,10 @@ class Board:
 
     def power_on(self) -> None:
         """Cut the power and give it back: only the EEPROM is kept, and the clock starts at 0."""
-        self._wire(self.nvm)
-        self._host.lib.host_power_on(self._robot, 0)
+        self._io.start = self.start  # on at power-on is no start
+        self._host.lib.host_restart(self._robot)
+        self.wheel_left = self.wheel_right = 0
+        self.reboot = False
 
     def power_off(self) -> None:
         """Cut the power: nothing drives the wheels. `power_on` gives it back."""

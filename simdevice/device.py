@@ -13,6 +13,7 @@ from simdevice.period import PERIOD_US
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.signing import SigningKey
+    from simdevice.faults import Battery
     from simdevice.arena import Piece
     from simdevice.board import Host
     from simdevice.board_interface import BoardInterface, BoardMaker
@@ -61,7 +62,7 @@ class VirtualDevice:
         self.other: Piece | None = None
         self.system = 1
         self._wire = wire
-        self._faults = DeviceFaults(faults, robot.motors) if faults is not None and faults.of_device else None
+        self._faults = DeviceFaults(faults, self._battery()) if faults is not None and faults.of_device else None
         if board is not None:
             self._board: BoardInterface = board(uid=uid, nvm=nvm)
         else:
@@ -90,6 +91,10 @@ class VirtualDevice:
     def uptime(self) -> float:
         """Time since power-on, in s."""
         return self._micros * 1e-6
+
+    def _battery(self) -> Battery:
+        """What feeds its motors."""
+        return self.robot.motors
 
     def set_start(self, *, go: bool) -> None:
         """Switch the start module's signal, as the referee's remote control does."""
@@ -139,6 +144,16 @@ class VirtualDevice:
             self.powered = True
             self.power_cycle()
 
+    def heard(self, sent: bytes) -> None:
+        """Learn its system id from what it says first.
+
+        Args:
+            sent: Bytes that it has sent in one control period.
+        """
+        if self._fresh:
+            self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
+            self._fresh = False
+
     def step(self, inbound: bytes, *, lifted: bool = False) -> bytes:
         """One control period: sensors, firmware, wheels. The physics is stepped by the world afterwards.
 
@@ -173,9 +188,8 @@ class VirtualDevice:
         self._micros += PERIOD_US
         if not lifted:
             motors.command(left, right)
-        if sent and self._fresh:
-            self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
-            self._fresh = False
+        if sent:
+            self.heard(sent)
         if board.reboot:
             board.restart()
             self._begin()

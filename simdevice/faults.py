@@ -14,8 +14,9 @@ from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec, StuckSensor
-    from simdevice.motors import Motors
 
+_NEVER: Final = 1e9
+"""Later than anything happens, in s."""
 _SLACK: Final = PERIOD / 1000
 """A fault begins in the first control period that is not before its time, whatever products of periods round to, in s."""
 
@@ -66,6 +67,14 @@ class FaultyReadings:
     arm_right: int = 0
 
 
+class Battery(Protocol):
+    """What may give another voltage."""
+
+    def feed(self, voltage: float | None) -> None:
+        """Give this voltage, in V, without load; None is its own again."""
+        ...
+
+
 class DeviceFaults:
     """The faults of one robot, as its time goes on.
 
@@ -73,20 +82,21 @@ class DeviceFaults:
 
     Args:
         spec: What goes wrong; what befalls lines is left alone.
-        motors: Its motors and battery.
+        battery: Its battery.
 
     Attributes:
+        effort: Share of a commanded effort that the left, right motor gives.
         dark: The robot has no power.
         restored: Its power has come back in this control period.
     """
 
-    def __init__(self, spec: FaultSpec, motors: Motors) -> None:
+    def __init__(self, spec: FaultSpec, battery: Battery) -> None:
         self._spec = spec
-        self._motors = motors
+        self._battery = battery
         self._ticks = 0
         self._readings = FaultyReadings()
         self._stuck: dict[str, StuckSensor] = {}
-        self._effort = [1.0, 1.0]
+        self.effort = [1.0, 1.0]
         self._voltage: float | None = None
         self._brownouts = sorted(spec.brownouts, key=lambda spell: spell.at)
         self._dark_until = -inf
@@ -109,16 +119,37 @@ class DeviceFaults:
         if self.dark and now >= self._dark_until:
             self.dark, self.restored = False, True
 
+    def quiet(self) -> int:
+        """How many control periods at least may begin with nothing changing: `skip` may pass over that many."""
+        times = [*self._changes[-1:], *(spell.at for spell in self._brownouts[:1]), *([self._dark_until] if self.dark else ())]
+        if self.restored:
+            return 0
+        return max(0, int(min([*times, _NEVER]) / PERIOD) - self._ticks - 1)
+
+    def skip(self, periods: int) -> None:
+        """Let control periods pass in which nothing changes.
+
+        Args:
+            periods: How many; at most as `quiet` said.
+        """
+        self._ticks += periods
+
+    @property
+    def stuck(self) -> list[tuple[bool, int | None]]:
+        """For each of `SENSORS`: it is stuck, and what at; None is what it told last."""
+        spells = [self._stuck.get(name) for name in SENSORS]
+        return [(spell is not None, None if spell is None else spell.value) for spell in spells]
+
     def _change(self, now: float) -> None:
         """Something begins or ends: of several spells the last one counts."""
         spec = self._spec
         self._stuck = {spell.sensor: spell for spell in spec.stuck if spell.on(now)}
         effort = {spell.side: spell.effort for spell in spec.wheels if spell.on(now)}
-        self._effort = [effort.get(side, 1.0) for side in SIDES]
+        self.effort = [effort.get(side, 1.0) for side in SIDES]
         voltage = next((spell.voltage for spell in reversed(spec.batteries) if spell.on(now)), None)
         if voltage != self._voltage:
             self._voltage = voltage
-            self._motors.feed(voltage)
+            self._battery.feed(voltage)
 
     def read(self, sensors: Readings) -> Readings:
         """What the drivers read.
@@ -142,4 +173,4 @@ class DeviceFaults:
             left: Effort that the firmware commands, in permille.
             right: Likewise.
         """
-        return round(left * self._effort[0]), round(right * self._effort[1])
+        return round(left * self.effort[0]), round(right * self.effort[1])

@@ -28,32 +28,37 @@ class Motors:
         travel: Way of the left, right wheel's rim since power-on, in m; it includes slip.
         voltage: Battery voltage under the load of the last period, in V.
         charge: What has been taken from the battery, in A s.
+        noise: Source of the command noise.
+        slip: Speed that the wheel gains for each newton that the tyre does not pass on, in m/s/N.
+        current_per_force: In A/N.
+        fall: Of the battery's voltage, in V/(A s).
+        per_volt: Share of the nominal voltage, in 1/V.
     """
 
     def __init__(self, profile: JuniorProfile, noise: np.random.Generator) -> None:
         self._profile = profile
-        self._noise = noise
+        self.noise = noise
         self._command = (0, 0)
         self._effort_left = 0.0
         self._effort_right = 0.0
         self._free = profile.free_speed
         self._stall = profile.stall_force
         self._limit = profile.tyre_limit
-        self._slip = profile.free_speed / profile.stall_force
+        self.slip = profile.free_speed / profile.stall_force
         self._idle = profile.idle_current
-        self._per_force = profile.stall_current / profile.stall_force
+        self.current_per_force = profile.stall_current / profile.stall_force
         self._full = profile.full_voltage
         self._empty = profile.empty_voltage
-        self._fall = (profile.full_voltage - profile.empty_voltage) / profile.capacity
+        self.fall = (profile.full_voltage - profile.empty_voltage) / profile.capacity
         self._resistance = profile.resistance
-        self._per_volt = 1 / profile.nominal_voltage
+        self.per_volt = 1 / profile.nominal_voltage
         self.force_left = 0.0
         self.force_right = 0.0
         self.travel_left = 0.0
         self.travel_right = 0.0
         self.charge = 0.0
         self.voltage = profile.full_voltage
-        self._share = self.voltage * self._per_volt
+        self._share = self.voltage * self.per_volt
 
     def command(self, left: int, right: int) -> None:
         """Set the effort; a change draws a new error for that wheel.
@@ -71,7 +76,7 @@ class Motors:
 
     def _error(self) -> float:
         """A factor about 1."""
-        return 1.0 + self._profile.command_noise * float(self._noise.standard_normal())
+        return 1.0 + self._profile.command_noise * float(self.noise.standard_normal())
 
     def turn(self, left: float, right: float) -> None:
         """Work out the forces of one period.
@@ -86,26 +91,26 @@ class Motors:
         share = self._share
         wanted_left = stall * (self._effort_left * share - left / free)
         if wanted_left > limit:
-            left += (wanted_left - limit) * self._slip
+            left += (wanted_left - limit) * self.slip
             wanted_left = limit
         elif wanted_left < -limit:
-            left += (wanted_left + limit) * self._slip
+            left += (wanted_left + limit) * self.slip
             wanted_left = -limit
         wanted_right = stall * (self._effort_right * share - right / free)
         if wanted_right > limit:
-            right += (wanted_right - limit) * self._slip
+            right += (wanted_right - limit) * self.slip
             wanted_right = limit
         elif wanted_right < -limit:
-            right += (wanted_right + limit) * self._slip
+            right += (wanted_right + limit) * self.slip
             wanted_right = -limit
         self.force_left = wanted_left
         self.force_right = wanted_right
         self.travel_left += left * PERIOD
         self.travel_right += right * PERIOD
-        current = self._idle + self._per_force * (abs(wanted_left) + abs(wanted_right))
+        current = self._idle + self.current_per_force * (abs(wanted_left) + abs(wanted_right))
         self.charge += current * PERIOD
-        self.voltage = max(self._empty, self._full - self.charge * self._fall) - current * self._resistance
-        self._share = self.voltage * self._per_volt
+        self.voltage = max(self._empty, self._full - self.charge * self.fall) - current * self._resistance
+        self._share = self.voltage * self.per_volt
 
     def feed(self, voltage: float | None) -> None:
         """Have the battery give another voltage.
@@ -116,8 +121,8 @@ class Motors:
         profile = self._profile
         self._full = profile.full_voltage if voltage is None else voltage
         self._empty = profile.empty_voltage if voltage is None else voltage
-        self.voltage = max(self._empty, self._full - self.charge * self._fall)
-        self._share = self.voltage * self._per_volt
+        self.voltage = max(self._empty, self._full - self.charge * self.fall)
+        self._share = self.voltage * self.per_volt
 
     def begin(self, noise: np.random.Generator) -> None:
         """Begin a bout: a full battery, no command, and errors that follow from the bout's own seed.
@@ -125,10 +130,10 @@ class Motors:
         Args:
             noise: Source of the command noise from now on.
         """
-        self._noise = noise
+        self.noise = noise
         self.charge = 0.0
         self.voltage = self._full
-        self._share = self.voltage * self._per_volt
+        self._share = self.voltage * self.per_volt
         self._command = (0, 0)
         self._effort_left = self._effort_right = 0.0
 

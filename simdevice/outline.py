@@ -15,7 +15,7 @@ Point = tuple[float, float]
 NOTHING: Final = math.inf
 """Distance to what is not there."""
 
-_Edge = tuple[float, float, float, float, float]
+Edge = tuple[float, float, float, float, float]
 """x and y of the first corner, unit tangent x and y (counter-clockwise), length; the outward normal is (ty, -tx)."""
 
 
@@ -49,7 +49,7 @@ class Outline:
         self.disc = disc
         self.corners = corners
         sides = [_edge(corners[i], corners[(i + 1) % len(corners)]) for i in range(len(corners))]
-        self._edges: tuple[_Edge, ...] = tuple(sides[1:] if disc is not None else sides)
+        self.edges: tuple[Edge, ...] = tuple(sides[1:] if disc is not None else sides)
         if disc is None:
             self.vertices: tuple[Point, ...] = corners
         else:
@@ -81,7 +81,7 @@ class Outline:
         if ly * x - lx * y > radius or rx * y - ry * x > radius:  # the whole body is beyond one border of the cone
             return NOTHING
         best = NOTHING
-        for x0, y0, tx, ty, length in self._edges:
+        for x0, y0, tx, ty, length in self.edges:
             px = x - x0
             py = y - y0
             height = px * ty - py * tx
@@ -115,7 +115,7 @@ class Outline:
         """Distance of the nearest point of the arc that an eye sees; arguments as `nearest_seen`."""
         toward_x = disc.x - x
         toward_y = -y
-        distance = math.hypot(toward_x, toward_y)
+        distance = math.sqrt(toward_x * toward_x + toward_y * toward_y)
         radius = disc.radius
         if distance <= radius:
             return NOTHING
@@ -196,7 +196,7 @@ class Outline:
         """
         enter = -NOTHING
         leave = NOTHING
-        for x0, y0, tx, ty, _ in self._edges:
+        for x0, y0, tx, ty, _ in self.edges:
             height = (x - x0) * ty - (y - y0) * tx
             rate = fx * ty - fy * tx
             if rate < 0.0:
@@ -219,7 +219,7 @@ class Outline:
         return enter if enter <= leave else NOTHING
 
 
-def _edge(a: Point, b: Point) -> _Edge:
+def _edge(a: Point, b: Point) -> Edge:
     """The side from corner a to corner b."""
     length = math.hypot(b[0] - a[0], b[1] - a[1])
     return a[0], a[1], (b[0] - a[0]) / length, (b[1] - a[1]) / length, length

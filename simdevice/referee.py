@@ -67,6 +67,7 @@ class Referee:
     Args:
         table: What it watches.
         on_reset: Called after everybody has been placed.
+        look: Called before the table is looked at: it may have to be told where everybody is.
         wire: What it speaks.
         signing: Signs what it says, and tells whom to believe; None: nothing is signed.
 
@@ -80,10 +81,12 @@ class Referee:
         table: Table,
         on_reset: Callable[[], None] = lambda: None,
         *,
+        look: Callable[[], None] = lambda: None,
         wire: str = MAVLINK,
         signing: Signing | None = None,
     ) -> None:
         self._table = table
+        self._look = look
         self._on_reset = on_reset
         self._system = 1
         self._wire = wire
@@ -180,11 +183,25 @@ class Referee:
         if last is not None and last[0] == identity[0] and (identity[1] - last[1]) % (2 * _HALF) >= _HALF:
             return _ack(message, event, Reason.OLD_SEQUENCE)
         opponent = OpponentCode(message.opponent)
+        self._look()
         self._table.reset(message.seed, None if opponent is OpponentCode.KEEP else opponent.label)
         self.bout += 1
         self._on_reset()
         self._last = identity
         return _ack(message, event)
+
+    def quiet(self) -> int:
+        """For how many control periods `report` will say nothing, if nothing is decided: `skip` may pass over that many."""
+        spoken = self._table.outcome is self._decided and self.bout == self._reported
+        return max(0, self._countdown - 1) if spoken else 0
+
+    def skip(self, periods: int) -> None:
+        """Let control periods pass without a report.
+
+        Args:
+            periods: How many; at most as `quiet` said.
+        """
+        self._countdown -= periods
 
     def report(self, now: float, room: int | None = None) -> bytes:
         """What is to be sent after a period: the state when it is due, or when something was decided.
@@ -213,6 +230,7 @@ class Referee:
         Args:
             now: Time of the emulation in s.
         """
+        self._look()
         table = self._table
         junior = table.robot.body
         opponent = table.opponent

@@ -98,6 +98,11 @@ class Keeper:
         self._frames = [self._codec.encode(message) for message in messages]
         self.playing = True
 
+    @property
+    def speaking(self) -> bool:
+        """There is something to send in the next control period."""
+        return bool(self._frames)
+
     def due(self) -> bytes:
         """What to send in this control period: one frame at a time."""
         if not self._frames:

@@ -119,6 +119,9 @@ class Table:
         second: The second Junior's hardware, once one has been asked for; None before.
         outcome: Of the present bout.
         elapsed: Time since the bout began, in s.
+        steps: Control periods since the bout began; of one that is over, those it took.
+        half_x: Half of the ring's width, in m.
+        half_y: Half of its height, in m.
         lifted: Control periods until the robots stand on the table; meanwhile nothing moves.
     """
 
@@ -132,7 +135,7 @@ class Table:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
         self.arena = Arena(ring)
-        self._half_x, self._half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
+        self.half_x, self.half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
         self.robot = Robot(self._profile, self.arena.ring, stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
         self.arena.add(self.robot.body)
         self.second: Robot | None = None
@@ -140,7 +143,7 @@ class Table:
         self.name = opponent
         self.opponent = self._make(opponent)
         self.arena.add(self.opponent)
-        self._steps = 0
+        self.steps = 0
         self.lifted = 0
         self.outcome = BoutOutcome.UNDECIDED
         self.reset(seed)
@@ -157,7 +160,7 @@ class Table:
     @property
     def elapsed(self) -> float:
         """Time since the bout began, in s; of one that is over, the time it took."""
-        return self._steps * PERIOD
+        return self.steps * PERIOD
 
     @property
     def clearance(self) -> float:
@@ -188,7 +191,7 @@ class Table:
         if self.second is not None:
             self.second.begin(stream(seed, Stream.OPPONENT_MOTORS), stream(seed, Stream.OPPONENT_SENSORS))
         self.lifted = _LIFTED
-        self._steps = 0
+        self.steps = 0
         self.outcome = BoutOutcome.UNDECIDED
 
     def _place(self, random: np.random.Generator) -> None:
@@ -212,13 +215,13 @@ class Table:
             return
         self.arena.step()
         if self.outcome is BoutOutcome.UNDECIDED:
-            self._steps += 1
+            self.steps += 1
             self.judge()
 
     def judge(self) -> None:
         """Decide the bout where it is decided: out is whose centre has left the ring."""
-        half_x = self._half_x
-        half_y = self._half_y
+        half_x = self.half_x
+        half_y = self.half_y
         body = self.robot.body
         other = self.opponent
         lost = not (-half_x <= body.x <= half_x and -half_y <= body.y <= half_y)

@@ -15,6 +15,7 @@ from simdevice.sumo import Stream, Table, stream
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.links.memory import Stamped
     from firmware_protocol.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
@@ -40,7 +41,7 @@ class World:
         start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
 
     Attributes:
-        table: Bodies and rules.
+        period: One control period, in s.
         device: Junior.
         referee: The referee, if any.
         wire: What goes in and out.
@@ -49,6 +50,8 @@ class World:
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
+
+    period = PERIOD
 
     def __init__(
         self,
@@ -69,18 +72,26 @@ class World:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
-        self.table = Table(opponent, seed, self._profile)
+        self._table = Table(opponent, seed, self._profile)
+        self._prepare()
         self.wire = wire
         self._faults = faults
-        self.device = self._device(self.table.robot, nvm, host, wire, board, start_held=start_held)
+        self.device = self._device(self._table.robot, nvm, host, wire, board, start_held=start_held)
         signing = None
         if signing_key is not None:
             self.device.give_key(signing_key)
             signing = Signing(signing_key, lambda: virtual_time(self.now()))
-        self.referee = Referee(self.table, self._placed, wire=wire, signing=signing) if referee else None
+        self.referee = self._make_referee(signing) if referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
+
+    def _prepare(self) -> None:
+        """The table stands, and there is no board on it yet."""
+
+    def _make_referee(self, signing: Signing | None) -> Referee:
+        """Make the referee."""
+        return Referee(self._table, self._placed, wire=self.wire, signing=signing)
 
     def _device(
         self,
@@ -93,15 +104,25 @@ class World:
         start_held: bool = False,
     ) -> VirtualDevice:
         """Put a board into a robot."""
-        first = robot is self.table.robot
+        first = robot is self._table.robot
         identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
         faults = self._faults if first else None
-        return VirtualDevice(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board, start_held=start_held)
+        if board is not None or host is not None:
+            return VirtualDevice(
+                robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board, start_held=start_held
+            )
+        return self._make_device(robot, uid, nvm, wire, faults, start_held=start_held)
+
+    def _make_device(
+        self, robot: Robot, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
+    ) -> VirtualDevice:
+        """Make a robot with a board in this process."""
+        return VirtualDevice(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
-        table = self.table
+        table = self._table
         self.device.other = table.opponent
         if table.second is None or table.opponent is not table.second.body:
             self._keeper.rest()
@@ -110,6 +131,11 @@ class World:
             self._second = self._device(table.second)
         self._second.other = table.robot.body
         self._keeper.begin()
+
+    @property
+    def table(self) -> Table:
+        """Bodies and rules."""
+        return self._table
 
     def now(self) -> float:
         """Time of the emulation, in s."""
@@ -128,6 +154,18 @@ class World:
         """Give Junior its power back, if it has none: it boots."""
         self.device.switch_on()
 
+    def run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
+        undecided = self._table.outcome
+        for _ in range(periods):
+            sent = self.step(inbound)
+            inbound = b""
+            if sent:
+                return [(self.now(), sent)]
+            if self._table.outcome is not undecided or not self.device.uptime:
+                break
+        return []
+
     def step(self, inbound: bytes) -> bytes:
         """One control period for everything: sensors, firmware, wheels, physics, referee.
 
@@ -140,13 +178,13 @@ class World:
         device = self.device
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
-        lifted = self.table.lifted > 0
+        lifted = self._table.lifted > 0
         if self.room is not None:
             device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
         if self._second is not None and self._second.other is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
-        self.table.step()
+        self._table.step()
         self._ticks += 1
         if referee is None:
             return sent

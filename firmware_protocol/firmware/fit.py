@@ -72,8 +72,22 @@ def check_sources(lib: object, firmware: Path = FIRMWARE) -> None:
     Raises:
         FirmwareBuildError: They have changed since.
     """
-    now = digest(firmware)
-    if now is not None and now != getattr(lib, "HOST_BUILT_FROM", None):
+    check_digest(lib, "HOST_BUILT_FROM", digest(firmware), firmware)
+
+
+def check_digest(lib: object, constant: str, now: int | None, firmware: Path = FIRMWARE) -> None:
+    """See that a build is made from sources with this hash.
+
+    Args:
+        lib: The functions and constants of the build.
+        constant: Name of the constant that holds the hash it was made from.
+        now: The sources' hash; None where there are none.
+        firmware: The folder of the firmware's sources.
+
+    Raises:
+        FirmwareBuildError: They have changed since.
+    """
+    if now is not None and now != getattr(lib, constant, None):
         raise FirmwareBuildError(f"the firmware has changed since it was built: {_remedy(firmware)}")
 
 

@@ -38,7 +38,7 @@ def host_layout() -> str:
 
 
 def host_stub() -> str:
-    """Text of `firmware/_host.pyi`."""
+    """Text of `simdevice/_host.pyi`."""
     rows = []
     for function in functions(HOST_H.read_text(encoding="utf-8")):
         parameters = ", ".join(f"{name}: {_annotation(kind)}" for name, kind in function.parameters)

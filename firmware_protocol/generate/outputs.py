@@ -25,7 +25,7 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/dialect/junior.dbc": can_database,
     "firmware_protocol/firmware/core/tables.h": tables,
     "firmware_protocol/firmware/host_io.py": host_layout,
-    "firmware_protocol/firmware/_host.pyi": host_stub,
+    "simdevice/_host.pyi": host_stub,
     "docs/protocol.md": reference,
     "docs/build.md": build_page,
     "docs/figures/wiring.svg": lambda: draw(pins()),

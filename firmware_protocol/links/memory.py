@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Final, Protocol
+import math
+from typing import Final, Protocol, runtime_checkable
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link
 from firmware_protocol.wire import MAVLINK
 
+Stamped = tuple[float, bytes]
+"""What a device has sent, and when, in s of its time."""
 _EPSILON: Final = 1e-9
 """Slack for sums of control periods, in s."""
+_ROUNDING: Final = 1e-6
+"""Slack for quotients of them."""
+_MOST: Final = 1e6
+"""Control periods asked for at a time."""
 
 
 class Steppable(Protocol):
@@ -31,11 +38,35 @@ class Steppable(Protocol):
         ...
 
 
+@runtime_checkable
+class Runnable(Steppable, Protocol):
+    """One that can live for many control periods at a time.
+
+    Attributes:
+        period: One control period, in s.
+    """
+
+    period: float
+
+    def run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """Live for at most so many control periods, and return early when something is sent or is to be looked at.
+
+        Args:
+            inbound: What the host has sent since the last one; received in the first of them.
+            periods: How many, 1 or more.
+
+        Returns:
+            What is sent to the host, and when.
+        """
+        ...
+
+
 class MemoryLink(Link):
     """Steps a device while its host waits.
 
     Args:
-        device: What is at the other end.
+        device: What is at the other end; where it is `Runnable`, it lives for as many control periods at a time as nobody
+            has to look at.
         url: Name of the link in messages and logs.
         wire: What the device's bytes are.
     """
@@ -46,6 +77,7 @@ class MemoryLink(Link):
         self.url = url
         self.wire = wire
         self._device = device
+        self._runnable = device if isinstance(device, Runnable) else None
         self._outbound: list[bytes] = []
         self._closed = False
 
@@ -56,7 +88,7 @@ class MemoryLink(Link):
         self._outbound.append(data)
 
     def read(self, timeout: float) -> bytes:
-        """Step the device until it sends something or the time is over.
+        """Let the device live until it sends something or the time is over.
 
         Args:
             timeout: Longest wait in the device's time, in s, rounded up to whole control periods; 0 does not step.
@@ -65,13 +97,20 @@ class MemoryLink(Link):
             raise LinkClosedError(self.url, "the link is closed")
         if timeout <= 0:
             return b""
-        step, now = self._device.step, self._device.now
+        device, now = self._runnable, self._device.now
         deadline = now() + timeout - _EPSILON
         inbound = b"".join(self._outbound)
         self._outbound.clear()
-        while not (data := step(inbound)) and now() < deadline:
+        if device is None:
+            while not (data := self._device.step(inbound)) and now() < deadline:
+                inbound = b""
+            return data
+        while True:
+            wait = (deadline - now()) / device.period
+            chunks = device.run(inbound, max(1, math.ceil(min(wait, _MOST) - _ROUNDING)))
+            if chunks or now() >= deadline:
+                return chunks[0][1] if len(chunks) == 1 else b"".join(data for _, data in chunks)
             inbound = b""
-        return data
 
     def close(self) -> None:
         """Let go of the device."""

@@ -12,8 +12,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.firmware.build_host import FIRMWARE, ROOT, builder
+from firmware_protocol.firmware.build_host import FIRMWARE, ROOT
 from firmware_protocol.firmware.headers import make_headers
+from simdevice.build_host import FLAGS, KERNEL, builder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,7 +51,8 @@ class CoreBuild:
         wrapper = folder / "wrapper.c"
         with contextlib.redirect_stdout(io.StringIO()):
             builder.emit_c_code(str(wrapper))
-        sources = [*sorted(CORE.glob("*.c")), ROOT / FIRMWARE / "targets/host/host.c", wrapper]
+        sources = [*sorted(CORE.glob("*.c")), ROOT / FIRMWARE / "targets/host/host.c"]
+        sources += [*sorted((ROOT / KERNEL).glob("*.c")), wrapper]
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             made = pool.map(lambda source: self.compile(source, folder / f"{source.stem}.o"), sources)
             self.objects: Mapping[str, Path] = dict(zip((source.name for source in sources), made, strict=True))
@@ -69,8 +71,9 @@ class CoreBuild:
             BuildError: It does not compile.
         """
         includes = [f"-I{ROOT / FIRMWARE / part}" for part in ("core", "targets/host", "_build")]
+        includes.append(f"-I{ROOT / KERNEL}")
         macros = ["-DJUNIOR_CAN=1", "-DJUNIOR_SIGNING=1", "-DPy_LIMITED_API"]
-        arguments = [*includes, f"-I{sysconfig.get_path('include')}", *macros, "-fPIC", "-w", *self._flags]
+        arguments = [*includes, f"-I{sysconfig.get_path('include')}", *macros, "-fPIC", "-w", *FLAGS, *self._flags]
         self._run([*arguments, "-c", source.name, "-o", str(target)], source.parent)
         return target
 

@@ -9,7 +9,7 @@ import importlib.util
 import os
 import sys
 
-NAME = "firmware_protocol.firmware._host"
+NAME = "simdevice._host"
 
 
 def load(path: str) -> None:

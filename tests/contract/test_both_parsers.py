@@ -9,7 +9,7 @@ from typing import Any, cast
 import pytest
 
 from firmware_protocol.events import Received
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, RobotStatus

@@ -13,7 +13,7 @@ from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.can_layout import FUNCTION_MASK, FUNCTION_SHIFT, TRANSFER_UP_FUNCTION, single_frames
 from firmware_protocol.dbc import CanCodec
 from firmware_protocol.events import Received
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import NODE, CanVector, can_text, can_vectors
 from firmware_protocol.messages import REFEREE_MESSAGES, JuniorWheels, ParamSet

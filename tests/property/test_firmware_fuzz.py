@@ -10,7 +10,7 @@ from firmware_bench import HOST, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import Command, CommandLong, Ping, State
 from firmware_protocol.wire import Direction

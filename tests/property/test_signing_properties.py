@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from signed_pair import END, KEY, NOW, signed_at, signed_codec
 
 from firmware_protocol.events import Received
-from firmware_protocol.firmware._host import lib
+from simdevice._host import lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import Ping

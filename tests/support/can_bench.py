@@ -6,7 +6,7 @@ from firmware_bench import FirmwareBench
 
 from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.dbc import CanCodec
-from firmware_protocol.firmware._host import ffi
+from simdevice._host import ffi
 from firmware_protocol.messages import RobotStatus
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import cffi
 
-from firmware_protocol.firmware import _host
+from simdevice import _host
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
 from firmware_protocol.wire import MAVLINK
 

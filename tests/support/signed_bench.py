@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_bench import BLANK, FirmwareBench
 from signed_pair import KEY, NOW, signed_codec
 
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Ping, RobotStatus
 from firmware_protocol.signing import SigningKey, setup_signing

@@ -13,7 +13,7 @@ from firmware_bench import FirmwareBench
 from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import RECORD_LENGTH, CanFrame
 from firmware_protocol.dbc import CanCodec
-from firmware_protocol.firmware._host import lib
+from simdevice._host import lib
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     Heartbeat,

@@ -13,7 +13,7 @@ import cffi
 import pytest
 
 from firmware_protocol.errors import FirmwareBuildError, HilError
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.firmware.build_host import DECLARATIONS
 from firmware_protocol.firmware.built_from import FIRMWARE, digest
 from firmware_protocol.firmware.fit import check_layout, check_sources, expected_layout

@@ -7,7 +7,7 @@ import importlib
 import pytest
 from firmware_bench import HOST, FirmwareBench
 
-from firmware_protocol.firmware._host import ffi
+from simdevice._host import ffi
 from firmware_protocol.generate.vectors import Vector, vectors
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (

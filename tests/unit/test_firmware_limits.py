@@ -11,7 +11,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import HOST, TICK, FirmwareBench, forge
 
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (

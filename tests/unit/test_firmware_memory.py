@@ -9,7 +9,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import BLANK, FirmwareBench, forge
 
-from firmware_protocol.firmware._host import lib
+from simdevice._host import lib
 from firmware_protocol.messages import (
     Command,
     ContestCommand,

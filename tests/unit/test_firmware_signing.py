@@ -8,7 +8,7 @@ from firmware_bench import BLANK, HOST
 from signed_bench import AHEAD, SignedBench
 from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
-from firmware_protocol.firmware._host import ffi, lib
+from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,

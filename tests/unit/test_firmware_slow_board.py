@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from firmware_bench import HOST, TICK, FirmwareBench
 
-from firmware_protocol.firmware._host import lib
+from simdevice._host import lib
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,

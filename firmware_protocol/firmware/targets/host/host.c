@@ -203,6 +203,21 @@ void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes)
     junior_power_on(&host->robot, host);
 }
 
+void host_restart(host_robot *host)
+{
+    host_io before = host->io;
+
+    memset(host, 0, sizeof *host);
+    memcpy(host->io.nvm, before.nvm, sizeof before.nvm);
+    host->io.uid = before.uid;
+    host->io.can = before.can;
+    host->io.start = before.start;
+    host->io.has_encoders = before.has_encoders;
+    host->io.has_ground = before.has_ground;
+    memcpy(host->io.tx, before.tx, before.tx_len); /* on its way already */
+    host_power_on(host, 0);
+}
+
 void host_give_key(host_robot *host, const uint8_t *key)
 {
     mavlink_setup_signing_t setup;

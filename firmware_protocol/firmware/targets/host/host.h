@@ -44,6 +44,9 @@ void host_power_on(host_robot *host, uint64_t micros);
 /* The same, and non-volatile writes beyond this many bytes are lost, as when the power is cut while it boots. */
 void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes);
 
+/* Cuts the power and gives it back: of io, only nvm and what is set before power-on is kept, and the clock starts at 0. */
+void host_restart(host_robot *host);
+
 /* Puts a signing key of 32 bytes into non-volatile memory, as who holds the board can; takes effect at power-on. */
 void host_give_key(host_robot *host, const uint8_t *key);
 

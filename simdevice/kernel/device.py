@@ -1,0 +1,136 @@
+"""An emulated robot whose control periods run in the kernel: what remains of it in Python is what happens now and then."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from simdevice.board import Board
+from simdevice.device import VirtualDevice
+
+if TYPE_CHECKING:
+    from firmware_protocol.faults import FaultSpec
+    from simdevice.board import Host
+    from simdevice.faults import Battery
+    from simdevice.kernel.rings import Rings
+    from simdevice.sumo import Robot
+
+_MANY: Final = 2**31
+"""Control periods: more than anybody asks for."""
+
+
+class KernelDevice(VirtualDevice):
+    """An emulated Junior that sits in a piece of the kernel's world; see `VirtualDevice` for the rest.
+
+    Args:
+        rings: The kernel's arrays.
+        piece: Which piece it sits in.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        rings: Rings,
+        piece: int,
+        *,
+        uid: int,
+        wire: str,
+        nvm: bytes | None = None,
+        host: Host | None = None,
+        faults: FaultSpec | None = None,
+        start_held: bool = False,
+    ) -> None:
+        self._rings = rings
+        self._piece = piece
+        super().__init__(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, start_held=start_held)
+        assert isinstance(self._board, Board)
+        self._struct = self._board.robot
+        rings.devices.robot[piece] = self._struct
+        self.set_running(running=True)
+
+    def _battery(self) -> Battery:
+        """What feeds its motors: this device."""
+        return self
+
+    def feed(self, voltage: float | None) -> None:
+        """Have its battery give another voltage, see `Motors.feed`."""
+        self._rings.feed(self._piece, voltage)
+
+    @property
+    def wheels(self) -> tuple[float, float]:
+        """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
+        if not self.powered or self._rings.devices.dark[self._piece]:
+            return 0.0, 0.0
+        left, right = self._struct.io.wheel
+        return left / 1000, right / 1000
+
+    @property
+    def uptime(self) -> float:
+        """Time since power-on, in s."""
+        return float(self._rings.devices.micros[self._piece] * 1e-6)
+
+    def set_start(self, *, go: bool) -> None:
+        """Switch the start module's signal, as the referee's remote control does."""
+        super().set_start(go=go)
+        if isinstance(self._board, Board):
+            self._board.robot.io.start = go
+
+    def set_running(self, *, running: bool) -> None:
+        """Let it live in the kernel's control periods, or not."""
+        self._rings.devices.running[self._piece] = running
+
+    def _begin(self) -> None:
+        """The board has booted."""
+        self._rings.power_on(self._piece)
+        self._fresh = True
+
+    def switch_off(self) -> None:
+        """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""
+        self.powered = False
+        self._rings.stop_wheels(self._piece)
+        self._board.power_off()
+        self.set_running(running=False)
+
+    def switch_on(self) -> None:
+        """Give the power back, if there is none: it boots."""
+        super().switch_on()
+        self.set_running(running=True)
+
+    def begin(self) -> int:
+        """Control periods begin: faults befall it.
+
+        Returns:
+            How many may pass before they are to be looked at again, 1 or more.
+        """
+        faults = self._faults
+        if faults is None or not self.powered:
+            return _MANY
+        faults.advance()
+        self._rings.befall(self._piece, faults)
+        if faults.restored:
+            self.power_cycle()
+        return faults.quiet() + 1
+
+    def end(self, periods: int, stop: int) -> bytes:
+        """Control periods are over.
+
+        Args:
+            periods: How many.
+            stop: Why they are over, as the kernel says.
+
+        Returns:
+            What it has sent in the last one.
+        """
+        if not self.powered:
+            return b""
+        faults = self._faults
+        if faults is not None:
+            faults.skip(periods - 1)
+            if faults.dark:
+                return b""
+        sent = b""
+        if stop & self._rings.lib.KERNEL_SENT:
+            sent = self._rings.sent(self._struct)
+            self.heard(sent)
+        if stop & self._rings.lib.KERNEL_REBOOTED:
+            self._fresh = True
+        return sent

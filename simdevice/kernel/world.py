@@ -1,0 +1,119 @@
+"""A world whose control periods run in the kernel, as many in a call as nobody has to look at.
+
+Every byte that it sends, and when, is that of `simdevice.world.World`, which is its oracle.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.messages import BoutOutcome
+from simdevice.board import board_host
+from simdevice.kernel.device import KernelDevice
+from simdevice.kernel.rings import Rings
+from simdevice.period import PERIOD
+from simdevice.referee import Referee
+from simdevice.world import World
+
+if TYPE_CHECKING:
+    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.links.memory import Stamped
+    from firmware_protocol.signing import Signing
+    from simdevice.sumo import Robot, Table
+
+_JUNIOR = 0
+_SECOND = 1
+
+
+class KernelWorld(World):
+    """Junior, its opponent and the referee, in the kernel; arguments and attributes as of `World`, without a choice of board.
+
+    What stands on `table` is shown as it is when one asks for it, and is not to be moved by anybody else.
+    """
+
+    device: KernelDevice
+
+    @property
+    def table(self) -> Table:
+        """Bodies and rules, as of now."""
+        self._rings.show_robots()
+        return self._table
+
+    def _prepare(self) -> None:
+        """Make the kernel's arrays."""
+        self._rings = Rings(board_host(), self._table)
+
+    def _make_referee(self, signing: Signing | None) -> Referee:
+        """Make the referee, who looks at what the kernel moves."""
+        return Referee(self._table, self._placed, look=self._rings.show, wire=self.wire, signing=signing)
+
+    def _make_device(
+        self, robot: Robot, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
+    ) -> KernelDevice:
+        """Make a robot that lives in the kernel."""
+        piece = _JUNIOR if robot is self._table.robot else _SECOND
+        return KernelDevice(robot, self._rings, piece, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
+
+    def _placed(self) -> None:
+        """Everybody has been put down: tell the kernel where."""
+        super()._placed()
+        self._rings.place()
+        if isinstance(self._second, KernelDevice):
+            self._second.set_running(running=self._keeper.playing)
+
+    def step(self, inbound: bytes) -> bytes:
+        """One control period for everything; see `World.step`."""
+        return b"".join([data for _, data in self.run(inbound, 1)])
+
+    def run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
+        rings, device, end = self._rings, self.device, self._ticks + periods
+        referee = self.referee if device.powered else None
+        answers = referee.receive(inbound, self.now()) if inbound and referee is not None else b""
+        if self.room is not None:
+            device.limit(self.room)
+        if inbound:
+            rings.receive(_JUNIOR, inbound)
+        while True:
+            most = min(device.begin(), end - self._ticks)
+            if referee is not None:
+                most = 1 if answers else min(most, referee.quiet() + 1)
+            if self._keeper.speaking:
+                most = 1
+                rings.receive(_SECOND, self._keeper.due())
+            done, stop = rings.run(most)
+            self._ticks += done
+            sent = device.end(done, stop)
+            if stop & rings.lib.KERNEL_DECIDED:
+                self._table.outcome = BoutOutcome(rings.outcome)
+            if referee is not None:
+                sent += answers + self._report(referee, done, len(sent + answers))
+                answers = b""
+            if sent:
+                return [(self._ticks * PERIOD, sent)]
+            if stop or self._ticks >= end:
+                return []
+
+    def _report(self, referee: Referee, done: int, taken: int) -> bytes:
+        """What the referee says after so many control periods, where so many bytes are on the line already."""
+        referee.follow(self.device.system)
+        referee.skip(done - 1)
+        return referee.report(self.now(), None if self.room is None else self.room - taken)
+
+
+def open_world(**arguments: Any) -> World:  # noqa: ANN401 - those of `World`
+    """An emulated Junior on the sumo ring: in the kernel, or where it can't be, in Python.
+
+    Args:
+        arguments: As of `World`. On another board than this package's own in this process, and with another build of the
+            firmware, it is in Python.
+
+    Returns:
+        A world at time 0, with everybody at a start pose.
+
+    Raises:
+        ValueError: There is no opponent of this name, or the image has a wrong size.
+    """
+    if arguments.get("board") is not None or arguments.get("host") is not None:
+        return World(**arguments)
+    return KernelWorld(**arguments)
