@@ -1,0 +1,240 @@
+"""One emulated robot twice: in the readable Python world and in the kernel, to which the same is done."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from firmware_protocol.codec import open_codec
+from firmware_protocol.faults import FaultSpec
+from firmware_protocol.messages import (
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    REFEREE_COMPONENT,
+    ROBOT_COMPONENT,
+    Command,
+    CommandLong,
+    ContestCommand,
+    JuniorContest,
+    JuniorManeuver,
+    JuniorMemoryWrite,
+    ManeuverOption,
+    OpponentCode,
+    ParamSet,
+    RefereeReset,
+    RefereeState,
+    RobotAlive,
+    RobotSession,
+)
+from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
+from firmware_protocol.wire import CAN, MAVLINK
+from simdevice.junior import JuniorProfile
+from simdevice.kernel.world import KernelWorld
+from simdevice.second import REFLEXES
+from simdevice.world import World
+
+if TYPE_CHECKING:
+    import random
+
+    from firmware_protocol.wire import Message
+
+Chunks = list[tuple[float, bytes]]
+HOST = 7
+FAULTS = (
+    None,
+    "wheel:left:0.37@0.4+0.9,wheel:right",
+    "stuck:eye_left:1023@0.2+0.5,stuck:floor_right@0.7,stuck:arm_left:1@1+0.3",
+    "brownout:0.6+0.4,brownout:1.5+0.1",
+    "battery:5@0.5+0.7,brownout:1.1+0.2,stuck:eye_right@0.3+2",
+)
+
+
+@dataclass
+class Twins:
+    """The two, and what is done to both.
+
+    Args:
+        arguments: As `World` takes them.
+
+    Attributes:
+        oracle: The Python world.
+        kernel: The other.
+        apart: They were steppped otherwise: the one in single periods, the other in as many as it liked.
+    """
+
+    arguments: dict[str, Any]
+    heard: Chunks = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.oracle = World(**self.arguments)
+        self.kernel = KernelWorld(**self.arguments)
+
+    def live(self, inbound: bytes, periods: int) -> None:
+        """Let both live for so many control periods, and compare all that they say and when."""
+        first: Chunks = []
+        rest = inbound
+        for _ in range(periods):
+            sent = self.oracle.step(rest)
+            rest = b""
+            if sent:
+                first.append((self.oracle.now(), sent))
+        second: Chunks = []
+        end, rest = self.oracle.now(), inbound
+        while self.kernel.now() < end - 1e-9:
+            left = round((end - self.kernel.now()) / self.kernel.period)
+            second += self.kernel.run(rest, left)
+            rest = b""
+        assert second == first
+        self.heard += first
+        self.compare()
+
+    def compare(self) -> None:
+        """Everything that can be looked at from outside is the same."""
+        assert self.kernel.now() == self.oracle.now()
+        assert self.kernel.nvm == self.oracle.nvm
+        assert looks(self.kernel) == looks(self.oracle)
+
+
+def looks(world: World) -> dict[str, object]:
+    """What there is to see of a world."""
+    table, device = world.table, world.device
+    seen: dict[str, object] = {
+        "outcome": table.outcome,
+        "elapsed": table.elapsed,
+        "lifted": table.lifted,
+        "name": table.name,
+        "wheels": device.wheels,
+        "uptime": device.uptime,
+        "powered": device.powered,
+        "system": device.system,
+    }
+    for name, piece in (("junior", table.robot.body), ("other", table.opponent)):
+        seen[name] = (piece.x, piece.y, piece.angle, piece.cos, piece.sin, piece.body.velocity, piece.body.angular_velocity)
+    for name, robot in (("junior", table.robot), ("second", table.second)):
+        if robot is not None:
+            motors, sensors = robot.motors, robot.sensors
+            seen[f"{name} drive"] = (
+                motors.voltage, motors.charge, motors.travel_left, motors.travel_right, motors.force_left, motors.force_right,
+                robot.body.ground,
+            )  # fmt: skip
+            seen[f"{name} senses"] = (
+                sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right,
+            )  # fmt: skip
+    return seen
+
+
+class Player:
+    """Does to both whatever can be done, at random.
+
+    Args:
+        rng: Chance.
+    """
+
+    def __init__(self, rng: random.Random) -> None:
+        self._rng = rng
+        self._wire = rng.choice((MAVLINK, MAVLINK, CAN))
+        self._sequence = 0
+        self._codec = open_codec(self._wire, system=HOST_SYSTEM, component=HOST_COMPONENT)
+        faults = rng.choice(FAULTS)
+        self.twins = Twins({
+            "opponent": rng.choice([code.label for code in OpponentCode if code is not OpponentCode.KEEP]),
+            "seed": rng.randrange(1000),
+            "referee": rng.random() < 0.8,
+            "wire": self._wire,
+            "faults": None if faults is None else FaultSpec.parse(faults),
+            "start_held": rng.random() < 0.1,
+            "profile": self._profile() if rng.random() < 0.5 else None,
+        })  # fmt: skip
+
+    def _profile(self) -> JuniorProfile:
+        rng = self._rng
+        return JuniorProfile(
+            mass=rng.uniform(0.3, 0.8),
+            wheel_gain=(rng.uniform(0.0, 1.2), rng.uniform(0.5, 1.2)),
+            command_noise=rng.choice((0.0, 0.05, 0.3)),
+            eye_noise=rng.choice((0.0, 3.0, 200.0)),
+            eye_angle=rng.uniform(0.0, 0.8),
+            floor_spot=rng.choice((0.004, 0.05)),
+            encoders=rng.random() < 0.5,
+            ground_odometer=rng.random() < 0.5,
+        )
+
+    def _next(self) -> int:
+        self._sequence += 1
+        return self._sequence
+
+    def _say(self) -> list[Message]:
+        """What a host may say now."""
+        rng = self._rng
+        system = self.twins.oracle.device.system
+        robot = (system, ROBOT_COMPONENT)
+        choice = rng.randrange(16)
+        actions = tuple(rng.choice((Action.FF, rng.randrange(17))) for _ in range(4)) + (0,) * 4
+        if choice == 0:
+            return self._opening() if rng.random() < 0.8 else [CommandLong(*robot, Command.ARM_DISARM, param1=0.0)]
+        if choice == 1:
+            return [ParamSet(*robot, "SYS_ID", float(rng.choice((1, 1, 2))))] if rng.random() < 0.3 else []
+        if choice == 2:
+            return [CommandLong(*robot, Command.PREFLIGHT_REBOOT, param1=1.0)] if rng.random() < 0.3 else []
+        if choice == 3:
+            interval = rng.choice((0.0, 5000.0, 12_000.0, 200_000.0))
+            asked = (REFEREE_COMPONENT, RefereeState.ID) if rng.random() < 0.5 else (ROBOT_COMPONENT, 42000)
+            return [CommandLong(system, asked[0], Command.SET_MESSAGE_INTERVAL, param1=float(asked[1]), param2=interval)]
+        if choice in {4, 5}:
+            opponent = rng.choice(list(OpponentCode))
+            return [RefereeReset(rng.randrange(1000), 77, self._next(), system, REFEREE_COMPONENT, opponent)]
+        if choice == 6:
+            return [*self._opening(), *self._contest()]
+        return [JuniorManeuver(77, self._next(), rng.choice((0.05, 0.1, 0.2)), rng.randrange(32), *robot, 4, actions[:8])]
+
+    def _opening(self) -> list[Message]:
+        """Open a session and arm."""
+        robot = (self.twins.oracle.device.system, ROBOT_COMPONENT)
+        return [
+            RobotSession(77, 0, HOST, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR),
+            CommandLong(*robot, Command.ARM_DISARM, param1=1.0, param3=float(HOST)),
+        ]
+
+    def _contest(self) -> list[Message]:
+        """Teach reflexes that look for the other and charge, and begin a contest."""
+        robot = (self.twins.oracle.device.system, ROBOT_COMPONENT)
+        said: list[Message] = [ParamSet(*robot, "CONTEST_MAX", 0.0)]
+        for stimulus, actions in REFLEXES.items():
+            codes = tuple(map(int, actions)) + (0,) * (MAX_ACTIONS - len(actions))
+            write = (ANY_STIMULUS, int(stimulus), len(actions), codes)
+            said.append(JuniorMemoryWrite(77, self._next(), 0.1, ManeuverOption.END_ON_CHANGE, *robot, *write))
+        return [*said, JuniorContest(77, self._next(), 0.0, *robot, ContestCommand.START)]
+
+    def play(self, moves: int) -> None:
+        """Do so many things, and compare after each."""
+        rng, twins = self._rng, self.twins
+        for message in self._opening() + (self._contest() if rng.random() < 0.6 else []):
+            twins.live(self._codec.encode(message), 3)
+        for _ in range(moves):
+            said = self._say()
+            if rng.random() < 0.9:
+                said.append(RobotAlive(HOST))
+            data = b"".join(map(self._codec.encode, said))
+            if rng.random() < 0.1:
+                data = data[: rng.randrange(len(data) + 1)]
+            self._outside()
+            twins.live(data, rng.choice((1, 2, 7, 25, 40, 40, 100)))
+
+    def _outside(self) -> None:
+        """What others than the host may do to a robot."""
+        choice, room = self._rng.randrange(80), self._rng.randrange(200)
+        for world in (self.twins.oracle, self.twins.kernel):
+            if choice == 0:
+                world.switch_off()
+            elif choice in {1, 2, 3}:
+                world.switch_on()
+            elif choice in {4, 5}:
+                world.device.set_start(go=choice == 4)
+            elif choice == 6:
+                world.room = room
+            elif choice in {7, 8}:
+                world.room = None
+            elif choice == 9:
+                world.device.power_cycle()
