@@ -17,18 +17,21 @@ from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPON
 from firmware_protocol.wire import CAN, MAVLINK
 from simdevice.board import NVM_SIZE
 from simdevice.device import VirtualDevice
+from simdevice.emulation import run_single_periods
 from simdevice.period import PERIOD
 from simdevice.sumo import Table
-from simdevice.world import World
+from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.links.memory import Stamped
     from firmware_protocol.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
     from simdevice.junior import JuniorProfile
+    from simdevice.world import World
 
 LAST_SYSTEM: Final = 254
 """Greatest system id of a robot on a MAVLink network."""
@@ -96,12 +99,15 @@ class Crowd:
         start_held: All are switched on with their start inputs held.
 
     Attributes:
+        period: One control period, in s.
         members: The robots by the id they were made with.
         wire: What goes in and out.
 
     Raises:
         ValueError: So many can't share a line, there is no opponent of this name, or the images have a wrong size.
     """
+
+    period = PERIOD
 
     def __init__(
         self,
@@ -133,7 +139,7 @@ class Crowd:
             image = nvm[number * NVM_SIZE : (number + 1) * NVM_SIZE] if nvm is not None else None
             if image is None and system != NEW_SYSTEM:
                 image = image_of(system)
-            world = World(
+            world = junior_world(
                 opponent=opponent,
                 seed=seed + number,
                 referee=referee,
@@ -156,6 +162,10 @@ class Crowd:
     def now(self) -> float:
         """Time of the emulation, in s."""
         return self._ticks * PERIOD
+
+    def run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """Live for at most so many control periods, until somebody sends something; see `Emulation.run`."""
+        return run_single_periods(self, inbound, periods)
 
     def step(self, inbound: bytes) -> bytes:
         """One control period for everybody.

@@ -13,10 +13,10 @@ from simdevice.period import PERIOD_US
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.signing import SigningKey
-    from simdevice.faults import Battery
     from simdevice.arena import Piece
     from simdevice.board import Host
     from simdevice.board_interface import BoardInterface, BoardMaker
+    from simdevice.faults import Battery
     from simdevice.sumo import Robot
 
 _SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
@@ -39,7 +39,6 @@ class VirtualDevice:
         start_held: The start input is held while it is switched on for the first time, and then let go.
 
     Attributes:
-        robot: Its hardware on the table.
         other: What its eyes and arms may meet.
         powered: It is switched on.
         system: System id it uses on the wire, as its frames say.
@@ -58,7 +57,7 @@ class VirtualDevice:
         start_held: bool = False,
     ) -> None:
         profile = robot.profile
-        self.robot = robot
+        self._robot = robot
         self.other: Piece | None = None
         self.system = 1
         self._wire = wire
@@ -78,6 +77,11 @@ class VirtualDevice:
         self.set_start(go=False)
 
     @property
+    def robot(self) -> Robot:
+        """Its hardware on the table."""
+        return self._robot
+
+    @property
     def wheels(self) -> tuple[float, float]:
         """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
         return self._board.wheel_left / 1000, self._board.wheel_right / 1000
@@ -94,7 +98,7 @@ class VirtualDevice:
 
     def _battery(self) -> Battery:
         """What feeds its motors."""
-        return self.robot.motors
+        return self._robot.motors
 
     def set_start(self, *, go: bool) -> None:
         """Switch the start module's signal, as the referee's remote control does."""
@@ -118,8 +122,8 @@ class VirtualDevice:
 
     def _begin(self) -> None:
         """The board has booted."""
-        self.robot.motors.power_on()
-        self.robot.body.ground = 0.0
+        self._robot.motors.power_on()
+        self._robot.body.ground = 0.0
         self._micros = 0
         self._fresh = True
 
@@ -135,7 +139,7 @@ class VirtualDevice:
     def switch_off(self) -> None:
         """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""
         self.powered = False
-        self.robot.motors.command(0, 0)
+        self._robot.motors.command(0, 0)
         self._board.power_off()
 
     def switch_on(self) -> None:
@@ -166,7 +170,7 @@ class VirtualDevice:
         """
         if not self.powered:
             return b""
-        robot = self.robot
+        robot = self._robot
         board = self._board
         sensors = robot.sensors
         sensors.sample(None if lifted else self.other)

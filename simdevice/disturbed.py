@@ -11,12 +11,14 @@ from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
 from firmware_protocol.wire import MAVLINK
+from simdevice.emulation import run_single_periods
 from simdevice.period import PERIOD
 from simdevice.server import Patient
 
 if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from firmware_protocol.links.faulty import FaultCounts
+    from firmware_protocol.links.memory import Stamped
 
 _SLACK: Final = PERIOD / 2
 """Less than a control period by far more than rounding, in s."""
@@ -30,12 +32,18 @@ class DisturbedWorld:
         spec: What befalls the frames.
         seed: The same seed does the same to the same frames.
         wire: What goes in and out of the world.
+
+    Attributes:
+        period: One control period, in s.
+        wire: What goes in and out.
     """
+
+    period = PERIOD
 
     def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
         self._world = world
         self._patient = world if isinstance(world, Patient) else None
-        self._wire = wire
+        self.wire = wire
         self._dead_from = world.now() + min((cut.at for cut in spec.unplugs if cut.ends == inf), default=inf)
         self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
 
@@ -57,6 +65,14 @@ class DisturbedWorld:
     def now(self) -> float:
         """Time of the world, in s."""
         return self._world.now()
+
+    def run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """Live for at most so many control periods, until something leaves the line; see `Emulation.run`.
+
+        Raises:
+            LinkClosedError: As `step`.
+        """
+        return run_single_periods(self, inbound, periods)
 
     def step(self, inbound: bytes) -> bytes:
         """One control period.
@@ -83,5 +99,5 @@ class DisturbedWorld:
             if self._world.now() < end - _SLACK:
                 self._world.step(b"")
             with contextlib.suppress(LinkOpenError):
-                self._link.open_again(lambda: MemoryLink(self._world, wire=self._wire))
+                self._link.open_again(lambda: MemoryLink(self._world, wire=self.wire))
         return out

@@ -14,7 +14,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from firmware_protocol.links.memory import Stamped
+    from firmware_protocol.links.memory import Stamped, Steppable
 
 
 class Emulation(Protocol):
@@ -77,3 +77,21 @@ class Powered(Emulation, Protocol):
     def switch_on(self) -> None:
         """Give it its power back, if it has none: it boots."""
         ...
+
+
+def run_single_periods(emulation: Steppable, inbound: bytes, periods: int) -> list[Stamped]:
+    """What `Emulation.run` does, for what can live for one control period at a time only.
+
+    Args:
+        emulation: What is to live.
+        inbound: Bytes from the host that have arrived by now.
+        periods: How many control periods, 1 or more.
+
+    Returns:
+        What has been sent, and when, in s.
+    """
+    for _ in range(periods):
+        if sent := emulation.step(inbound):
+            return [(emulation.now(), sent)]
+        inbound = b""
+    return []

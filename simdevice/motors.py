@@ -28,6 +28,7 @@ class Motors:
         travel: Way of the left, right wheel's rim since power-on, in m; it includes slip.
         voltage: Battery voltage under the load of the last period, in V.
         charge: What has been taken from the battery, in A s.
+        commanded: Effort set last for the left, right wheel, in permille.
         noise: Source of the command noise.
         slip: Speed that the wheel gains for each newton that the tyre does not pass on, in m/s/N.
         current_per_force: In A/N.
@@ -38,7 +39,7 @@ class Motors:
     def __init__(self, profile: JuniorProfile, noise: np.random.Generator) -> None:
         self._profile = profile
         self.noise = noise
-        self._command = (0, 0)
+        self.commanded = (0, 0)
         self._effort_left = 0.0
         self._effort_right = 0.0
         self._free = profile.free_speed
@@ -67,12 +68,12 @@ class Motors:
             left: Effort in permille of full, -1000..1000.
             right: Likewise.
         """
-        last_left, last_right = self._command
+        last_left, last_right = self.commanded
         if left != last_left:
             self._effort_left = left * 1e-3 * self._profile.wheel_gain[0] * self._error()
         if right != last_right:
             self._effort_right = right * 1e-3 * self._profile.wheel_gain[1] * self._error()
-        self._command = (left, right)
+        self.commanded = (left, right)
 
     def _error(self) -> float:
         """A factor about 1."""
@@ -134,11 +135,11 @@ class Motors:
         self.charge = 0.0
         self.voltage = self._full
         self._share = self.voltage * self.per_volt
-        self._command = (0, 0)
+        self.commanded = (0, 0)
         self._effort_left = self._effort_right = 0.0
 
     def power_on(self) -> None:
         """Encoders count from zero again and the drivers are off; the battery stays as it is."""
-        self._command = (0, 0)
+        self.commanded = (0, 0)
         self._effort_left = self._effort_right = 0.0
         self.travel_left = self.travel_right = 0.0

@@ -8,6 +8,7 @@ from __future__ import annotations
 import select
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
+from firmware_protocol.links.memory import Runnable
 from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
@@ -85,6 +86,7 @@ class Server:
         if speed <= 0:
             raise ValueError(f"the speed is a positive factor, not {speed:g}")
         self._world = world
+        self._runnable = world if isinstance(world, Runnable) else None
         self._patient = world if isinstance(world, Patient) else None
         self._endpoint = endpoint
         self._clock = clock
@@ -116,9 +118,23 @@ class Server:
             inbound = endpoint.receive(now)
             if self._patient is not None:
                 self._patient.room = endpoint.room()
-            endpoint.send(self._world.step(inbound), now)
-            self._next += self._period
-            self.steps += 1
+            sent, lived = self._live(inbound, int((now - self._next) / self._period) + 1)
+            endpoint.send(sent, now)
+            self._next += lived * self._period
+            self.steps += lived
+
+    def _live(self, inbound: bytes, periods: int) -> tuple[bytes, int]:
+        """Let the world live for at most so many control periods, until it sends something.
+
+        Returns:
+            What it has sent, and how many it were.
+        """
+        world = self._runnable
+        if world is None:
+            return self._world.step(inbound), 1
+        since = world.now()
+        chunks = world.run(inbound, periods)
+        return b"".join([data for _, data in chunks]), round((world.now() - since) / world.period)
 
     def run(self, stopped: Callable[[], bool]) -> None:
         """Serve until told to stop.

@@ -163,7 +163,7 @@ class World:
             if sent:
                 return [(self.now(), sent)]
             if self._table.outcome is not undecided or not self.device.uptime:
-                break
+                break  # decided or rebooted
         return []
 
     def step(self, inbound: bytes) -> bytes:
@@ -223,12 +223,15 @@ def junior_world(
         start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
 
     Returns:
-        A world at time 0, with everybody at a start pose.
+        A world at time 0, with everybody at a start pose. Its control periods run in the kernel, or with another board or
+        another build of the firmware in Python; both say the same at the same time.
 
     Raises:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
-    return World(
+    from simdevice.kernel.world import KernelWorld  # noqa: PLC0415 - a KernelWorld is a World
+
+    return (World if board is not None or host is not None else KernelWorld)(
         opponent=opponent,
         seed=seed,
         referee=referee,

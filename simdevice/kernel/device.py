@@ -56,6 +56,12 @@ class KernelDevice(VirtualDevice):
         self._rings.feed(self._piece, voltage)
 
     @property
+    def robot(self) -> Robot:
+        """Its hardware on the table, as of now."""
+        self._rings.watch()
+        return self._robot
+
+    @property
     def wheels(self) -> tuple[float, float]:
         """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
         if not self.powered or self._rings.devices.dark[self._piece]:

@@ -71,12 +71,14 @@ class Rings:
         loop: The struct `kernel_loop`.
         devices: The struct `kernel_devices`.
         lib: The kernel's functions and constants.
+        watched: Somebody holds on to the table: what is on it is to be shown after each run, and taken before the next.
     """
 
     def __init__(self, host: Host, table: Table) -> None:
         self.lib = cast("KernelLibrary", host.lib)
         self._ffi = ffi = host.ffi
         self._table = table
+        self.watched = False
         self._profile = table.robot.profile
         self._kept: dict[object, object] = {}
         self._outlines: dict[int, tuple[Outline, Any]] = {}
@@ -125,15 +127,16 @@ class Rings:
         to.arm_span, to.floor_spot = profile.arm_span, profile.floor_spot
         to.floor_x, to.floor_y = profile.floor_position
 
-    def place(self) -> None:
-        """Everybody has been put down and begins a bout: take that over."""
+    def take(self) -> None:
+        """Take over from the table how everybody stands; who has been given other noise begins a bout."""
         table, world = self._table, self._world
         world.space[0] = self._pointer(space_address(table.arena.space))
         world.lifted[0], world.steps[0], world.outcome[0] = table.lifted, table.steps, int(table.outcome)
         for piece, one in enumerate((table.robot.body, table.opponent)):
             self._place(piece, one)
         for piece, robot in enumerate((table.robot, table.second)):
-            if robot is not None:
+            if robot is not None and self._kept.get(("noise", piece)) is not robot.motors.noise:
+                self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
     def _place(self, piece: int, one: Piece) -> None:
@@ -240,18 +243,29 @@ class Rings:
         table.steps, table.lifted = world.steps[0], world.lifted[0]
         table.outcome = BoutOutcome(world.outcome[0])
 
+    def watch(self) -> None:
+        """Somebody looks at the table, and may hold on to it from now on."""
+        if not self.watched:
+            self.watched = True
+            self.show_robots()
+
     def show_robots(self) -> None:
         """Let the robots on the table show what their wheels, batteries and sensors are at."""
         self.show()
         table, world = self._table, self._world
-        if isinstance(table.opponent, Dummy):
-            table.opponent.sliding = bool(world.sliding[1])
+        for piece, one in enumerate((table.robot.body, table.opponent)):
+            if isinstance(one, Dummy):
+                one.sliding = bool(world.sliding[piece])
+            elif isinstance(one, Rover):
+                one.last = (world.last_x[piece], world.last_y[piece], world.last_angle[piece])
+                one.held = (world.held_x[piece], world.held_y[piece])
         for piece, robot in enumerate((table.robot, table.second)):
             if robot is None:
                 continue
             left, right = 2 * piece, 2 * piece + 1
             motors, sensors = robot.motors, robot.sensors
             robot.body.ground = world.ground[piece]
+            motors.commanded = (world.command[left], world.command[right])
             motors.force_left, motors.force_right = world.force[left], world.force[right]
             motors.travel_left, motors.travel_right = world.travel[left], world.travel[right]
             motors.charge, motors.voltage = world.charge[piece], world.voltage[piece]

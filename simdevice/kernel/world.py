@@ -5,7 +5,7 @@ Every byte that it sends, and when, is that of `simdevice.world.World`, which is
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import BoutOutcome
 from simdevice.board import board_host
@@ -28,7 +28,7 @@ _SECOND = 1
 class KernelWorld(World):
     """Junior, its opponent and the referee, in the kernel; arguments and attributes as of `World`, without a choice of board.
 
-    What stands on `table` is shown as it is when one asks for it, and is not to be moved by anybody else.
+    Who has asked for `table` once sees everything on it move and may move it, at the price of most of the speed.
     """
 
     device: KernelDevice
@@ -36,7 +36,7 @@ class KernelWorld(World):
     @property
     def table(self) -> Table:
         """Bodies and rules, as of now."""
-        self._rings.show_robots()
+        self._rings.watch()
         return self._table
 
     def _prepare(self) -> None:
@@ -57,7 +57,7 @@ class KernelWorld(World):
     def _placed(self) -> None:
         """Everybody has been put down: tell the kernel where."""
         super()._placed()
-        self._rings.place()
+        self._rings.take()
         if isinstance(self._second, KernelDevice):
             self._second.set_running(running=self._keeper.playing)
 
@@ -67,6 +67,15 @@ class KernelWorld(World):
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
+        if not self._rings.watched:
+            return self._run(inbound, periods)
+        self._rings.take()
+        chunks = self._run(inbound, periods)
+        self._rings.show_robots()
+        return chunks
+
+    def _run(self, inbound: bytes, periods: int) -> list[Stamped]:
+        """The same, where nobody sees the table."""
         rings, device, end = self._rings, self.device, self._ticks + periods
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self.now()) if inbound and referee is not None else b""
@@ -99,21 +108,3 @@ class KernelWorld(World):
         referee.follow(self.device.system)
         referee.skip(done - 1)
         return referee.report(self.now(), None if self.room is None else self.room - taken)
-
-
-def open_world(**arguments: Any) -> World:  # noqa: ANN401 - those of `World`
-    """An emulated Junior on the sumo ring: in the kernel, or where it can't be, in Python.
-
-    Args:
-        arguments: As of `World`. On another board than this package's own in this process, and with another build of the
-            firmware, it is in Python.
-
-    Returns:
-        A world at time 0, with everybody at a start pose.
-
-    Raises:
-        ValueError: There is no opponent of this name, or the image has a wrong size.
-    """
-    if arguments.get("board") is not None or arguments.get("host") is not None:
-        return World(**arguments)
-    return KernelWorld(**arguments)

@@ -9,11 +9,11 @@ from typing import Any, cast
 import pytest
 
 from firmware_protocol.events import Received
-from simdevice._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, RobotStatus
 from firmware_protocol.wire import Direction
+from simdevice._host import ffi, lib
 
 INBOUND = [
     vector.frame

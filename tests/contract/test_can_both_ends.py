@@ -13,12 +13,12 @@ from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.can_layout import FUNCTION_MASK, FUNCTION_SHIFT, TRANSFER_UP_FUNCTION, single_frames
 from firmware_protocol.dbc import CanCodec
 from firmware_protocol.events import Received
-from simdevice._host import ffi, lib
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import NODE, CanVector, can_text, can_vectors
 from firmware_protocol.messages import REFEREE_MESSAGES, JuniorWheels, ParamSet
 from firmware_protocol.payload import PAYLOADS
 from firmware_protocol.wire import Direction
+from simdevice._host import ffi, lib
 
 VECTORS = can_vectors()
 OF_ROBOT = [vector for vector in VECTORS if type(vector.message) not in REFEREE_MESSAGES]

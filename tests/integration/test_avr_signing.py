@@ -13,9 +13,9 @@ from avr_bench import AvrBench
 from firmware_bench import FirmwareBench
 from signed_pair import KEY, NOW, signed_at, signed_codec
 
-from simdevice._host import lib
 from firmware_protocol.messages import Ping
 from firmware_protocol.signing import TIME_LIMIT
+from simdevice._host import lib
 from simdevice.avr_board import CYCLES
 from simdevice.avr_build import FIRMWARE, build
 

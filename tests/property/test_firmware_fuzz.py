@@ -10,10 +10,10 @@ from firmware_bench import HOST, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simdevice._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import Command, CommandLong, Ping, State
 from firmware_protocol.wire import Direction
+from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

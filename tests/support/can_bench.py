@@ -6,8 +6,8 @@ from firmware_bench import FirmwareBench
 
 from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.dbc import CanCodec
-from simdevice._host import ffi
 from firmware_protocol.messages import RobotStatus
+from simdevice._host import ffi
 
 
 class CanBench(FirmwareBench):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
-from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
@@ -34,6 +33,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire import wire_order
+from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

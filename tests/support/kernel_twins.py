@@ -57,14 +57,16 @@ class Twins:
 
     Args:
         arguments: As `World` takes them.
+        watched: Somebody holds on to the kernel's table, so that it is kept up to date.
 
     Attributes:
-        oracle: The Python world.
-        kernel: The other.
-        apart: They were steppped otherwise: the one in single periods, the other in as many as it liked.
+        oracle: The Python world; it lives in single periods.
+        kernel: The other; it lives in as many at a time as it likes.
+        heard: What both have sent, and when.
     """
 
     arguments: dict[str, Any]
+    watched: bool = False
     heard: Chunks = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -95,6 +97,7 @@ class Twins:
         assert self.kernel.now() == self.oracle.now()
         assert self.kernel.nvm == self.oracle.nvm
         assert looks(self.kernel) == looks(self.oracle)
+        self.kernel._rings.watched = self.watched
 
 
 def looks(world: World) -> dict[str, object]:
@@ -117,10 +120,10 @@ def looks(world: World) -> dict[str, object]:
             motors, sensors = robot.motors, robot.sensors
             seen[f"{name} drive"] = (
                 motors.voltage, motors.charge, motors.travel_left, motors.travel_right, motors.force_left, motors.force_right,
-                robot.body.ground,
+                robot.body.ground, motors.commanded,
             )  # fmt: skip
             seen[f"{name} senses"] = (
-                sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right,
+                sensors.eye_left, sensors.eye_right, sensors.floor_left, sensors.floor_right, sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right,
             )  # fmt: skip
     return seen
 
@@ -146,7 +149,7 @@ class Player:
             "faults": None if faults is None else FaultSpec.parse(faults),
             "start_held": rng.random() < 0.1,
             "profile": self._profile() if rng.random() < 0.5 else None,
-        })  # fmt: skip
+        }, watched=rng.random() < 0.2)  # fmt: skip
 
     def _profile(self) -> JuniorProfile:
         rng = self._rng

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 import cffi
 
-from simdevice import _host
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
 from firmware_protocol.wire import MAVLINK
+from simdevice import _host
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

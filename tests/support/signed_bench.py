@@ -5,10 +5,10 @@ from __future__ import annotations
 from firmware_bench import BLANK, FirmwareBench
 from signed_pair import KEY, NOW, signed_codec
 
-from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Ping, RobotStatus
 from firmware_protocol.signing import SigningKey, setup_signing
+from simdevice._host import ffi, lib
 
 AHEAD = 458 << 16
 """How far ahead the robot stores its time, in 10 us."""

@@ -13,7 +13,6 @@ from firmware_bench import FirmwareBench
 from firmware_protocol import can_layout as layout
 from firmware_protocol.can_frame import RECORD_LENGTH, CanFrame
 from firmware_protocol.dbc import CanCodec
-from simdevice._host import lib
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     Heartbeat,
@@ -28,6 +27,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action
+from simdevice._host import lib
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message

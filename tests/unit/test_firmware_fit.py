@@ -13,12 +13,12 @@ import cffi
 import pytest
 
 from firmware_protocol.errors import FirmwareBuildError, HilError
-from simdevice._host import ffi, lib
 from firmware_protocol.firmware.build_host import DECLARATIONS
 from firmware_protocol.firmware.built_from import FIRMWARE, digest
 from firmware_protocol.firmware.fit import check_layout, check_sources, expected_layout
 from firmware_protocol.firmware.host_header import HOST_H, HeaderError, declarations, fields, functions
 from firmware_protocol.firmware.host_io import FIELDS
+from simdevice._host import ffi, lib
 from simdevice.board import Board
 
 HEADER = HOST_H.read_text(encoding="utf-8")

@@ -7,7 +7,6 @@ import importlib
 import pytest
 from firmware_bench import HOST, FirmwareBench
 
-from simdevice._host import ffi
 from firmware_protocol.generate.vectors import Vector, vectors
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
@@ -20,6 +19,7 @@ from firmware_protocol.messages import (
     RobotStatus,
 )
 from firmware_protocol.wire import Direction
+from simdevice._host import ffi
 
 INBOUND = [vector for vector in vectors() if vector.message.DIRECTION is not Direction.UP and vector.message.ID < 47300]
 

@@ -11,7 +11,6 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import HOST, TICK, FirmwareBench, forge
 
-from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
@@ -40,6 +39,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import Action, Outcome
+from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
     from firmware_protocol.wire import Message

@@ -9,7 +9,6 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import BLANK, FirmwareBench, forge
 
-from simdevice._host import lib
 from firmware_protocol.messages import (
     Command,
     ContestCommand,
@@ -24,6 +23,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from simdevice._host import lib
 
 if TYPE_CHECKING:
     from collections.abc import Callable

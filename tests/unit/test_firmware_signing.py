@@ -8,7 +8,6 @@ from firmware_bench import BLANK, HOST
 from signed_bench import AHEAD, SignedBench
 from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
-from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
@@ -23,6 +22,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
 from firmware_protocol.vocabulary import Action
+from simdevice._host import ffi, lib
 
 FAR = [END, TIME_LIMIT, TIME_LIMIT + (1 << 16), (END >> 16) - 458 << 16]
 """Times that are none: the last one, the first one, and what a reckoning in 32 bits may take for less."""

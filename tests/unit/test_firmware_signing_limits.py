@@ -7,10 +7,10 @@ from firmware_bench import BLANK
 from signed_bench import AHEAD, SignedBench
 from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
-from simdevice._host import ffi, lib
 from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Command, Heartbeat, JuniorSensors, ParamSet, Ping, RobotStatus, SysStatus
 from firmware_protocol.signing import setup_signing
+from simdevice._host import ffi, lib
 
 SLOT = 35
 """Bytes of a copy of the key: key, checksum, mark."""

@@ -8,7 +8,6 @@ from dataclasses import replace
 import pytest
 from firmware_bench import HOST, TICK, FirmwareBench
 
-from simdevice._host import lib
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -26,6 +25,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import Action
+from simdevice._host import lib
 
 EEPROM, BUFFER, LINE = 1, 192, 57
 """Bytes a tick, bytes, bytes a tick."""

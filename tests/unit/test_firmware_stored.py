@@ -9,7 +9,6 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import BLANK, FirmwareBench
 
-from simdevice._host import lib
 from firmware_protocol.messages import (
     ContestCommand,
     JuniorMemoryEntry,
@@ -23,6 +22,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import Action
+from simdevice._host import lib
 
 RECORD, COPY, FIRST_PARAMETER = 14, 7, 1
 """Bytes of a record in EEPROM, of each of its two copies, and the record of the first parameter."""

@@ -105,7 +105,7 @@ def test_a_wheel_fails_and_recovers_under_way() -> None:
     for _ in range(40):
         bench.run(PERIOD)
         commanded.add(bench.world.device.wheels)
-        given.append(round(bench.robot.motors._command[0]))
+        given.append(round(bench.robot.motors.commanded[0]))
     assert commanded == {(-0.4, -0.4)}
     dead = [number for number, effort in enumerate(given) if effort == 0]
     assert len(dead) == 10
