@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 from fastcrc.crc16 import mcrf4xx
-from firmware_protocol.firmware._host import ffi, lib
 
 from firmware_protocol.events import Received
 from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, JuniorWheels, RobotSession, RobotStatus
+from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

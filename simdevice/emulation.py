@@ -61,14 +61,14 @@ class Emulation(Protocol):
         """
         ...
 
-    @property
-    def nvm(self) -> bytes:
-        """Image of the EEPROM; of several robots, one after the other."""
-        ...
-
 
 class Powered(Emulation, Protocol):
     """One robot, whose power can be cut."""
+
+    @property
+    def nvm(self) -> bytes:
+        """Image of the EEPROM."""
+        ...
 
     def switch_off(self) -> None:
         """Cut its power: its wheels are off and nothing is heard of it; the world goes on, and the EEPROM is kept."""

@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
     JuniorContest,
     JuniorManeuver,
     JuniorMemoryWrite,
+    JuniorSensors,
     ManeuverOption,
     OpponentCode,
     ParamSet,
@@ -122,9 +123,8 @@ def looks(world: World) -> dict[str, object]:
                 motors.voltage, motors.charge, motors.travel_left, motors.travel_right, motors.force_left, motors.force_right,
                 robot.body.ground, motors.commanded,
             )  # fmt: skip
-            seen[f"{name} senses"] = (
-                sensors.eye_left, sensors.eye_right, sensors.floor_left, sensors.floor_right, sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right,
-            )  # fmt: skip
+            seen[f"{name} reads"] = (sensors.eye_left, sensors.eye_right, sensors.floor_left, sensors.floor_right)
+            seen[f"{name} senses"] = (sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right)
     return seen
 
 
@@ -173,24 +173,22 @@ class Player:
         rng = self._rng
         system = self.twins.oracle.device.system
         robot = (system, ROBOT_COMPONENT)
-        choice = rng.randrange(16)
+        rare = rng.random() < 0.3
+        interval = rng.choice((0.0, 5000.0, 12_000.0, 200_000.0))
         actions = tuple(rng.choice((Action.FF, rng.randrange(17))) for _ in range(4)) + (0,) * 4
-        if choice == 0:
-            return self._opening() if rng.random() < 0.8 else [CommandLong(*robot, Command.ARM_DISARM, param1=0.0)]
-        if choice == 1:
-            return [ParamSet(*robot, "SYS_ID", float(rng.choice((1, 1, 2))))] if rng.random() < 0.3 else []
-        if choice == 2:
-            return [CommandLong(*robot, Command.PREFLIGHT_REBOOT, param1=1.0)] if rng.random() < 0.3 else []
-        if choice == 3:
-            interval = rng.choice((0.0, 5000.0, 12_000.0, 200_000.0))
-            asked = (REFEREE_COMPONENT, RefereeState.ID) if rng.random() < 0.5 else (ROBOT_COMPONENT, 42000)
-            return [CommandLong(system, asked[0], Command.SET_MESSAGE_INTERVAL, param1=float(asked[1]), param2=interval)]
-        if choice in {4, 5}:
-            opponent = rng.choice(list(OpponentCode))
-            return [RefereeReset(rng.randrange(1000), 77, self._next(), system, REFEREE_COMPONENT, opponent)]
-        if choice == 6:
-            return [*self._opening(), *self._contest()]
-        return [JuniorManeuver(77, self._next(), rng.choice((0.05, 0.1, 0.2)), rng.randrange(32), *robot, 4, actions[:8])]
+        maneuver = JuniorManeuver(77, self._next(), rng.choice((0.05, 0.1, 0.2)), rng.randrange(32), *robot, 4, actions)
+        reset = RefereeReset(rng.randrange(1000), 77, self._next(), system, REFEREE_COMPONENT, rng.choice(list(OpponentCode)))
+        ask = Command.SET_MESSAGE_INTERVAL
+        said: list[list[Message]] = [
+            [CommandLong(*robot, Command.ARM_DISARM, param1=0.0)] if rare else self._opening(),
+            [ParamSet(*robot, "SYS_ID", float(rng.choice((1, 1, 2))))] if rare else [],
+            [CommandLong(*robot, Command.PREFLIGHT_REBOOT, param1=1.0)] if rare else [],
+            [CommandLong(system, REFEREE_COMPONENT, ask, param1=float(RefereeState.ID), param2=interval)],
+            [CommandLong(*robot, ask, param1=float(JuniorSensors.ID), param2=interval)],
+            [reset],
+            [*self._opening(), *self._contest()],
+        ]
+        return rng.choice(said) if rng.random() < 0.6 else [maneuver]
 
     def _opening(self) -> list[Message]:
         """Open a session and arm."""
@@ -206,8 +204,9 @@ class Player:
         said: list[Message] = [ParamSet(*robot, "CONTEST_MAX", 0.0)]
         for stimulus, actions in REFLEXES.items():
             codes = tuple(map(int, actions)) + (0,) * (MAX_ACTIONS - len(actions))
-            write = (ANY_STIMULUS, int(stimulus), len(actions), codes)
-            said.append(JuniorMemoryWrite(77, self._next(), 0.1, ManeuverOption.END_ON_CHANGE, *robot, *write))
+            option, stimulus_code = ManeuverOption.END_ON_CHANGE, int(stimulus)
+            write = JuniorMemoryWrite(77, self._next(), 0.1, option, *robot, ANY_STIMULUS, stimulus_code, len(actions), codes)
+            said.append(write)
         return [*said, JuniorContest(77, self._next(), 0.0, *robot, ContestCommand.START)]
 
     def play(self, moves: int) -> None:
