@@ -1,8 +1,7 @@
 """Lock-step bouts with everything on: firmware, codec both ways, sensors, peer, referee; with the recorder off and on.
 
-Prints simulated seconds per wall second. The floor is the same pymunk world stepped from Python with nothing around it. The
-device alone is the emulated robot, its ring and its referee without a host: what the host sent in such bouts is given to it
-again, in the same control periods.
+Prints simulated seconds per wall second. The floor is the same pymunk world stepped from Python with nothing around it, and
+nothing moving in it. What the emulated robot takes of it, `device_alone.py` tells.
 
 With another checkout of this project, whose extension is built, its bouts take turns with these, each in a process of its
 own, and their ratio is printed.
@@ -26,24 +25,17 @@ from time import perf_counter, process_time
 from typing import TYPE_CHECKING
 
 import hil
-from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.bouts import play
-from hil.bridge import Bridge
-from hil.junior import Junior
 from hil.recorder import Recorder
 from hil.ring import open_ring
 from simdevice.period import PERIOD
 from simdevice.sumo import Table
-from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simdevice.world import World
-
 FLOOR = "floor: the pymunk world, nothing around it"
-DEVICE = "device alone: kernel and referee, no host"
 REACTIONS = {
     0: (Action.LBRF, Action.LBRF, Action.MF, Action.S),
     1: (Action.LBRF, Action.MF, Action.MF, Action.FF),
@@ -97,57 +89,6 @@ def physics(opponent: str, seconds: float, *, bare: bool) -> float:
         else:
             table.arena.step()
     return seconds / (perf_counter() - start)
-
-
-class Overheard:
-    """A world that remembers what came from its host, and for how many control periods it was to live.
-
-    Args:
-        world: The world.
-    """
-
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self.period = PERIOD
-        self.calls: list[tuple[bytes, int]] = []
-
-    def now(self) -> float:
-        """Time of the world, in s."""
-        return self._world.now()
-
-    def step(self, inbound: bytes) -> bytes:
-        """One control period."""
-        return b"".join([data for _, data in self.run(inbound, 1)])
-
-    def run(self, inbound: bytes, periods: int) -> list[tuple[float, bytes]]:
-        """As many as the host lets pass."""
-        self.calls.append((inbound, periods))
-        return self._world.run(inbound, periods)
-
-
-def said_by_host(opponent: str, count: int) -> list[tuple[bytes, int]]:
-    """What a host says in some bouts, and for how many control periods it waits then."""
-    overheard = Overheard(junior_world(opponent=opponent))
-    sessions = iter(range(1, 0xFFFF))
-    with Bridge(MemoryLink(overheard), overheard, session=sessions.__next__) as bridge, Junior(bridge) as junior:
-        junior.find()
-        junior.arm()
-        for _ in play(open_ring(junior), FourActions(), range(1, count + 1)):
-            pass
-    return overheard.calls
-
-
-def device(opponent: str, calls: list[tuple[bytes, int]]) -> float:
-    """Let a robot live through what a host said.
-
-    Returns:
-        Simulated seconds per second of this process.
-    """
-    world = junior_world(opponent=opponent)
-    start = process_time()
-    for inbound, periods in calls:
-        world.run(inbound, periods)
-    return world.now() / (process_time() - start)
 
 
 def beside(checkout: Path, opponent: str, count: int, rounds: int) -> None:
@@ -208,7 +149,6 @@ def main() -> None:
     figures = {
         "everything, recorder off": fastest(lambda: bouts(opponent, count, recorded=False), options.rounds),
         "everything, recorder on": fastest(lambda: bouts(opponent, count, recorded=True), options.rounds),
-        DEVICE: max(device(opponent, said) for said in [said_by_host(opponent, count)] for _ in range(options.rounds)),
         "bodies, motors and friction in Python": max(physics(opponent, 100.0, bare=False) for _ in range(options.rounds)),
         FLOOR: max(physics(opponent, 100.0, bare=True) for _ in range(options.rounds)),
     }
@@ -216,7 +156,6 @@ def main() -> None:
     print(f"{opponent}: {count} bouts a round, best of {options.rounds}; control period {PERIOD * 1e3:g} ms")
     for name, speed in figures.items():
         print(f"  {name:44} {speed:6.0f} x real time  {PERIOD / speed * 1e6:6.1f} us a step  {speed / floor:5.2f} of the floor")
-    print(f"A control period of the device alone takes {floor / figures[DEVICE]:.2f} of the floor's time.")
     if options.profile:
         profile = cProfile.Profile()
         profile.runcall(bouts, opponent, count, recorded=False)

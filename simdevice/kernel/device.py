@@ -24,6 +24,9 @@ class KernelDevice(VirtualDevice):
     Args:
         rings: The kernel's arrays.
         piece: Which piece it sits in.
+
+    Attributes:
+        faulty: Faults befall it: `begin` is to be asked before control periods.
     """
 
     def __init__(
@@ -41,6 +44,7 @@ class KernelDevice(VirtualDevice):
     ) -> None:
         self._rings = rings
         self._piece = piece
+        self.faulty = faults is not None and bool(faults.of_device)
         super().__init__(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, start_held=start_held)
         assert isinstance(self._board, Board)
         self._struct = self._board.robot
@@ -134,9 +138,9 @@ class KernelDevice(VirtualDevice):
             if faults.dark:
                 return b""
         sent = b""
-        if stop & self._rings.lib.KERNEL_SENT:
+        if stop & self._rings.sent_something:
             sent = self._rings.sent(self._struct)
             self.heard(sent)
-        if stop & self._rings.lib.KERNEL_REBOOTED:
+        if stop & self._rings.rebooted:
             self._fresh = True
         return sent

@@ -64,11 +64,8 @@ uint32_t kernel_run(kernel_loop *loop, uint32_t periods)
         for (ring = 0; ring < loop->rings; ring++) {
             loop->stop[ring] = 0;
             if (loop->living[ring] && !(has_noise(loop, 2 * ring) && has_noise(loop, 2 * ring + 1))) {
-                stop |= loop->stop[ring] = KERNEL_NOISE;
+                return done;
             }
-        }
-        if (stop) {
-            break;
         }
         for (ring = 0; ring < loop->rings; ring++) {
             if (loop->living[ring]) {

@@ -5,7 +5,7 @@
 #include "devices.h"
 #include "world.h"
 
-enum { KERNEL_SENT = 1, KERNEL_DECIDED = 2, KERNEL_REBOOTED = 4, KERNEL_NOISE = 8 };
+enum { KERNEL_SENT = 1, KERNEL_DECIDED = 2, KERNEL_REBOOTED = 4 };
 
 typedef struct {
     kernel_world *world;
@@ -17,7 +17,7 @@ typedef struct {
 
 /* Lives for at most so many control periods: sensors, firmware, wheels, physics. Returns how many it has lived for; fewer
  * where a ring's `stop` says why: what its Junior has sent in the last period is in its tx, its bout has been decided, it has
- * booted again; or noise has been used up, and there is none for the next period. */
+ * booted again. Fewer without any of that: noise has been used up, and more is wanted for the next period. */
 uint32_t kernel_run(kernel_loop *loop, uint32_t periods);
 
 /* For measuring: periods of the first ring's physics and nothing else. */

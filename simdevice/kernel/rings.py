@@ -41,7 +41,6 @@ class KernelLibrary(Protocol):
     KERNEL_SENT: int
     KERNEL_DECIDED: int
     KERNEL_REBOOTED: int
-    KERNEL_NOISE: int
 
     def kernel_run(self, loop: object, periods: int) -> int:
         """Live for at most so many control periods."""
@@ -71,6 +70,9 @@ class Rings:
         loop: The struct `kernel_loop`.
         devices: The struct `kernel_devices`.
         lib: The kernel's functions and constants.
+        sent_something: Bit of `run`'s answer: Junior has sent something.
+        decided: Likewise: the bout has been decided.
+        rebooted: Likewise: Junior has booted again.
         watched: Somebody holds on to the table: what is on it is to be shown after each run, and taken before the next.
     """
 
@@ -87,6 +89,9 @@ class Rings:
         self.loop = self._made("kernel_loop")
         self.loop.world, self.loop.devices, self.loop.rings = self._world, self.devices, 1
         self.loop.living[0] = 1
+        self._run, self._stop = self.lib.kernel_run, self.loop.stop
+        self.sent_something, self.decided = self.lib.KERNEL_SENT, self.lib.KERNEL_DECIDED
+        self.rebooted = self.lib.KERNEL_REBOOTED
         self.devices.period_us = PERIOD_US
         world = self._world
         world.period, world.time_limit = PERIOD, TIME_LIMIT
@@ -228,11 +233,10 @@ class Rings:
         Returns:
             How many it were, and why it ended before: constants of the kernel.
         """
-        loop, run = self.loop, self.lib.kernel_run
-        while not (done := run(loop, periods)):
+        while not (done := self._run(self.loop, periods)):
             for piece in range(_PIECES):
                 self.draw(piece)
-        return done, loop.stop[0] & ~self.lib.KERNEL_NOISE
+        return done, self._stop[0]
 
     def show(self) -> None:
         """Let the table see what a referee looks at: poses, and how the bout stands."""

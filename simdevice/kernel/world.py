@@ -76,35 +76,48 @@ class KernelWorld(World):
 
     def _run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """The same, where nobody sees the table."""
-        rings, device, end = self._rings, self.device, self._ticks + periods
+        rings, device = self._rings, self.device
         referee = self.referee if device.powered else None
-        answers = referee.receive(inbound, self.now()) if inbound and referee is not None else b""
         if self.room is not None:
             device.limit(self.room)
-        if inbound:
-            rings.receive(_JUNIOR, inbound)
+        answers = self._arrive(inbound, referee) if inbound else b""
+        end = self._ticks + periods
         while True:
-            most = min(device.begin(), end - self._ticks)
+            most = end - self._ticks
+            if device.faulty:
+                most = min(most, device.begin())
+            quiet = most
             if referee is not None:
-                most = 1 if answers else min(most, referee.quiet() + 1)
+                quiet = 0 if answers else referee.quiet()
+                most = min(most, quiet + 1)
             if self._keeper.speaking:
                 most = 1
                 rings.receive(_SECOND, self._keeper.due())
             done, stop = rings.run(most)
             self._ticks += done
-            sent = device.end(done, stop)
-            if stop & rings.lib.KERNEL_DECIDED:
+            sent = device.end(done, stop) if stop or device.faulty else b""
+            if stop & rings.decided:
                 self._table.outcome = BoutOutcome(rings.outcome)
+                quiet = 0
             if referee is not None:
-                sent += answers + self._report(referee, done, len(sent + answers))
-                answers = b""
+                referee.skip(done - (done > quiet))
+                if sent:
+                    referee.follow(device.system)
+                if done > quiet:
+                    sent += answers
+                    sent += referee.report(self.now(), None if self.room is None else self.room - len(sent))
+                    answers = b""
             if sent:
                 return [(self._ticks * PERIOD, sent)]
             if stop or self._ticks >= end:
                 return []
 
-    def _report(self, referee: Referee, done: int, taken: int) -> bytes:
-        """What the referee says after so many control periods, where so many bytes are on the line already."""
-        referee.follow(self.device.system)
-        referee.skip(done - 1)
-        return referee.report(self.now(), None if self.room is None else self.room - taken)
+    def _arrive(self, inbound: bytes, referee: Referee | None) -> bytes:
+        """Take bytes from the host.
+
+        Returns:
+            The referee's answers.
+        """
+        answers = referee.receive(inbound, self.now()) if referee is not None else b""
+        self._rings.receive(_JUNIOR, inbound)
+        return answers
