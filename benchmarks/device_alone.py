@@ -12,7 +12,7 @@ from __future__ import annotations
 import argparse
 import statistics
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pymunk
 from lockstep_bout import FourActions, physics
@@ -25,6 +25,9 @@ from hil.ring import open_ring
 from simdevice.kernel.rings import Rings
 from simdevice.period import PERIOD
 from simdevice.world import World, junior_world
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 DEVICE = "device alone: kernel and referee"
 KERNEL = "  of this the kernel"
@@ -118,7 +121,7 @@ def main() -> None:
     options = parser.parse_args()
     opponent = options.opponent
     said = said_by_host(opponent, options.bouts)
-    rows = {
+    rows: dict[str, Callable[[], float]] = {
         DEVICE: lambda: device(junior_world(opponent=opponent), said),
         KERNEL: lambda: part(Rings, "run", junior_world(opponent=opponent), said),
         PYTHON: lambda: device(World(opponent=opponent), said),

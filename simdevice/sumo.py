@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -65,6 +66,7 @@ def stream(seed: int, purpose: Stream) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64([seed, int(purpose)]))
 
 
+@cache
 def opponent_code(name: str) -> OpponentCode:
     """The wire code of an opponent.
 

@@ -241,9 +241,13 @@ class Rings:
     def show(self) -> None:
         """Let the table see what a referee looks at: poses, and how the bout stands."""
         table, world = self._table, self._world
-        for piece, one in enumerate((table.robot.body, table.opponent)):
-            one.x, one.y, one.angle = world.x[piece], world.y[piece], world.angle[piece]
-            one.cos, one.sin = world.cos[piece], world.sin[piece]
+        unpack = self._ffi.unpack
+        body, other = table.robot.body, table.opponent
+        body.x, other.x = unpack(world.x, _PIECES)
+        body.y, other.y = unpack(world.y, _PIECES)
+        body.angle, other.angle = unpack(world.angle, _PIECES)
+        body.cos, other.cos = unpack(world.cos, _PIECES)
+        body.sin, other.sin = unpack(world.sin, _PIECES)
         table.steps, table.lifted = world.steps[0], world.lifted[0]
         table.outcome = BoutOutcome(world.outcome[0])
 
