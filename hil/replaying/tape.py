@@ -89,6 +89,7 @@ class Tape:
         kept: Topics that it has kept, as patterns, where it was slimmed; else None.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
+        ended: It has been read to its end.
         interrupted: A step has been handed out by which the run was interrupted.
         on_read: Is told what share of the log has been read, 0..1, now and then; None: nobody.
 
@@ -119,8 +120,8 @@ class Tape:
 
     @property
     def cut_off(self) -> bool:
-        """The log ends before the run did; known when it has been read to its end."""
-        return self.reader.truncated or bool(self.reader.stopped)
+        """The log has been read to its end, and that is not where the run ended."""
+        return self.ended and (self.reader.truncated or bool(self.reader.stopped))
 
     def first_step(self) -> None:
         """Read on to the first step.
