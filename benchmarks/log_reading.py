@@ -1,8 +1,8 @@
 """Time and memory that a large log costs: what is in it, one topic, a late part; against the `mcap` package's reader.
 
 Makes the log with this package's writer: the traffic of a lock-step bout, second after second, with noise in the bytes, so
-that it compresses like a robot's. Every figure is of a process of its own: seconds from its start, with the interpreter's,
-and the highest resident memory.
+that it compresses like a robot's. Every figure is of a process of its own: seconds from its start to its end, those of them
+that it computed, with the interpreter's start in both, and its highest resident memory. On a busy machine the second counts.
 
     python benchmarks/log_reading.py [--size 1000] [--keep LOG]
 """
@@ -23,6 +23,7 @@ from hil.mcaplog import LogWriter
 from hil.mcaplog.encode import compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import BridgeStep, EventRecord, WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
+from hil.taps import NOTHING
 
 TOPIC: Final = "/junior/sensors"
 SENSORS, STATE, BEAT = (message_schema(kind) for kind in (JuniorSensors, RefereeState, Heartbeat))
@@ -54,7 +55,10 @@ import atexit, sys, resource
 from pathlib import Path
 log, topic, end, count = sys.argv[1], sys.argv[2], float(sys.argv[3]), "-"
 path = Path(log)
-atexit.register(lambda: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, count))
+def say():
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    print(used.ru_maxrss, used.ru_utime + used.ru_stime, count)
+atexit.register(say)
 """
 
 
@@ -71,7 +75,7 @@ def make(path: Path, size: int) -> float:
     dice, time = random.Random(1), 0.0  # noqa: S311 - no secret
     writer = LogWriter(path, run={"command": "benchmark"}, flush_every=1.0)
     writer.metadata("config", {"version": "0", "seed": "1"})
-    step, sensors, state, beat = step_encoder(), *(compile_encoder(one) for one in (SENSORS, STATE, BEAT))
+    step, sensors, state, beat = step_encoder("sim://junior"), *(compile_encoder(one) for one in (SENSORS, STATE, BEAT))
     event, wire = compile_encoder(EVENTS), {way: wire_encoder(way, "sim://junior") for way in ("rx", "tx")}
     steps, came, went = (
         writer.channel("/bridge/step", STEPS),
@@ -98,7 +102,7 @@ def make(path: Path, size: int) -> float:
             )
             writer.write(went, time, wire["tx"](dice.randbytes(21)))
         frame = dice.randbytes(48)
-        writer.write(steps, time, step(time, [(time, frame)], ()))
+        writer.write(steps, time, step(time, [(time, frame)], NOTHING))
         writer.write(came, time, wire["rx"](frame))
         if tick % 500 == 0:
             writer.write(told, time, event(EventRecord("bout", f"bout {tick // 500}: win after 4.9 s", "{}")))
@@ -107,17 +111,17 @@ def make(path: Path, size: int) -> float:
     return time
 
 
-def measure(code: str, path: Path, end: float) -> tuple[float, int, str]:
-    """Run a task in a process of its own: seconds, highest resident memory in bytes, what it counted."""
+def measure(code: str, path: Path, end: float) -> tuple[float, float, int, str]:
+    """Run a task in a process of its own: seconds, those computed, highest resident memory in bytes, what it counted."""
     begun = perf_counter()
     done = subprocess.run(  # noqa: S603 - our own code
         [sys.executable, "-c", f"{_BEFORE}\n{code}", str(path), TOPIC, str(end)], capture_output=True, text=True, check=False
     )
     took = perf_counter() - begun
     if done.returncode:
-        return took, 0, f"failed: {done.stderr.strip().splitlines()[-1:]}"
-    memory, counted = done.stdout.split()[-2:]
-    return took, int(memory) * 1024, counted
+        return took, 0.0, 0, f"failed: {done.stderr.strip().splitlines()[-1:]}"
+    memory, computed, counted = done.stdout.split()[-3:]
+    return took, float(computed), int(memory) * 1024, counted
 
 
 def main() -> None:
@@ -136,8 +140,8 @@ def main() -> None:
         found = overview(path)
         print(f"{path.stat().st_size / 1e6:,.0f} MB, {found.entries:,} entries, made in {perf_counter() - begun:.0f} s")
         for name, code in TASKS.items():
-            took, memory, counted = measure(code, path, found.end)
-            print(f"{name:40} {took:8.2f} s  {memory / 1e6:6.0f} MB  {counted}")
+            took, computed, memory, counted = measure(code, path, found.end)
+            print(f"{name:40} {took:8.2f} s  {computed:8.2f} s computing  {memory / 1e6:6.0f} MB  {counted}", flush=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ import contextlib
 import errno
 import os
 import re
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO, Final, Self
 
 from firmware_protocol.errors import HilError
 from hil.processes import is_running
@@ -44,7 +44,7 @@ def check_output(path: Path, *, overwrite: bool = False) -> None:
     """
     if path.is_dir():
         raise OutputExistsError(f"{path} is a folder, not a file")
-    if _special(path):
+    if is_special(path):
         return
     if os.path.lexists(path) and not overwrite:
         raise OutputExistsError(f"{path} is there already: choose another name, or give --overwrite to replace it")
@@ -66,7 +66,7 @@ def check_distinct(*paths: Path | None) -> None:
     Raises:
         OutputError: Two are.
     """
-    files = [path.resolve() for path in paths if path is not None and not _special(path)]
+    files = [path.resolve() for path in paths if path is not None and not is_special(path)]
     if len(set(files)) < len(files):
         raise OutputError("outputs must be files of their own: two of them are the same")
 
@@ -93,7 +93,7 @@ class Output:
     def __init__(self, path: Path, *, overwrite: bool = False) -> None:
         self.path = path
         self._beside: Path | None = None
-        if _special(path):
+        if is_special(path):
             self.file: BinaryIO = path.open("wb")
             return
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -108,15 +108,51 @@ class Output:
                 f"{path} is there already: choose another name, or give --overwrite to replace it"
             ) from error
 
+    def hand_over(self) -> Path | None:
+        """Close it here, so that another process goes on with it (`taken_over`).
+
+        Returns:
+            The file beside the one that is to be replaced; None where none is.
+        """
+        self.file.close()
+        return self._beside
+
+    @classmethod
+    def taken_over(cls, path: Path, beside: Path | None) -> Self:
+        """Go on with what another process has begun.
+
+        Args:
+            path: Where it goes.
+            beside: As `hand_over` gave it.
+
+        Raises:
+            OSError: It can't be opened.
+        """
+        self = cls.__new__(cls)
+        self.path = path
+        self._beside = beside
+        if beside is not None:
+            self._target = path.resolve() if path.is_symlink() else path
+        self.file = (beside or path).open("r+b")
+        return self
+
+    def sync(self) -> None:
+        """See that what was written is on the disk; nothing is done where it is no regular file.
+
+        Raises:
+            OSError: The disk does not take it.
+        """
+        self.file.flush()
+        if not is_special(self.path):
+            os.fsync(self.file.fileno())
+
     def finish(self) -> None:
         """It is whole: close it, and put it in its place.
 
         Raises:
             OSError: The disk does not take the rest.
         """
-        self.file.flush()
-        if not _special(self.path):
-            os.fsync(self.file.fileno())
+        self.sync()
         self.file.close()
         if self._beside is not None:
             self._beside.replace(self._target)
@@ -129,7 +165,7 @@ class Output:
         """
         with contextlib.suppress(OSError):
             self.file.close()
-        if _special(self.path):
+        if is_special(self.path):
             return None
         kept = self._beside or self.path
         with contextlib.suppress(OSError):
@@ -158,7 +194,7 @@ def write_output(path: Path, data: bytes, *, overwrite: bool = False) -> None:
         OutputExistsError: There is one, and it may not be replaced.
         OSError: It can't be written; what was there is as it was.
     """
-    if overwrite or _special(path):
+    if overwrite or is_special(path):
         replace_file(path, data)
         return
     output = Output(path)
@@ -195,7 +231,7 @@ def replace_file(path: Path, data: bytes) -> None:
     Raises:
         OSError: It can't be written; the old file is as it was.
     """
-    if _special(path):
+    if is_special(path):
         path.write_bytes(data)
         return
     path = path.resolve()
@@ -246,8 +282,12 @@ def overwrite_file(path: Path, data: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def _special(path: Path) -> bool:
-    """It exists and is no regular file: a pipe, a device."""
+def is_special(path: Path) -> bool:
+    """A path exists and is no regular file, but a pipe or a device.
+
+    Args:
+        path: The path.
+    """
     return path.exists() and not path.is_file()
 
 

@@ -6,6 +6,7 @@ fixtures, when a test asks for a robot.
     junior          a connected `hil.Junior`: emulated, in lock-step, or the robot at `--hil-link URL`
     junior_world    the emulated world itself, for host software that brings its own MAVLink stack
     junior_pty      an emulated Junior served in real time on a pseudo-terminal, for programs that open a serial port
+    hil_replay      replays a log of a run, see `hil.pytest_replay`; `--hil-replay PATTERN` makes a test of each log
 
 `@pytest.mark.junior(opponent="flat-heavy", seed=3, faults="drop:0.05")` says what a test wants; the closest mark wins.
 """
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from firmware_protocol.faults import FaultSpec
     from hil.junior import Junior
     from simdevice.world import World
+
+pytest_plugins = ("hil.pytest_replay",)
 
 REST_TIME = 2.5
 """Emulated time in which a robot left alone must have come to rest, in s: the longest watchdog is 2 s."""
@@ -69,7 +72,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options `--hil-...`."""
     group = parser.getgroup("junior-hil", "robots (junior-hil)")
     group.addoption("--hil-link", metavar="URL", help="run tests that ask for `junior` with the robot at this address")
-    group.addoption("--hil-signing-key", metavar="FILE", help="key file of the robot at --hil-link, if it signs")
+    group.addoption("--hil-signing-key", metavar="FILE", help="key file of the robot at --hil-link, or of logs, if it signs")
     group.addoption("--hil-opponent", metavar="NAME", help="opponent of emulated robots, where a test does not say")
     group.addoption("--hil-seed", metavar="N", type=int, help="seed of emulated robots, where a test does not say")
     group.addoption(
@@ -83,10 +86,13 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the mark.
 
     Raises:
-        UsageError: A key is given, and no robot that it is the key of.
+        UsageError: A key is given, and nothing that it is the key of.
     """
-    if config.getoption("--hil-signing-key") and not config.getoption("--hil-link"):
-        raise pytest.UsageError("--hil-signing-key is the key of the robot at --hil-link URL: give that too")
+    if config.getoption("--hil-signing-key") and not (config.getoption("--hil-link") or config.getoption("--hil-replay")):
+        text = (
+            "--hil-signing-key is the key of the robot at --hil-link URL, or of the logs at --hil-replay: give one of these too"
+        )
+        raise pytest.UsageError(text)
     config.addinivalue_line(
         "markers",
         "junior(opponent, seed, faults, referee, left_armed): what a test wants of its emulated robot, as "

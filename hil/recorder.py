@@ -35,7 +35,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 from hil.mcaplog.drawing import POINTS, SCENE, TEXT, TRANSFORMS, encode_outline, encode_scene, encode_text, encode_transforms
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
-from hil.mcaplog.joints import DEFINITION, JOINT_STATE, encode_joints
+from hil.mcaplog.joints import DEFINITION, JOINT_STATE, JointPlots
 from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
@@ -56,7 +56,6 @@ from hil.mcaplog.writer import LogWriter
 from hil.protagonist import Protagonist
 from hil.scene import SceneClock, places, shapes
 from hil.taps import NOTHING
-from pal_advisor.maneuvers import fitness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -72,12 +71,8 @@ if TYPE_CHECKING:
     from hil.taps import Circumstances, Opening, Tap
     from pal_advisor.maneuvers import Credit, GenerationRecord, PalSettings, Performance, Trial
 
-FLUSH_REAL_TIME: Final = 0.25
-"""Log time between flushes where log time is real time, in s: what a crash may lose."""
-FLUSH_LOCKSTEP: Final = 1.0
-"""Likewise in lock-step, where a second of log time takes a few milliseconds."""
-PLOT_INTERVAL: Final = 0.1
-"""Log time between joint states, in s."""
+FLUSH: Final = 0.25
+"""Log time between flushes, in s: what a crash may lose."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 """MAV_SEVERITY of a note by its kind; 6, information, for any other."""
 
@@ -129,17 +124,15 @@ class Recorder:
         self._writer: LogSink = writer or LogWriter(
             path,
             run=run,
-            flush_every=FLUSH_LOCKSTEP if lockstep else FLUSH_REAL_TIME,
+            flush_every=FLUSH,
+            long_chunks=lockstep,
             overwrite=overwrite,
             on_failure=on_failure,
         )
         self._writer.metadata("config", config)
         self.now = 0.0
-        self._network = _Network(self._writer, link)
-        self._joints_channel = self._writer.raw_channel(
-            "/junior/joints", JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr"
-        )
-        self._plotted_at = -PLOT_INTERVAL
+        self._network = Network(self._writer, link)
+        self._plots = JointPlots()
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -162,7 +155,7 @@ class Recorder:
         Args:
             name: Its name.
         """
-        return _OneOfSeveral(self, _Network(self._writer, name))
+        return OneOfSeveral(self, Network(self._writer, name))
 
     def opened(self, opening: Opening) -> None:
         """The bridge begins."""
@@ -203,7 +196,18 @@ class Recorder:
 
     def unsent(self, time: float, data: bytes, error: LinkError) -> None:
         """The link did not take these bytes; time is the bridge's, in s."""
-        refused = UnsentBytes(self._network.name, data, isinstance(error, LinkTimeoutError), bare_text(error))
+        self.bytes_unsent(self._network.name, time, data, error)
+
+    def bytes_unsent(self, network: str, time: float, data: bytes, error: LinkError) -> None:
+        """The link of one of several networks did not take these bytes.
+
+        Args:
+            network: Its name.
+            time: The bridge's time, in s.
+            data: The bytes.
+            error: Why.
+        """
+        refused = UnsentBytes(network, data, isinstance(error, LinkTimeoutError), bare_text(error))
         self._record("/wire/unsent", refused, time)
 
     def received(self, event: Received | Rejected) -> None:
@@ -264,7 +268,9 @@ class Recorder:
             text: What happened, in words.
             **fields: The particulars, such as JSON can hold.
         """
-        particulars = json.dumps(fields, sort_keys=True, default=str)
+        self._noted(kind, text, json.dumps(fields, sort_keys=True, default=str))
+
+    def _noted(self, kind: str, text: str, particulars: str) -> None:
         self._record("/events", EventRecord(kind, text, particulars), self.now)
         self._say(self.now, SEVERITIES.get(kind, 6), text, kind)
 
@@ -333,6 +339,8 @@ class Recorder:
             engagement: What the robot did.
             performance: What the learner was told of it.
         """
+        from pal_advisor.maneuvers import fitness  # noqa: PLC0415 - brings numpy, which who only writes a log does without
+
         previous, current = (_label(code) for code in trial.category)
         record = TrialRecord(
             id=trial.id,
@@ -450,9 +458,9 @@ class Recorder:
         self._writer.write(self._writer.raw_channel("/log", *TEXT), time, encode_text(time, severity, text, source))
 
     def _plot(self, sensors: JuniorSensors, time: float) -> None:
-        if time - self._plotted_at >= PLOT_INTERVAL - 1e-6:
-            self._plotted_at = time
-            self._writer.write(self._joints_channel, time, encode_joints(time, sensors))
+        for topic, data in self._plots.due(time, sensors):
+            channel = self._writer.raw_channel(topic, JOINT_STATE, DEFINITION, schema_encoding="ros2msg", encoding="cdr")
+            self._writer.write(channel, time, data)
 
     def _draw(self, state: RefereeState, time: float) -> None:
         pose, scene = self._scene.due(state, time)
@@ -467,12 +475,15 @@ class Recorder:
             writer.write(writer.raw_channel("/tf", *TRANSFORMS), time, encode_transforms(time, places(state)))
 
 
-class _Network:
+class Network:
     """The steps and the bytes of one network.
 
     Args:
         writer: Takes the entries.
         name: Name of the network.
+
+    Attributes:
+        name: As given.
     """
 
     def __init__(self, writer: LogSink, name: str) -> None:
@@ -486,16 +497,19 @@ class _Network:
         self._encode_rx, self._encode_tx = (wire_encoder(direction, name) for direction in ("rx", "tx"))
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
         self._write(self._step_channel, time, self._encode_step(time, chunks, met))
 
     def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_rx`."""
         self._write(self._rx_channel, time, self._encode_rx(data))
 
     def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Tap.wire_tx`."""
         self._write(self._tx_channel, time, self._encode_tx(data))
 
 
-class _OneOfSeveral:
+class OneOfSeveral:
     """Records one of several networks: its own steps and bytes, and all else as the recorder does.
 
     Args:
@@ -503,22 +517,27 @@ class _OneOfSeveral:
         network: The network.
     """
 
-    def __init__(self, recorder: Recorder, network: _Network) -> None:
+    def __init__(self, recorder: Recorder, network: Network) -> None:
         self._recorder = recorder
         self._network = network
         self.of_network = recorder.of_network
         self.opened = recorder.opened
-        self.unsent = recorder.unsent
         self.received = recorder.received
         self.sent = recorder.sent
         self.event = recorder.event
         self.wire_rx = network.wire_rx
         self.wire_tx = network.wire_tx
 
+    def unsent(self, time: float, data: bytes, error: LinkError) -> None:
+        """See `Tap.unsent`."""
+        self._recorder.bytes_unsent(self._network.name, time, data, error)
+
     def session_drawn(self, number: int) -> None:
+        """See `Tap.session_drawn`."""
         self._recorder.number_drawn(self._network.name, number)
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
+        """See `Tap.step`."""
         self._recorder.now = time
         self._network.step(time, chunks, met)
 

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from firmware_protocol.messages import OpponentCode
 from hil.mcaplog.drawing import WORLD, Placed, Shape
-from simdevice.arena import Ring
 from simdevice.junior import JUNIOR_OUTLINE
 from simdevice.opponents import OPPONENTS
+from simdevice.ring import Ring
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from firmware_protocol.messages import RefereeState
 
 JUNIOR: Final = "junior"
@@ -52,24 +48,6 @@ def opponent_outline(code: int) -> tuple[tuple[float, float], ...]:
         return ()
     spec = OPPONENTS.get(OpponentCode(code).label)
     return spec.outline.vertices if spec else ()
-
-
-def placed(outline: tuple[tuple[float, float], ...], x: float, y: float, heading: float) -> NDArray[np.float64]:
-    """An outline in the arena.
-
-    Args:
-        outline: Corners in the body's frame, in m.
-        x: Position of the body, in m.
-        y: Likewise.
-        heading: Of the body, in rad, counter-clockwise.
-
-    Returns:
-        Corners in the arena's frame, in m; shape (n, 2).
-    """
-    cos, sin = np.cos(heading), np.sin(heading)
-    corners: NDArray[np.float64] = np.asarray(outline, dtype=np.float64).reshape(-1, 2) @ np.array([[cos, sin], [-sin, cos]])
-    corners += np.array([x, y])
-    return corners
 
 
 def shapes(opponent: int) -> tuple[Shape, ...]:

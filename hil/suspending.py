@@ -128,7 +128,8 @@ class Suspension:
         self._continued = False
         if SUSPEND in signals:
             self._set_timer(0.0)
-            self._asked = self._given_up = False  # now: who asks again meanwhile has a program that is stuck stopped
+            self._given_up = self._given_up and not self._asked  # it was stuck after a step had taken the signal in
+            self._asked = False  # now: who asks again meanwhile has a program that is stuck stopped
             self._stop_robots()
             self._operator.signals()  # what was asked for meanwhile is done now
             self._operator.withdraw(SUSPEND)
@@ -136,6 +137,7 @@ class Suspension:
             self._set_timer(0.0)
             if not self._given_up:
                 self._stop()
+            self._given_up = False
             self._resumed = True
             self._begin_anew()
         elif self._resumed:  # that it goes on is told after it has gone on

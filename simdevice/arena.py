@@ -7,13 +7,13 @@ Frame: x right, y up, origin at the centre of the ring, angles counter-clockwise
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import pymunk
 
 from simdevice.junior import GRAVITY, JUNIOR_OUTLINE
 from simdevice.period import PERIOD
+from simdevice.ring import Ring
 
 if TYPE_CHECKING:
     from simdevice.junior import JuniorProfile
@@ -33,28 +33,6 @@ _WEAK: Final = 1e-6
 _RATE: Final = 1 / PERIOD
 _MOVING: Final = 0.002
 """A dummy that moves faster than this slides, in m/s: kinetic friction holds."""
-
-
-@dataclass(frozen=True)
-class Ring:
-    """The sumo ring; its border is the rectangle about the origin.
-
-    Attributes:
-        width: Along x, in m.
-        height: Along y, in m.
-        rim: Distance from the border to the rim of the table, in m.
-    """
-
-    width: float = 0.65
-    height: float = 0.42
-    rim: float = 0.60
-
-    def clearance(self, x: float, y: float) -> float:
-        """Distance from a point to the border, in m; negative outside.
-
-        Outside beyond a corner it is the larger of the two overshoots, not the distance to the corner.
-        """
-        return min(self.width / 2 - abs(x), self.height / 2 - abs(y))
 
 
 class Piece:

@@ -15,8 +15,9 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from simdevice.arena import Piece, Ring
+    from simdevice.arena import Piece
     from simdevice.junior import JuniorProfile
+    from simdevice.ring import Ring
 
 ADC_MAX: Final = 1023
 """Greatest reading of a 10-bit converter."""

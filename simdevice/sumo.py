@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from simdevice.arena import Arena, Dummy, Piece, Ring, Rover
+from simdevice.arena import Arena, Dummy, Piece, Rover
 from simdevice.junior import JuniorProfile
 from simdevice.motors import Motors
 from simdevice.opponents import JUNIOR_OPPONENT, OPPONENTS
@@ -21,6 +21,8 @@ from simdevice.sensors import Sensors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from simdevice.ring import Ring
 
 TIME_LIMIT: Final = 15.0
 """A bout that lasts longer is a draw, in s."""

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
 
-from hil import runs
 from hil.cli import common
 from hil.cli.arguments import Command
+from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OutLogOption, OverwriteOption, find
+from hil.cli.log_tables import csv, diff
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
@@ -23,53 +23,15 @@ from hil.outputs import check_output
 if TYPE_CHECKING:
     from rich.console import Console
 
-LogArgument = Annotated[
-    Path | None,
-    typer.Argument(metavar="[RUN|LOG]", help="A run's folder or a log (.mcap); the newest run if left out."),
-]
-OutLogOption = Annotated[Path, typer.Option("--out", "-o", metavar="FILE.mcap", help="Where the new log goes.")]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace one that exists, when the new one is whole.")]
-MaxChunkOption = Annotated[
-    int | None,
-    typer.Option(
-        "--max-chunk",
-        metavar="MIB",
-        min=1,
-        max=2048,
-        help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
-    ),
-]
 CONFIG = "config"
-SHOWN = 100
-"""Letters of a value that are shown in a table."""
 
 app = typer.Typer(
     name="log",
-    help="What is in a log, is it in order; make it whole, small, tables; what differs between two.",
+    help="Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-
-
-def find(log: Path | None, console: Console, *, quiet: bool) -> Path:
-    """The log that a person names, and say which where that is not plain.
-
-    Args:
-        log: A run's folder, a file, None for the newest run.
-        console: Where to say it.
-        quiet: Don't.
-
-    Raises:
-        RunError: There is no such run.
-        UsageError: There is no such file.
-    """
-    found = runs.file_of(log, runs.LOG)
-    if found != log and not quiet:
-        console.print(f"Log: {found}")
-    if not found.is_file():
-        raise common.UsageError(f"there is no log {found}")
-    return found
 
 
 def info(
@@ -86,14 +48,19 @@ def info(
 
     Example: hil log info runs/20261128-130501-coach-flat-light
     """
+    from hil.replaying.host import why_not  # noqa: PLC0415 - it loads all that the verbs do
+
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = overview(find(log, console, quiet=quiet), lifted(max_chunk), sizes=sizes)
-    if as_json:
-        common.print_json(_plain(found))
-    elif quiet:
+    if quiet and not as_json:
         typer.echo(found.health)
+        return
+    obstacle = why_not(found.path, lifted(max_chunk))
+    if as_json:
+        common.print_json({**_plain(found), "replayable": not obstacle, "not_replayable_because": obstacle or None})
     else:
         _print(found, console)
+        console.print(f"replayable: {f'no: it {obstacle}' if obstacle else 'yes (hil replay)'}")
 
 
 def _plain(found: LogOverview) -> dict[str, Any]:
@@ -279,5 +246,12 @@ def _tell(made: CopiedLog, console: Console, *, as_json: bool, quiet: bool) -> N
         console.print(f"New:  {made.path}: {made.entries:,} entries, {files}, {made.size:,} bytes")
 
 
-for name, command in (("info", info), ("check", check), ("recover", recover_log), ("slim", slim_log)):
+for name, command in (
+    ("info", info),
+    ("check", check),
+    ("recover", recover_log),
+    ("slim", slim_log),
+    ("csv", csv),
+    ("diff", diff),
+):
     app.command(name, cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))

@@ -21,7 +21,7 @@ from hil.jobs.stage import Job, Stage
 from hil.key_file import load_key
 from hil.keys import pressed_keys
 from hil.mcaplog.media import media_type_of
-from hil.recorder import Recorder
+from hil.recording.process import begin_log
 from hil.versions import versions
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address
     from hil.cli.running import ActiveRun
     from hil.connecting import NetworkOpener
+    from hil.recorder import Recorder
 
 
 class LiveStage(Stage):
@@ -89,7 +90,7 @@ class LiveStage(Stage):
         if run.log is None:
             return None
         address = parse_address(self.url)
-        recorder = Recorder(
+        recorder = begin_log(
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
@@ -97,6 +98,7 @@ class LiveStage(Stage):
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,
+            on_loss=run.failed,
         )
         files = job.files()
         if (faults := fault_file(address)) is not None:

@@ -1,18 +1,26 @@
-"""Tells two logs apart, record by record."""
+"""Tells two logs apart: byte for byte, record by record; or by topic and field, entry by entry."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from itertools import zip_longest
+from math import isnan
 from typing import TYPE_CHECKING, Final
 
 from mcap.opcode import Opcode
 
+from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
+from hil.mcaplog.overview import SIZES
+from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.walking import LogFile, RawRecord
 from hil.mcaplog.writer import RUN
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
     from pathlib import Path
+
+    from hil.mcaplog.flattening import Scalar
 
 _NAMES: Final = {int(opcode): opcode.name.lower().replace("_", " ") for opcode in Opcode}
 _RUN_START: Final = len(RUN).to_bytes(4, "little") + RUN.encode()
@@ -68,3 +76,170 @@ def _compare(a: RawRecord | None, b: RawRecord | None) -> str:
 
 def _name(record: RawRecord) -> str:
     return _NAMES.get(record.opcode, f"record of kind {record.opcode}")
+
+
+MOST_DECODED: Final = 1000
+"""Entries of a topic that differ and are looked at field by field; all are counted."""
+
+
+@dataclass(frozen=True)
+class FirstDifference:
+    """Where two logs first differ in a topic.
+
+    Attributes:
+        number: Number of the entry in its topic, from 0.
+        time: Its log time in s, in the first log; in the second where the first has no more.
+        field: What differs: a field of the entry, `log time`, `publish time`, `schema`, or `entry` where one log has no more.
+        first: What the first log has; None where it has nothing.
+        second: What the second has.
+    """
+
+    number: int
+    time: float
+    field: str
+    first: Scalar
+    second: Scalar
+
+
+@dataclass
+class TopicComparison:
+    """How a topic of two logs compares.
+
+    Attributes:
+        topic: The topic.
+        first: Entries in the first log.
+        second: Entries in the second.
+        differing: Entries that differ, by number; those that one log has more are not among them.
+        fields: How many entries differ in which field, of the first `MOST_DECODED` that differ.
+        difference: The first difference; None where there is none.
+    """
+
+    topic: str
+    first: int = 0
+    second: int = 0
+    differing: int = 0
+    fields: dict[str, int] = field(default_factory=dict)
+    difference: FirstDifference | None = None
+
+
+@dataclass
+class LogComparison:
+    """How two logs compare.
+
+    Attributes:
+        topics: By topic, in the order of their names.
+        metadata: What differs, as (record, key, value in the first log, in the second); None where there is no such key.
+        attachments: Names of attachments that differ, or that only one has.
+        health: What state each log is in, in words.
+    """
+
+    topics: list[TopicComparison]
+    metadata: list[tuple[str, str, str | None, str | None]]
+    attachments: list[str]
+    health: tuple[str, str]
+
+    @property
+    def same(self) -> bool:
+        """Nothing differs."""
+        return not (self.metadata or self.attachments or any(topic.difference for topic in self.topics))
+
+
+def compare_logs(
+    first: Path,
+    second: Path,
+    topics: Collection[str] | None = None,
+    *,
+    leave_out: Collection[str] = (),
+    limits: ReadLimits = ReadLimits(),  # noqa: B008 - frozen
+) -> LogComparison:
+    """Compare two logs by topic: the entries of each in their order, with their times, and in which fields they differ.
+
+    Chunks, indexes, sequence numbers, and how topics take turns do not count, nor do the metadata records `run` and `sizes`.
+    A NaN equals itself.
+
+    Args:
+        first: A log.
+        second: Another.
+        topics: Only these topics, and neither metadata nor attachments; None is all.
+        leave_out: Not these topics.
+        limits: What the logs may unpack to.
+
+    Raises:
+        UnreadableLogError: Nothing could be read of one of them.
+        LogError: One of them cannot be opened or is not a log.
+    """
+    one, two = LogReader(first, limits), LogReader(second, limits)
+    found: set[str] = set()
+    for reader in (one, two):
+        found.update({entry.topic for entry in reader.raw_entries(topics, leave_out=leave_out)})
+        if topics is None and not leave_out:
+            reader.require_something()
+    metadata, attachments = ([], []) if topics is not None else (_metadata(one, two), _attachments(one, two))
+    health = one.health(), two.health()
+    compared = [_compare_topic(one, two, topic) for topic in sorted(found)]
+    return LogComparison(compared, metadata, attachments, health)
+
+
+def _metadata(one: LogReader, two: LogReader) -> list[tuple[str, str, str | None, str | None]]:
+    found: list[tuple[str, str, str | None, str | None]] = []
+    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES}):
+        a, b = one.metadata.get(name, {}), two.metadata.get(name, {})
+        found += [(name, key, a.get(key), b.get(key)) for key in sorted({*a, *b}) if a.get(key) != b.get(key)]
+        if name not in one.metadata or name not in two.metadata:
+            found += [] if a or b else [(name, "", None, None)]
+    return found
+
+
+def _attachments(one: LogReader, two: LogReader) -> list[str]:
+    names = sorted({*one.attachments, *two.attachments})
+    return [name for name in names if one.attachments.get(name) != two.attachments.get(name)]
+
+
+def _compare_topic(one: LogReader, two: LogReader, topic: str) -> TopicComparison:
+    found = TopicComparison(topic)
+    for number, (a, b) in enumerate(zip_longest(one.raw_entries([topic]), two.raw_entries([topic]))):
+        found.first += a is not None
+        found.second += b is not None
+        if a is None or b is None:
+            if found.difference is None:
+                there = a or b
+                found.difference = FirstDifference(
+                    number, there.log_time / 1e9 if there else 0.0, "entry", _brief(one, a), _brief(two, b)
+                )
+        elif a[3:] != b[3:] or (number == 0 and _schema(one, a) != _schema(two, b)):
+            found.differing += 1
+            if found.differing <= MOST_DECODED:
+                _count_fields(found, number, _fields(one, a), _fields(two, b), a.log_time / 1e9)
+    return found
+
+
+def _count_fields(found: TopicComparison, number: int, a: dict[str, Scalar], b: dict[str, Scalar], time: float) -> None:
+    names = [name for name in {**a, **b} if not _same(a.get(name), b.get(name))]
+    for name in names or ["encoding"]:  # the same values, written in another way
+        found.fields[name] = found.fields.get(name, 0) + 1
+        if found.difference is None:
+            found.difference = FirstDifference(number, time, name, a.get(name), b.get(name))
+
+
+def _fields(reader: LogReader, entry: RawEntry) -> dict[str, Scalar]:
+    value = reader.decoded(entry)
+    times: dict[str, Scalar] = {"log time": entry.log_time / 1e9, "publish time": entry.publish_time / 1e9}
+    return {**times, "schema": _schema(reader, entry), **flatten(entry.data if value is None else value)}
+
+
+def _schema(reader: LogReader, entry: RawEntry) -> str:
+    found = reader.channels.schema(entry.channel)
+    return found.name if found else ""
+
+
+def _brief(reader: LogReader, entry: RawEntry | None) -> str | None:
+    if entry is None:
+        return None
+    value = reader.decoded(entry)
+    return f"{entry.data.hex() if value is None else value!r:.200}"
+
+
+def _same(a: Scalar, b: Scalar) -> bool:
+    if isinstance(a, float) and isinstance(b, float) and isnan(a) and isnan(b):
+        return True
+    return type(a) is type(b) and a == b

@@ -47,8 +47,9 @@ class LogCopy:
         header: Of the log that is copied; None where it has none that can be read.
         level: How well chunks are compressed: zstd's level.
         chunk_size: What a chunk holds, in bytes, before it is compressed.
-        index_messages: Chunks are followed by message indexes, which take 16 bytes an entry and do not compress; without
-            them, all of a chunk is read where one topic of it is asked for.
+        indexed: Chunks and the entries in them are indexed, which takes 16 bytes an entry that do not compress; without that,
+            readers go through all of it where one topic is asked for. The two go together: some readers raise on chunks
+            that are indexed and whose entries are not.
     """
 
     def __init__(
@@ -58,10 +59,10 @@ class LogCopy:
         header: Header | None = None,
         level: int = 3,
         chunk_size: int = 1 << 20,
-        index_messages: bool = True,
+        indexed: bool = True,
     ) -> None:
         self._file = file
-        self._index_messages = index_messages
+        self._indexed = indexed
         self._chunk_size = chunk_size
         self._compressor = zstandard.ZstdCompressor(level=level)
         self._offset = 0
@@ -158,7 +159,7 @@ class LogCopy:
         body = serialize(chunk)
         self._put(body)
         offsets: dict[int, int] = {}
-        for channel, places in self._index.items() if self._index_messages else ():
+        for channel, places in self._index.items() if self._indexed else ():
             offsets[channel] = self._offset
             size = 8 * len(places)
             self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(places)}Q", *places))
@@ -196,7 +197,7 @@ class LogCopy:
                 Opcode.SCHEMA: list(self._schemas.values()),
                 Opcode.CHANNEL: list(self._channels.values()),
                 Opcode.STATISTICS: [statistics],
-                Opcode.CHUNK_INDEX: self._chunks,
+                Opcode.CHUNK_INDEX: self._chunks if self._indexed else [],
                 Opcode.ATTACHMENT_INDEX: self._attachments,
                 Opcode.METADATA_INDEX: self._metadata,
             },

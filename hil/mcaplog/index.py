@@ -212,7 +212,7 @@ def _records(file: BinaryIO, begin: int, end: int) -> Iterator[tuple[int, bytes]
         if not left and at == len(data):
             return
         missing = behind - len(data)
-        if missing > left:
+        if missing > left or length > 64 * MIB:
             raise ValueError("it ends within a record")
         more = file.read(min(left, max(missing, MIB)))
         data, at, left = data[at:] + more, 0, left - len(more)

@@ -27,6 +27,7 @@ MESSAGE_HEAD: Final = Struct("<HIQQ")
 """Channel, sequence, log time and publish time of an entry, times in ns."""
 _ENTRY_HEAD: Final = Struct("<BQHIQ")
 _INDEX_HEAD: Final = Struct("<BQHI")
+_LARGEST_EMPTY_INDEXES: Final = 1 << 16
 _MOST_WORDS: Final = 500
 """Topics and reasons by which entries that can't be given are counted apart."""
 
@@ -175,7 +176,8 @@ class LogReader(LogFile):
 
     def _chunk(self, record: RawRecord, selection: _Selection, file: BinaryIO) -> Iterator[RawEntry]:
         data = self.open_chunk(record)
-        for opcode, begin, end in selection.places(record, data, file) or self.split_chunk(data, record.offset):
+        places = selection.places(record, data, file)
+        for opcode, begin, end in self.split_chunk(data, record.offset) if places is None else places:
             yield from selection.take(opcode, data, begin, end)
 
 
@@ -288,7 +290,7 @@ class _Selection:
                 self._indexed[channel] = self.asks_for(self._reader.channels.topic(channel))
         return any(self._indexed[channel] for channel in chunk.channels)
 
-    def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]]:
+    def places(self, record: RawRecord, data: bytes, file: BinaryIO) -> list[tuple[int, int, int]] | None:
         """Where the wanted entries of a chunk are by its message indexes, as `split_chunk` has it.
 
         Args:
@@ -297,19 +299,17 @@ class _Selection:
             file: The log, opened once more.
 
         Returns:
-            Empty where there are no message indexes, or they contradict the chunk.
+            None where there are no message indexes, or they contradict the chunk.
         """
         place = self._known.pop(record.offset, None)
         if place is None or self._topics is None or not data:
-            return []
+            return None
         try:
             file.seek(place[0])
-            found = _places(file.read(min(place[1], 2 * len(data))), self._indexed, data)
+            return _places(file.read(min(place[1], 4 * len(data) + _LARGEST_EMPTY_INDEXES)), self._indexed, data)
         except DAMAGE:
-            found = []
-        if not found:
             self._reader.note(f"the message indexes of the chunk at byte {record.offset:,} are wrong, and were not used")
-        return found
+            return None
 
 
 def _merged(stretches: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
@@ -342,7 +342,7 @@ def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tup
         opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
         if opcode != Opcode.MESSAGE_INDEX or size + 6 > length:
             raise ValueError("no message index")
-        if wanted[channel]:
+        if wanted.get(channel):
             begin = at + _INDEX_HEAD.size
             found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
         at += RECORD_HEAD.size + length

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.walking import RawRecord
 
-_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "index_messages": False}
+_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "indexed": False}
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from mcap.records import (
 from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.errors import LogError
+from hil.mcaplog.log_file import LogFile
 from hil.outputs import Output
 
 if TYPE_CHECKING:
@@ -51,8 +52,15 @@ SIZES: Final = "sizes"
 RUN_BLOCK: Final = 4096
 """The `run` record is padded to a multiple of this, in bytes."""
 CHUNK_SIZE: Final = 256 * 1024
+"""A chunk is full with so many bytes, before compression."""
+LONG_CHUNK_SIZE: Final = 512 * 1024
+"""Likewise a long one."""
+LEVEL: Final = 6
+"""How hard zstd tries: 6 % less than with its usual 3, for 0.1 ms a robot second; beyond it little is gained for much more."""
 _PADDING: Final = "padding"
 _MESSAGE_HEAD: Final = Struct("<BQHIQQ")
+_PACK_HEAD: Final = _MESSAGE_HEAD.pack
+_HEAD_SIZE: Final = _MESSAGE_HEAD.size
 _MESSAGE: Final = int(Opcode.MESSAGE)
 _INDEX_HEAD: Final = Struct("<BQHI")
 
@@ -60,9 +68,9 @@ _INDEX_HEAD: Final = Struct("<BQHI")
 class LogWriter:
     """A log file being written.
 
-    Chunks are closed, and the file flushed, when the log time has moved on by `flush_every` or the chunk is full. After
-    a failure (a full disk) the first call raises and later ones do nothing, so that a robot can still be stopped
-    through a bridge that has this log as a tap.
+    Chunks are closed, and the file flushed, when the log time has moved on by `flush_every` or the chunk is full (long ones:
+    when it is full). After a failure (a full disk) the first call raises and later ones do nothing, so that a robot can
+    still be stopped through a bridge that has this log as a tap.
 
     Args:
         path: File to write; directories above it are made.
@@ -72,6 +80,10 @@ class LogWriter:
         overwrite: A file that exists is replaced, when the log is whole.
         on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
             (None: no file does); nothing is raised then.
+        long_chunks: Chunks are as long as they may be, for a smaller file: what a flush finds in none is written as it is, and
+            the chunk written over it.
+        sync_every: Log time after which what was written is seen onto the disk, in s; 0 sees to that at the end only.
+        output: The file, where it is open already; None opens it.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -86,14 +98,22 @@ class LogWriter:
         flush_every: float = 0.5,
         overwrite: bool = False,
         on_failure: Callable[[str, Path | None], None] | None = None,
+        long_chunks: bool = False,
+        sync_every: float = 0.0,
+        output: Output | None = None,
     ) -> None:
         self.path = path
         self._interval = round(flush_every * 1e9)
         self._flush_at = 0
-        self._compressor = zstandard.ZstdCompressor(level=3)
-        self._pending: list[tuple[int, int, bytes]] = []
-        """What the next chunk will hold: channel, stamp, data; channel 0 is a record that is ready as it is."""
-        self._size = 0
+        self._long = long_chunks
+        self._chunk_size = LONG_CHUNK_SIZE if long_chunks else CHUNK_SIZE
+        self._sync_interval = round(sync_every * 1e9)
+        self._sync_at = 0
+        self._compressor = zstandard.ZstdCompressor(level=LEVEL)
+        self._buffer = bytearray()
+        """The content of the next chunk, as far as it has come."""
+        self._index: dict[int, list[int]] = {}
+        """Of each channel in it, the stamp and the place of its messages by turns."""
         self._schemas: dict[str, SchemaRecord] = {}
         self._channels: dict[str, Channel] = {}
         self._chunks: list[ChunkIndex] = []
@@ -104,13 +124,12 @@ class LogWriter:
         self._sizes: dict[int, int] = {}
         """Bytes of each channel's message records."""
         self._span: tuple[int, int] | None = None
-        self._offset = 0
         self._open = True
         try:
-            self._output = Output(path, overwrite=overwrite)
+            self._output = output or Output(path, overwrite=overwrite)
         except OSError as error:
             raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
-        self._file = self._output.file
+        self._file = LogFile(self._output)
         self._on_failure = on_failure
         self._put(MAGIC + _serialize(Header(profile="", library=LIBRARY)))
         self._write_metadata(RUN, _padded(run))
@@ -149,11 +168,11 @@ class LogWriter:
         if record is None:
             record = SchemaRecord(id=len(self._schemas) + 1, data=schema, encoding=schema_encoding, name=schema_name)
             self._schemas[schema_name] = record
-            self._pending.append((0, 0, _serialize(record)))
+            self._buffer += _serialize(record)
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
         self._counts[found.id] = self._sizes[found.id] = 0
-        self._pending.append((0, 0, _serialize(found)))
+        self._buffer += _serialize(found)
         return found.id
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -168,11 +187,24 @@ class LogWriter:
             LogError: The disk does not take it (once; from then on nothing is written).
         """
         stamp = round(time * 1e9)
-        if stamp >= self._flush_at or self._size >= CHUNK_SIZE:
-            self.flush()
+        if stamp >= self._flush_at or len(self._buffer) >= self._chunk_size:
+            if self._long and self._open and len(self._buffer) < self._chunk_size:
+                self._write_tail()
+            else:
+                self.flush()
             self._flush_at = stamp + self._interval
-        self._pending.append((channel, stamp, data))
-        self._size += len(data) + _MESSAGE_HEAD.size
+            if self._sync_interval and stamp >= self._sync_at:
+                self._sync()
+                self._sync_at = stamp + self._sync_interval
+        buffer, size = self._buffer, len(data)
+        place = self._index.get(channel)
+        if place is None:
+            place = self._index[channel] = []
+        place += (stamp, len(buffer))
+        self._counts[channel] = number = self._counts[channel] + 1
+        self._sizes[channel] += size + _HEAD_SIZE
+        buffer += _PACK_HEAD(_MESSAGE, size + 22, channel, number, stamp, stamp)
+        buffer += data
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """Write a metadata record at once.
@@ -186,7 +218,7 @@ class LogWriter:
         """
         if self._open:
             self._write_metadata(name, _text(values))
-            self._flush_file()
+            self._write_tail()
 
     def attachment(self, name: str, data: bytes, *, media_type: str, time: float) -> None:
         """Write an attachment, a whole file inside the log, at once.
@@ -206,7 +238,7 @@ class LogWriter:
         record = _serialize(Attachment(create_time=0, log_time=stamp, name=name, media_type=media_type, data=data))
         self._attachments.append(
             AttachmentIndex(
-                offset=self._offset,
+                offset=self._file.offset,
                 length=len(record),
                 log_time=stamp,
                 create_time=0,
@@ -216,7 +248,7 @@ class LogWriter:
             )
         )
         self._put(record)
-        self._flush_file()
+        self._write_tail()
 
     def flush(self) -> None:
         """Close the chunk and hand everything to the operating system.
@@ -258,20 +290,24 @@ class LogWriter:
         self._output.discard()
 
     def _finish_chunk(self) -> None:
-        if not self._size:
+        if not self._index:
             return
-        raw, index = self._pack()
+        raw, index = bytes(self._buffer), self._index
+        self._forget()
         stamps = [stamp for place in index.values() for stamp in (min(place[::2]), max(place[::2]))]
         first, last = min(stamps), max(stamps)
         chunk = Chunk("zstd", self._compressor.compress(raw), last, first, zlib.crc32(raw), len(raw))
-        start = self._offset
+        start = self._file.offset
         body = _serialize(chunk)
-        self._put(body)
+        pieces, length = [body], len(body)
         offsets: dict[int, int] = {}
         for channel, place in index.items():
-            offsets[channel] = self._offset
+            offsets[channel] = start + length
             size = 8 * len(place)
-            self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place))
+            piece = _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place)
+            pieces.append(piece)
+            length += len(piece)
+        self._put(b"".join(pieces))
         self._chunks.append(
             ChunkIndex(
                 chunk_length=len(body),
@@ -279,7 +315,7 @@ class LogWriter:
                 compression=chunk.compression,
                 compressed_size=len(chunk.data),
                 message_end_time=last,
-                message_index_length=self._offset - start - len(body),
+                message_index_length=length - len(body),
                 message_index_offsets=offsets,
                 message_start_time=first,
                 uncompressed_size=len(raw),
@@ -287,30 +323,12 @@ class LogWriter:
         )
         self._span = (first, last) if self._span is None else (min(first, self._span[0]), max(last, self._span[1]))
 
-    def _pack(self) -> tuple[bytes, dict[int, list[int]]]:
-        """The content of a chunk, and for each channel the stamp and the place of its messages by turns."""
-        buffer, index, head, head_size = bytearray(), dict[int, list[int]](), _MESSAGE_HEAD.pack, _MESSAGE_HEAD.size
-        counts, sizes = self._counts, self._sizes
-        for channel, stamp, data in self._pending:
-            if channel:
-                place = index.get(channel)
-                if place is None:
-                    place = index[channel] = []
-                place += (stamp, len(buffer))
-                counts[channel] = number = counts[channel] + 1
-                sizes[channel] += head_size + len(data)
-                buffer += head(_MESSAGE, 22 + len(data), channel, number, stamp, stamp)
-            buffer += data
-        self._forget()
-        return bytes(buffer), index
-
     def _forget(self) -> None:
-        self._pending.clear()
-        self._size = 0
+        self._buffer, self._index = bytearray(), {}
 
     def _write_metadata(self, name: str, values: dict[str, str]) -> None:
         record = _serialize(Metadata(name=name, metadata=values))
-        self._metadata.append(MetadataIndex(offset=self._offset, length=len(record), name=name))
+        self._metadata.append(MetadataIndex(offset=self._file.offset, length=len(record), name=name))
         self._put(record)
 
     def _summary(self) -> bytes:
@@ -339,29 +357,48 @@ class LogWriter:
             group = b"".join(map(_serialize, records))
             if group:
                 offsets += _serialize(
-                    SummaryOffset(group_opcode=opcode, group_start=self._offset + len(body), group_length=len(group))
+                    SummaryOffset(group_opcode=opcode, group_start=self._file.offset + len(body), group_length=len(group))
                 )
             body += group
-        offset_start = self._offset + len(body)
-        footer_head = pack("<BQQQ", Opcode.FOOTER, 20, self._offset, offset_start)
+        offset_start = self._file.offset + len(body)
+        footer_head = pack("<BQQQ", Opcode.FOOTER, 20, self._file.offset, offset_start)
         crc = zlib.crc32(footer_head, zlib.crc32(body + offsets))
-        footer = Footer(summary_start=self._offset, summary_offset_start=offset_start, summary_crc=crc)
+        footer = Footer(summary_start=self._file.offset, summary_offset_start=offset_start, summary_crc=crc)
         return bytes(body + offsets) + _serialize(footer)
 
     def _put(self, data: bytes) -> None:
         if not self._open:
             return
         try:
-            self._file.write(data)
+            self._file.put(data)
         except OSError as error:
             self._fail(error)
-        self._offset += len(data)
+
+    def _write_tail(self) -> None:
+        """Hand everything to the operating system; of long chunks also what is in none yet."""
+        if not self._open:
+            return
+        try:
+            if self._long:
+                self._file.extend_tail(self._buffer)
+            else:
+                self._file.flush()
+        except OSError as error:
+            self._fail(error)
 
     def _flush_file(self) -> None:
         if not self._open:
             return
         try:
             self._file.flush()
+        except OSError as error:
+            self._fail(error)
+
+    def _sync(self) -> None:
+        if not self._open:
+            return
+        try:
+            self._output.sync()
         except OSError as error:
             self._fail(error)
 

@@ -10,8 +10,8 @@ from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import read_sender
 from hil.mcaplog.records import EventRecord, WireBytes
-from hil.replaying.difference import Difference, ReplayDiverged, first_field, in_words, same
-from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
+from hil.replaying.difference import Difference, FieldDifference, ReplayDiverged, first_field, in_words, parting, same
+from hil.replaying.tape import EVENTS, OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,8 +26,9 @@ BEFORE: Final = 3
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
 PAL: Final = "/pal/"
-EVENTS: Final = "/events"
 ENDED_WITH: Final = "end/"
+NONE: Final = FieldDifference()
+"""An entry is missing, or one too many: it is no field that differs."""
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 _BRIDGE: Final = frozenset((OPEN, SESSION, STEP, RX))
 
@@ -138,14 +139,14 @@ class Comparison:
             raise ReplayDiverged(self.difference)
         left = self._next()
         if left is not None:
-            self._differ(left.topic, "", self._said(left), "nothing: the run ends here, and the recorded one went on")
+            self._differ(left.topic, NONE, self._said(left), "nothing: the run ends here, and the recorded one went on")
         if self._tape.cut_off:
             return
         recorded = {name: data for name, data in self._tape.files.items() if name.startswith(ENDED_WITH)}
         for name in sorted({*recorded, *self._attached}):
             one, other = recorded.get(name), self._attached.get(name)
             if one != other:
-                self._differ(f"attachment {name}", "", _file(one, other), _file(other, one))
+                self._differ(f"attachment {name}", NONE, _file(one, other), _file(other, one))
 
     def run_on(self, text: str) -> None:
         """The program goes on where the log, which is whole, has ended.
@@ -153,7 +154,7 @@ class Comparison:
         Args:
             text: What is missing, in words.
         """
-        self.difference = self._made(STEP, "", f"nothing: {text}", "the run goes on")
+        self.difference = self._made(STEP, NONE, f"nothing: {text}", "the run goes on")
 
     def unlike(self, step: Step, recorded: bytes | None, now: bytes | None) -> HilError:
         """The error of a program that writes something else than was recorded; see `hil.replaying.network`.
@@ -165,11 +166,11 @@ class Comparison:
         """
         self._step, self._time = step.number, step.record.clock
         texts = [None if data is None else in_words(TX, WireBytes("tx", "", data), self._wire) for data in (recorded, now)]
-        name = ""
+        field = NONE
         if recorded is not None and now is not None:
-            name = first_field(WireBytes("tx", "", recorded), WireBytes("tx", "", now), self._wire)
+            field = first_field(WireBytes("tx", "", recorded), WireBytes("tx", "", now), self._wire)
         nothing = "nothing more in this step"
-        self.difference = self._made(TX, name, texts[0] or nothing, texts[1] or nothing)
+        self.difference = self._made(TX, field, texts[0] or nothing, texts[1] or nothing)
         return ReplayDiverged(self.difference)
 
     def _was_kept(self, topic: str) -> bool:
@@ -189,11 +190,11 @@ class Comparison:
         if entry is None:
             self._end_of_log("the next step of the bridge")
         if entry.topic != STEP:
-            self._differ(entry.topic, "", self._said(entry), "nothing more in this step")
+            self._differ(entry.topic, NONE, self._said(entry), "nothing more in this step")
         self._step, self._time = self.steps, time
         self.steps += 1
         if self._strict and (entry.log_time, entry.data) != (round(time * 1e9), data):
-            self._differ_in(entry, self._numbers[STEP], data)
+            self._differ_in(entry, self._numbers[STEP], time, data)
         self.compared += 1
 
     def _compare(self, channel: int, time: float, data: bytes) -> None:
@@ -203,47 +204,58 @@ class Comparison:
             self._end_of_log(self._told(channel, data))
         if entry.topic == STEP:
             self._tape.put_back(entry)
-            self._differ(topic, "", "nothing more in this step", self._told(channel, data))
+            self._differ(topic, NONE, "nothing more in this step", self._told(channel, data))
         if entry.topic != topic:
-            self._differ(topic, "", self._said(entry), self._told(channel, data))
+            self._differ(topic, NONE, self._said(entry), self._told(channel, data))
         same_time = not self._strict or entry.log_time == round(time * 1e9)
         if not same_time or (entry.data != data and (self._strict or not self._means(entry, channel, data))):
-            self._differ_in(entry, channel, data)
+            self._differ_in(entry, channel, time, data)
         self.compared += 1
 
     def _means(self, entry: RawEntry, channel: int, data: bytes) -> bool:
         """An entry tells the same decision, though its bytes differ."""
         return _means_the_same(self._tape.decoded(entry), self._decoders[channel](data))
 
-    def _differ_in(self, entry: RawEntry, channel: int, data: bytes) -> NoReturn:
+    def _differ_in(self, entry: RawEntry, channel: int, time: float, data: bytes) -> NoReturn:
         """Two entries of one topic differ."""
         recorded, now = self._tape.decoded(entry), self._decoders[channel](data)
-        name = "log time" if entry.data == data else first_field(recorded, now, self._wire)
-        self._differ(entry.topic, name, self._said(entry), self._told(channel, data))
+        field = first_field(recorded, now, self._wire)
+        if entry.data == data:
+            field = FieldDifference("log time", (f"{entry.log_time / 1e9:.9f} s", f"{time:.9f} s"))
+        self._differ(entry.topic, field, self._said(entry), self._told(channel, data))
 
     def _end_of_log(self, now: str) -> NoReturn:
         """There is no further entry."""
         if self._tape.cut_off:
             raise ReplayEndedError(f"{self._tape.path} was cut off here")
-        self._differ("", "", "nothing: the log ends here", now)
+        self._differ("", NONE, "nothing: the log ends here", now)
 
-    def _differ(self, topic: str, field: str, recorded: str, now: str) -> NoReturn:
+    def _differ(self, topic: str, field: FieldDifference, recorded: str, now: str) -> NoReturn:
         self.difference = self._made(topic, field, recorded, now)
         raise ReplayDiverged(self.difference)
 
-    def _made(self, topic: str, field: str, recorded: str, now: str) -> Difference:
+    def _made(self, topic: str, field: FieldDifference, recorded: str, now: str) -> Difference:
         return Difference(
-            self._step, self._time, topic, field, recorded, now, self._shown(self._before), self._shown(self._since)
+            step=self._step,
+            time=self._time,
+            topic=topic,
+            field=field.name,
+            recorded=recorded,
+            now=now,
+            before=self._shown(self._before),
+            received=self._shown(self._since),
+            values=field.values,
+            meaning=field.meaning,
         )
 
     def _shown(self, entries: Iterable[tuple[float, int, bytes]]) -> tuple[str, ...]:
-        return tuple(f"{time:.6f} s {self._told(channel, data)}" for time, channel, data in entries)
+        return tuple(f"{time:.6f} s {self._told(channel, data, raw=False)}" for time, channel, data in entries)
 
     def _said(self, entry: RawEntry) -> str:
         return in_words(entry.topic, self._tape.decoded(entry), self._wire)
 
-    def _told(self, channel: int, data: bytes) -> str:
-        return in_words(self._topics[channel], self._decoders[channel](data), self._wire)
+    def _told(self, channel: int, data: bytes, *, raw: bool = True) -> str:
+        return in_words(self._topics[channel], self._decoders[channel](data), self._wire, raw=raw)
 
 
 def _means_the_same(recorded: Any, now: Any) -> bool:  # noqa: ANN401 - whatever a log holds
@@ -268,5 +280,5 @@ def _file(data: bytes | None, other: bytes | None) -> str:
     """A file for people, from where it differs from another."""
     if data is None:
         return "there is none"
-    at = next((at for at, (one, two) in enumerate(zip(data, other or b"", strict=False)) if one != two), 0)
+    at = parting(data, other or b"")
     return f"{len(data)} bytes, from byte {at} on: {data[at : at + 60].decode(errors='replace')!r}"

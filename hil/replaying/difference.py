@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, fields, is_dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, get_type_hints
 
 from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import HilError
 from firmware_protocol.events import Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from firmware_protocol.signing import may_carry_key
+from firmware_protocol.wire import Wire
 from hil.mcaplog.records import EventRecord, UnsentBytes, WireBytes
 
 if TYPE_CHECKING:
@@ -17,6 +19,22 @@ if TYPE_CHECKING:
 
 LONGEST: Final = 300
 """Letters that are said of one value."""
+TOPICS: Final = {
+    "/bridge/open": "how the link was opened",
+    "/bridge/session": "a session number, drawn by chance",
+    "/bridge/step": "a step of the program: when it took place, and what it took in",
+    "/wire/tx": "what the program sends to the robot",
+    "/wire/unsent": "what the program could not send to the robot",
+    "/wire/rx": "what the robot sends",
+    "/events": "what the program says has happened",
+    "/pal/decision": "what the learner asks for next, and why",
+    "/pal/trial": "how a maneuver was rated",
+    "/pal/credit": "what the learner credits to which trials",
+    "/pal/generation": "a step of the genetic programming",
+    "/pal/checkpoint": "the learner's whole state",
+    "/pal/advice": "what was learnt",
+}
+"""What an entry of a topic is."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +50,8 @@ class Difference:
         now: What is decided now.
         before: The decisions before, the last one last.
         received: What the robot has said since the last of these.
+        values: What that field was when it was recorded, and is now; empty without a field.
+        meaning: What that field is, and its unit; empty where that is not known.
     """
 
     step: int
@@ -42,13 +62,31 @@ class Difference:
     now: str
     before: tuple[str, ...] = ()
     received: tuple[str, ...] = ()
+    values: tuple[str, str] = ("", "")
+    meaning: str = ""
 
-    def __str__(self) -> str:
-        where = f"step {self.step} at {self.time:.6f} s, {self.topic}{f', field {self.field}' if self.field else ''}"
-        lines = [f"first difference: {where}", f"  recorded: {self.recorded}", f"  now:      {self.now}"]
-        lines += ["  decisions before:", *(f"    {text}" for text in self.before or ["none"])]
+    @property
+    def head(self) -> str:
+        """Where it is, in half a line."""
+        return f"step {self.step} at {self.time:.6f} s, {self.topic}{f', field {self.field}' if self.field else ''}"
+
+    @property
+    def body(self) -> str:
+        """Everything but where it is, in lines."""
+        lines = [f"  {self.topic} is {TOPICS[self.topic]}"] if self.topic in TOPICS else []
+        if self.meaning:
+            lines.append(f"  {self.field.rpartition(': ')[2]} is: {self.meaning}")
+        if any(self.values):
+            lines += [f"  recorded: {self.values[0]}", f"  now:      {self.values[1]}", "  in"]
+            lines += [f"    recorded: {self.recorded}", f"    now:      {self.now}"]
+        else:
+            lines += [f"  recorded: {self.recorded}", f"  now:      {self.now}"]
+        lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before or ["none"])]
         lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
         return "\n".join(lines)
+
+    def __str__(self) -> str:
+        return f"first difference: {self.head}\n{self.body}"
 
     def to_dict(self) -> dict[str, object]:
         """As plain values."""
@@ -67,8 +105,22 @@ class ReplayDiverged(HilError):  # noqa: N818 - it is what has happened, and no 
         self.difference = difference
 
 
-def first_field(recorded: Any, now: Any, wire: str) -> str:  # noqa: ANN401 - whatever a log holds
-    """The first field in which two entries of one kind differ, by name; empty where that can't be told.
+class FieldDifference(NamedTuple):
+    """The first field in which two entries of one kind differ.
+
+    Attributes:
+        name: Its name, as in `Difference.field`; empty where that can't be told.
+        values: What it was when it was recorded, and is now, in words.
+        meaning: What it is, and its unit.
+    """
+
+    name: str = ""
+    values: tuple[str, str] = ("", "")
+    meaning: str = ""
+
+
+def first_field(recorded: Any, now: Any, wire: str) -> FieldDifference:  # noqa: ANN401 - whatever a log holds
+    """The first field in which two entries of one kind differ.
 
     Args:
         recorded: What an entry says.
@@ -76,16 +128,16 @@ def first_field(recorded: Any, now: Any, wire: str) -> str:  # noqa: ANN401 - wh
         wire: What the link carries.
     """
     if type(recorded) is not type(now) or not is_dataclass(recorded):
-        return ""
-    if isinstance(recorded, WireBytes | UnsentBytes):
+        return FieldDifference()
+    if isinstance(recorded, WireBytes | UnsentBytes) and recorded.data != now.data:
         return _first_in_frames(messages_in(recorded.data, wire), messages_in(now.data, wire))
-    for each in fields(recorded):
-        one, other = getattr(recorded, each.name), getattr(now, each.name)
+    for name in _names(recorded):
+        one, other = getattr(recorded, name), getattr(now, name)
         if not same(one, other):
-            if isinstance(recorded, EventRecord) and each.name == "fields":
-                return f"fields: {_first_key(one, other)}"
-            return each.name
-    return ""
+            if isinstance(recorded, EventRecord) and name == "fields":
+                return _first_key(one, other)
+            return FieldDifference(name, _shown(one, other), _meaning(type(recorded), name))
+    return FieldDifference()
 
 
 def same(one: object, other: object) -> bool:
@@ -100,6 +152,17 @@ def same(one: object, other: object) -> bool:
     return one == other or (one != one and other != other)  # noqa: PLR0124 - only a NaN differs from itself
 
 
+def parting(one: Sequence[object], other: Sequence[object]) -> int:
+    """Where two texts, or two files' bytes, part.
+
+    Args:
+        one: The one.
+        other: The other.
+    """
+    unlike = (at for at, (this, that) in enumerate(zip(one, other, strict=False)) if this != that)
+    return next(unlike, min(len(one), len(other)))
+
+
 def messages_in(data: bytes, wire: str) -> list[object]:
     """The messages that wire bytes hold.
 
@@ -111,50 +174,100 @@ def messages_in(data: bytes, wire: str) -> list[object]:
     return [item.message for item in found if isinstance(item, Received)]
 
 
-def in_words(topic: str, value: Any, wire: str) -> str:  # noqa: ANN401 - whatever a log holds
+def in_words(topic: str, value: Any, wire: str, *, raw: bool = True) -> str:  # noqa: ANN401 - whatever a log holds
     """An entry for people, in a line.
 
     Args:
         topic: Its topic.
         value: What it says; None where nobody can tell.
         wire: What the link carries.
+        raw: Bytes are shown too, beside the messages that they hold.
     """
     match value:
         case WireBytes() | UnsentBytes():
-            messages = ", ".join(map(str, messages_in(value.data, wire)))
+            secret = may_carry_key(value.data)  # a log has zeros there; a program has not
+            messages = ", ".join(type(one).__name__ if secret else str(one) for one in messages_in(value.data, wire))
             took = "" if isinstance(value, WireBytes) else f" (not taken: {value.error})"
-            text = f"{messages or 'no message'}{took} [{value.data.hex()}]"
+            also = f" [{value.data.hex()}]" if not secret and (raw or not messages) else ""
+            text = f"{messages or 'no message'}{took}{also}"
         case EventRecord():
             text = f"{value.kind}: {value.text} {value.fields if value.fields != '{}' else ''}"
         case _:
             text = str(value)
+    return f"{topic} {_short(text)}"
+
+
+def _short(text: str) -> str:
     text = " ".join(text.split())
-    return f"{topic} {text if len(text) <= LONGEST else text[: LONGEST - 1] + '…'}"
+    return text if len(text) <= LONGEST else text[: LONGEST - 1] + "…"
 
 
-def _first_in_frames(recorded: Sequence[object], now: Sequence[object]) -> str:
+def _shown(recorded: object, now: object) -> tuple[str, str]:
+    """Two values, in words that differ: of two long texts, from where they part."""
+    one, other = str(recorded), str(now)
+    if len(one) <= LONGEST and len(other) <= LONGEST:
+        return _short(one), _short(other)
+    begin = max(0, parting(one, other) - LONGEST // 3)
+    before = "…" if begin else ""
+    return f"{before}{_short(one[begin:])}", f"{before}{_short(other[begin:])}"
+
+
+def _definition(kind: type, name: str) -> Wire | str:
+    """What a record or message says of a field of its own."""
+    told = getattr(get_type_hints(kind, include_extras=True).get(name), "__metadata__", ("",))[0]
+    return told if isinstance(told, Wire) else str(told)
+
+
+def _meaning(kind: type, name: str) -> str:
+    """What a field of a record or message is, and its unit, as its definition has it."""
+    told = _definition(kind, name)
+    if isinstance(told, Wire):
+        return f"{told.text}, in {told.unit}" if told.unit else told.text
+    return told
+
+
+def _named(kind: type, name: str, value: object) -> object:
+    """The value of a message's field, with the names of what it enumerates."""
+    told = _definition(kind, name)
+    if not isinstance(told, Wire):
+        return value
+    if told.secret:
+        return "not shown: it is secret"
+    if told.enum is None:
+        return value
+    if isinstance(value, tuple):
+        return " ".join(str(_named(kind, name, each)) for each in value)
+    return next((member.name for member in told.enum if member.value == value), value)
+
+
+def _first_in_frames(recorded: Sequence[object], now: Sequence[object]) -> FieldDifference:
     for one, other in zip(recorded, now, strict=False):
         if type(one) is not type(other):
-            return f"data: {type(one).__name__} or {type(other).__name__}"
+            names = type(one).__name__, type(other).__name__
+            return FieldDifference(f"data: {names[0]} or {names[1]}", names)
         for name in _names(one):
-            if not same(getattr(one, name), getattr(other, name)):
-                return f"data: {type(one).__name__}.{name}"
-    return "data" if len(recorded) == len(now) else f"data: {len(recorded)} messages or {len(now)}"
+            values = getattr(one, name), getattr(other, name)
+            if not same(*values):
+                shown = _shown(*(_named(type(one), name, value) for value in values))
+                return FieldDifference(f"data: {type(one).__name__}.{name}", shown, _meaning(type(one), name))
+    if len(recorded) == len(now):
+        return FieldDifference("data")
+    return FieldDifference(f"data: {len(recorded)} messages or {len(now)}")
 
 
 def _names(message: object) -> Iterable[str]:
     return [each.name for each in fields(message)] if is_dataclass(message) else []
 
 
-def _first_key(recorded: str, now: str) -> str:
+def _first_key(recorded: str, now: str) -> FieldDifference:
     """The first key in which two JSON objects differ."""
     try:
         one, other = json.loads(recorded), json.loads(now)
-    except ValueError:
-        return ""
-    if not isinstance(one, dict) or not isinstance(other, dict):
-        return ""
-    for key in sorted({*one, *other}):
-        if one.get(key) != other.get(key):
-            return f"{key}"
-    return ""
+    except (ValueError, RecursionError):
+        one = other = None
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in sorted({*one, *other}):
+            values = one.get(key, "not there"), other.get(key, "not there")
+            if values[0] != values[1]:
+                return FieldDifference(f"fields: {key}", _shown(*values))
+    return FieldDifference("fields: ", _shown(recorded, now))

@@ -69,17 +69,18 @@ class ReplayReport:
         return self.difference is None
 
     def __str__(self) -> str:
-        what = "entries" if self.strict else "decisions and steps"
-        done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s: {self.compared} {what} compared"
-        lines = [f"{self.path}: {'the same' if self.same else 'NOT THE SAME'}. {done}"]
+        what = f"{self.compared} {'entries' if self.strict else 'decisions and steps'}"
+        done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s"
+        others = [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
+        if self.difference is not None:
+            head = f"{self.path}: NOT THE SAME: {self.difference.head}"
+            return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body])
+        lines = [f"{self.path}: the same. {done}: {what} compared"]
         if self.cut_off:
             lines.append("The log was cut off; it was replayed to its end.")
         if self.ended:
             lines.append(f"The run ended as it did when it was recorded: {self.ended}")
-        lines += [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
-        if self.difference is not None:
-            lines.append(str(self.difference))
-        return "\n".join(lines)
+        return "\n".join([*lines, *others])
 
     def to_dict(self) -> dict[str, object]:
         """As plain values."""
@@ -143,7 +144,7 @@ def replay(
         duration=0.0 if tape.span is None else tape.span[1] - tape.span[0],
         difference=comparison.difference,
         ended=ended,
-        cut_off=tape.cut_off,
+        cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
     )
 
@@ -168,6 +169,10 @@ def _perform(job: Job, stage: ReplayStage, comparison: Comparison, tape: Tape) -
             comparison.run_on(str(error))
     except ReplayDiverged as error:
         comparison.difference = error.difference
+    if comparison.difference is not None:
+        tape.read_rest()
+        if tape.gaps:
+            raise ReplayError(f"{tape.path} is not complete, and can't be replayed: {tape.gaps}")
     return "" if comparison.difference is not None else ended
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
-from hil.mcaplog.records import BridgeOpening, BridgeStep, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.operator import INTERRUPT
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ STEP: Final = "/bridge/step"
 RX: Final = "/wire/rx"
 TX: Final = "/wire/tx"
 UNSENT: Final = "/wire/unsent"
+EVENTS: Final = "/events"
+RECORDER: Final = "recorder"
+"""Kind of the event that tells of entries that the recorder has lost."""
 _KINDS: Final[dict[str, type]] = {
     OPEN: BridgeOpening, SESSION: SessionDrawn, STEP: BridgeStep, RX: WireBytes, TX: WireBytes, UNSENT: UnsentBytes,
 }  # fmt: skip
@@ -86,11 +89,13 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
-        kept: Topics that it has kept, as patterns, where it was slimmed; else None.
+        kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
+        files: Its attachments, by name.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
         ended: It has been read to its end.
         interrupted: A step has been handed out by which the run was interrupted.
+        gaps: What the recorder could not write, in words; empty where it wrote everything, as far as the log has been read.
         on_read: Is told what share of the log has been read, 0..1, now and then; None: nobody.
 
     Raises:
@@ -116,6 +121,7 @@ class Tape:
         self._networks: dict[str, _Network] = {}
         self.ended = False
         self.interrupted = False
+        self.gaps = ""
         self.on_read: Callable[[float], object] | None = None
 
     @property
@@ -247,6 +253,8 @@ class Tape:
         self.span = (at, at) if self.span is None else (min(at, self.span[0]), max(at, self.span[1]))
         if self._compared:
             self._entries.append(entry)
+        if entry.topic == EVENTS:
+            self._hear(self.decoded(entry))
         kind = _KINDS.get(entry.topic)
         if kind is not None:
             found = self.decoded(entry)
@@ -254,6 +262,16 @@ class Tape:
                 raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s is not as this version writes them")
             self._take(entry.topic, found)
         return True
+
+    def _hear(self, event: object) -> None:
+        """Take note of what the recorder could not write."""
+        if isinstance(event, EventRecord) and event.kind == RECORDER:
+            self.gaps = event.text
+
+    def read_rest(self) -> None:
+        """Read on to the end, for `gaps` and for where the log ends."""
+        while self._read_on():
+            self._entries.clear()
 
     def _take(self, topic: str, found: Any) -> None:  # noqa: ANN401 - one of `_KINDS`
         network = self._of(found.link if topic in {RX, TX, UNSENT} else found.network)

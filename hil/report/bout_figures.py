@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from firmware_protocol.messages import BoutOutcome
 from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, bare, figure, whole_numbers
-from hil.scene import junior_outline, opponent_outline, placed, ring_size
+from hil.scene import junior_outline, opponent_outline, ring_size
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -103,7 +103,7 @@ def _draw_bout(axes: Axes, bout: BoutPath) -> None:
         (bout.junior, junior_outline(), BLUE),
     ):
         if len(outline):
-            start, end = placed(outline, *path[0]), placed(outline, *path[-1])
+            start, end = _placed(outline, *path[0]), _placed(outline, *path[-1])
             axes.add_patch(Polygon(start, facecolor="none", edgecolor=color, linewidth=1.0, linestyle=(0, (2, 1.5)), zorder=2))
             axes.add_patch(Polygon(end, facecolor=to_rgba(color, 0.25), edgecolor=color, linewidth=1.2, zorder=2))
         axes.plot(path[:, 0], path[:, 1], color=color, linewidth=1.6, zorder=3, solid_capstyle="round")
@@ -163,3 +163,21 @@ def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
     panels[-1].set_xlabel("Time to win (s)")
     panels[-1].set_xlim(0, None)
     return drawn
+
+
+def _placed(outline: tuple[tuple[float, float], ...], x: float, y: float, heading: float) -> NDArray[np.float64]:
+    """An outline in the arena.
+
+    Args:
+        outline: Corners in the body's frame, in m.
+        x: Position of the body, in m.
+        y: Likewise.
+        heading: Of the body, in rad, counter-clockwise.
+
+    Returns:
+        Corners in the arena's frame, in m; shape (n, 2).
+    """
+    cos, sin = np.cos(heading), np.sin(heading)
+    corners: NDArray[np.float64] = np.asarray(outline, dtype=np.float64).reshape(-1, 2) @ np.array([[cos, sin], [-sin, cos]])
+    corners += np.array([x, y])
+    return corners

@@ -22,6 +22,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire import Message
+from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
 
 SERIES: Final = "series"
 """Kind of the event that begins a series of bouts."""
-SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints"})
+SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints", *PLOTS})
 """Topics that tell a report nothing it does not know otherwise."""
 SENSORS: Final = "/junior/sensors"
 UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})

@@ -210,7 +210,7 @@ def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
 def test_a_key_without_a_link_is_told(pytester: pytest.Pytester) -> None:
     run = pytester.runpytest_inprocess(*STRICT, "--hil-signing-key", "our.key")
     assert run.ret == pytest.ExitCode.USAGE_ERROR
-    run.stderr.fnmatch_lines(["*--hil-signing-key is the key of the robot at --hil-link URL: give that too*"])
+    run.stderr.fnmatch_lines(["*--hil-signing-key is the key of the robot at --hil-link URL, or of the logs*"])
 
 
 def test_without_pseudo_terminals_it_skips(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:

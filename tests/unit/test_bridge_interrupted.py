@@ -35,7 +35,7 @@ def test_beginning_anew_ends_what_was_open_and_leaves_a_robot_disarmed_in_a_new_
             bridge.step(0.1)
         under_way = peer.perform(QUICK)
         bridge.begin_anew("this program was stopped")
-        assert not under_way.done  # it acts with the next step
+        assert not bool(under_way.done)  # it acts with the next step
         heard = len(robot.heard)
         events = bridge.step(0.0)
         assert under_way.done

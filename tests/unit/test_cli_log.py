@@ -113,7 +113,7 @@ def test_what_is_no_log_is_told_in_words(tmp_path: Path, verb: str, capsys: pyte
     assert "there is no log" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("verb", ["info", "check", "recover", "slim"])
+@pytest.mark.parametrize("verb", ["info", "check", "recover", "slim", "csv", "diff"])
 def test_every_verb_has_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["log", verb, "--help"]) == 0
     assert f"Example: hil log {verb}" in capsys.readouterr().out

@@ -307,8 +307,8 @@ def test_a_full_disk_is_told_once_and_then_the_log_is_silent() -> None:
 
 def test_a_disk_that_fills_up_is_told_once_and_then_the_log_is_silent(tmp_path: Path) -> None:
     writer = write(tmp_path / "log.mcap", 5)
-    writer._file.close()
-    writer._file = FullDisk()  # type: ignore[assignment]
+    writer._output.file.close()
+    writer._output.file = FullDisk()  # type: ignore[assignment]
     with pytest.raises(LogError, match="No space left"):
         writer.flush()
     writer.write(1, 100.0, b"x")

@@ -20,9 +20,9 @@ def test_what_is_asked_for_is_taken_in_once_and_in_order() -> None:
     operator.ask("key w", "robot 2")
     operator.ask(SUSPEND)
     operator.ask("key x")
-    assert operator.waiting
+    assert bool(operator.waiting)
     assert operator.take() == (Input("key w", "robot 2"), Input(SUSPEND), Input("key x"))
-    assert not operator.waiting
+    assert not bool(operator.waiting)
     assert operator.take() == ()
 
 
@@ -76,11 +76,11 @@ def test_every_open_bridge_is_woken() -> None:
     assert woken == ["first", "second"]
     operator.detach(first)
     operator.detach(first)
-    assert operator.serving
+    assert bool(operator.serving)
     operator.ask("key w")
     assert woken == ["first", "second", "second"]
     operator.detach(second)
-    assert not operator.serving
+    assert not bool(operator.serving)
     operator.ask("key w")
     assert woken == ["first", "second", "second"]
 
@@ -115,10 +115,12 @@ def test_a_program_that_was_interrupted_between_two_steps_says_so_and_one_interr
 
 def test_nothing_is_lost_that_other_threads_ask_for() -> None:
     operator = Operator()
-    threads = [
-        threading.Thread(target=lambda name=name: [operator.ask(f"key {name}", str(number)) for number in range(500)])
-        for name in "abcd"
-    ]
+
+    def press(key: str) -> None:
+        for number in range(500):
+            operator.ask(f"key {key}", str(number))
+
+    threads = [threading.Thread(target=press, args=(key,)) for key in "abcd"]
     for thread in threads:
         thread.start()
     taken: list[Input] = []

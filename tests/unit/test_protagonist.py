@@ -43,7 +43,7 @@ def test_a_log_of_three_is_drawn_and_reported_for_the_one_that_was_taken_first(t
     one = [entry for entry in entries if entry.sender and entry.sender[0] == 1]
     assert len(data.sensors.times) == len(one)
     assert data.sensors.times[-1] <= expected + 0.05  # leaving waits until they say that they are disarmed
-    joints = [entry.time for entry in LogReader(path).entries(["/junior/joints"])]
+    joints = [entry.time for entry in LogReader(path).entries(["/junior/plot/eyes"])]
     assert len(joints) <= 10 * expected + 2
     poses = [entry.time for entry in LogReader(path).entries(["/tf"])]
     assert len(poses) <= 10 * expected + 2

@@ -5,19 +5,32 @@ from __future__ import annotations
 import json
 import struct
 from collections import Counter
-from math import sqrt
+from dataclasses import replace
+from math import isnan, sqrt
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from report_logs import FRAME, FullDisk, Wire, coaching_log, open_recorder
 
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
 from hil.mcaplog import LogError, LogReader, differences
-from hil.mcaplog.records import BridgeStep, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.joints import PLOTS
+from hil.mcaplog.records import (
+    BridgeOpening,
+    BridgeStep,
+    EventRecord,
+    RejectedInput,
+    SessionDrawn,
+    StepRecord,
+    TrialRecord,
+    UnsentBytes,
+    WireBytes,
+)
 from hil.mcaplog.writer import LogWriter
 from hil.operator import Input
-from hil.taps import Circumstances
+from hil.taps import NOTHING, Circumstances, Opening
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -55,6 +68,52 @@ def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
     received, sent = LogReader(path).entries(["/junior/sensors", "/junior/wheels"])
     assert (received.value, received.sender, received.frame, received.time) == (SENSORS, (3, 1), 200, 0.99)
     assert (sent.value, sent.sender, sent.frame, sent.time) == (wheels, (255, 190), None, 1.5)
+
+
+def test_each_of_several_networks_has_its_name_in_one_log(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        taps = [recorder.of_network(name) for name in ("a", "b")]
+        for number, tap in enumerate(taps):
+            tap.opened(Opening("ab"[number], f"{'ab'[number]}:1", "mavlink", lockstep=False, clock=0.5 + number))
+            tap.session_drawn(7 + number)
+        for number, tap in enumerate(taps):
+            tap.step(2.0 + number, [(1.5, b"ab")], NOTHING)
+            tap.wire_rx(1.5, b"ab")
+            tap.wire_tx(2.0, b"cd")
+        taps[1].step(4.0, [], Circumstances(back="b:2"))
+        taps[1].unsent(4.0, b"ef", LinkTimeoutError("b:2", "busy"))
+        taps[0].of_network("c").session_drawn(9)
+        recorder.note("link", "told")
+    opening = [BridgeOpening(name, f"{name}:1", "mavlink", lockstep=False, clock=clock, signing_time=0)
+               for name, clock in (("a", 0.5), ("b", 1.5))]  # fmt: skip
+    assert values(path, "/bridge/open") == opening
+    assert values(path, "/bridge/session") == [SessionDrawn("a", 7), SessionDrawn("b", 8), SessionDrawn("c", 9)]
+    assert values(path, "/bridge/step") == [
+        BridgeStep(2.0, (1.5,), (2,), network="a"),
+        BridgeStep(3.0, (1.5,), (2,), network="b"),
+        BridgeStep(4.0, (), (), network="b", back="b:2"),
+    ]
+    assert [(wire.direction, wire.link) for wire in values(path, "/wire/rx", "/wire/tx")] == [
+        ("rx", "a"), ("tx", "a"), ("rx", "b"), ("tx", "b")
+    ]  # fmt: skip
+    assert values(path, "/wire/unsent") == [UnsentBytes("b", b"ef", timeout=True, error="busy")]
+    (told,) = LogReader(path).entries(["/events"])
+    assert told.time == 4.0
+
+
+@pytest.mark.parametrize(("error", "timeout"), [(LinkTimeoutError, True), (LinkClosedError, False)])
+def test_bytes_that_were_not_taken_are_not_recorded_as_sent(
+    tmp_path: Path,
+    error: type[LinkError],
+    timeout: bool,  # noqa: FBT001 - as of the record
+) -> None:
+    path = tmp_path / "log.mcap"
+    with open_recorder(path) as recorder:
+        recorder.step(1.0, [])
+        recorder.unsent(1.0, b"xyz", error("memory:", "nobody reads"))
+    assert values(path, "/wire/unsent") == [UnsentBytes("memory:", b"xyz", timeout=timeout, error="nobody reads")]
+    assert values(path, "/wire/tx") == []
 
 
 def test_what_happens_to_the_link_is_told(tmp_path: Path) -> None:
@@ -105,12 +164,31 @@ def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with open_recorder(path) as recorder:
         for index in range(11):
-            sensors = JuniorSensors(0.5, (0.25, -0.5), (index, 2), (3, 4), 7.4, 3)
-            recorder.received(Received(sensors, 1, 1, index, index * 0.02, FRAME))
-    data = values(path, "/junior/joints")
-    assert len(data) == 3  # ten a second
-    assert data[0][:4] == b"\0\1\0\0"
-    body, at = data[1][4:], 0
+            time = index * 0.02
+            sensors = JuniorSensors(time + 0.5, (0.25 + time, -0.5), (index, 2), (3, 4), 7.5, 3)
+            recorder.received(Received(sensors, 1, 1, index, time, FRAME))
+        recorder.received(Received(replace(sensors, time=0.0), 1, 1, 12, 0.5, FRAME))  # restarted
+    assert [len(values(path, topic)) for topic in PLOTS] == [4, 4, 4, 1]  # ten a second, the battery once
+    for topic, state in (
+        ("/junior/plot/eyes", (["eye_left", "eye_right"], [5.0, 2.0], [])),
+        ("/junior/plot/floor", (["floor_left", "floor_right"], [3.0, 4.0], [])),
+        ("/junior/plot/wheels", (["wheel_left", "wheel_right"], [0.35, -0.5], [1.0, 0.0])),
+    ):
+        seconds, names, positions, velocities = joint_state(values(path, topic)[1])
+        assert names == state[0]
+        assert seconds == pytest.approx(0.1)
+        assert positions == pytest.approx(state[1])
+        assert velocities == pytest.approx(state[2])
+    assert joint_state(values(path, "/junior/plot/battery")[0]) == (0.0, ["battery"], [7.5], [])
+    for number in (0, 3):  # nothing before it, or what was before was another life
+        velocities = joint_state(values(path, "/junior/plot/wheels")[number])[3]
+        assert [isnan(speed) for speed in velocities] == [True, True]
+
+
+def joint_state(data: bytes) -> tuple[float, list[str], list[float], list[float]]:
+    """A joint state taken apart by what the standard says of its layout: time in s, names, positions, velocities."""
+    assert data[:4] == b"\0\1\0\0"
+    body, at = data[4:], 0
 
     def take(layout: str) -> Any:  # noqa: ANN401 - whatever comes next
         nonlocal at
@@ -125,12 +203,12 @@ def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
         at += length
         return str(body[at - length : at - 1], "ascii")
 
-    assert (take("i"), take("I"), text()) == (0, 100_000_000, "")
-    assert [text() for _ in range(take("I"))] == [
-        "eye_left", "eye_right", "floor_left", "floor_right", "wheel_left", "wheel_right",
-    ]  # fmt: skip
-    assert [take("d") for _ in range(take("I"))] == [5.0, 2.0, 3.0, 4.0, 0.25, -0.5]
-    assert (take("I"), take("I"), len(body)) == (0, 0, at)
+    seconds = take("i") + take("I") / 1e9
+    assert text() == ""
+    names = [text() for _ in range(take("I"))]
+    positions, velocities, efforts = ([take("d") for _ in range(take("I"))] for _ in range(3))
+    assert (efforts, len(body)) == ([], at)
+    return seconds, names, positions, velocities
 
 
 def test_an_opponent_that_nobody_knows_is_not_drawn(tmp_path: Path) -> None:
@@ -191,8 +269,8 @@ def test_after_a_full_disk_the_robot_can_still_be_spoken_to(tmp_path: Path) -> N
     wire.up(SENSORS)
     writer = recorder._writer
     assert isinstance(writer, LogWriter)
-    writer._file.close()
-    writer._file = FullDisk()  # type: ignore[assignment]
+    writer._output.file.close()
+    writer._output.file = FullDisk()  # type: ignore[assignment]
     wire.now = 10.0
     with pytest.raises(LogError, match="No space left"):
         wire.up(SENSORS)

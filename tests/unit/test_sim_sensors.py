@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import pytest
 
-from simdevice.arena import Dummy, Ring
+from simdevice.arena import Dummy
 from simdevice.junior import JuniorProfile
 from simdevice.opponents import OPPONENTS
 from simdevice.outline import NOTHING
+from simdevice.ring import Ring
 from simdevice.sumo import Robot, Stream, stream
 
 QUIET = JuniorProfile(eye_noise=0.0, floor_noise=0.0)

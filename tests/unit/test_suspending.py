@@ -186,6 +186,23 @@ def test_a_program_that_does_not_step_is_stopped_without_a_word_to_the_robots(ri
     assert (rig.dumb.told, rig.dumb.begun) == (0, [CAUSE])
 
 
+def test_one_that_is_stuck_after_a_step_has_taken_the_signal_in_is_stopped_once(rig: Rig) -> None:
+    def stuck() -> None:
+        if "stopped" not in rig.log:
+            signal.raise_signal(signal.SIGALRM)
+
+    rig.during = stuck
+    with rig.suspension:
+        signal.raise_signal(signal.SIGTSTP)
+        rig.step(0.05)
+        assert rig.log.count("stopped") == 1
+        assert (rig.dumb.told, rig.dumb.begun) == (1, [CAUSE])  # as a log has it, in which the signal is
+        rig.step(0.05)
+        signal.raise_signal(signal.SIGTSTP)
+        rig.step(0.05)
+    assert rig.log.count("stopped") == 2
+
+
 @pytest.mark.parametrize(("gap", "begun"), [(GAP - 0.1, []), (GAP + 0.1, [CAUSE])])
 def test_one_that_was_stopped_by_others_for_long_begins_anew(rig: Rig, gap: float, begun: list[str]) -> None:
     with rig.suspension:

@@ -45,7 +45,7 @@ RULES: Final[dict[str, str]] = {
     "entries": "every entry is what its schema says",
 }
 OURS: Final[dict[str, str]] = {
-    "our index": "the summary has statistics, all schemas and channels, and indexes of all chunks, attachments and metadata",
+    "our index": "the summary has statistics, schemas, channels, indexes of attachments, metadata, and, unless slim, of chunks",
     "our metadata": "the first metadata record is `run`, and there is one `config`",
     "our sizes": "the metadata record `sizes`, where there is one, has the bytes of each topic",
     "our numbers": "the sequence numbers of a channel go up, where it has any",

@@ -1,0 +1,130 @@
+"""`hil log csv` and `hil log diff`: what a log holds as tables, and what differs between two."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from hil.cli import common
+from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OverwriteOption, find
+from hil.mcaplog.compare import LogComparison, TopicComparison, compare_logs
+from hil.mcaplog.flattening import write_tables
+from hil.mcaplog.limits import lifted
+from hil.outputs import OutputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+TopicOption = Annotated[
+    list[str] | None, typer.Option("--topic", metavar="TOPIC", help="Only this topic; may be given several times.")
+]
+MOST_METADATA = 20
+
+
+def csv(
+    log: LogArgument = None,
+    *,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FOLDER", help="Where the tables go; made if need be.")],
+    topic: TopicOption = None,
+    overwrite: OverwriteOption = False,
+    max_chunk: MaxChunkOption = None,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+) -> None:
+    """Write a table of each topic: a line an entry, a column a field.
+
+    Example: hil log csv runs/20261128-130501-coach-flat-light --topic /junior/sensors -o tables
+    """
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    found = find(log, console, quiet=quiet)
+    if out.exists() and not out.is_dir():
+        raise OutputError(f"cannot write tables to {out}: it is no folder")
+    written = write_tables(found, out, topic, lifted(max_chunk), overwrite=overwrite)
+    if as_json:
+        common.print_json([{"table": str(path), "entries": count} for path, count in written.items()])
+        return
+    for path, count in written.items():
+        typer.echo(str(path)) if quiet else console.print(f"{path}: {count:,} entries")
+
+
+def diff(
+    first: Annotated[Path, typer.Argument(metavar="A", help="A run's folder or a log (.mcap).")],
+    second: Annotated[Path, typer.Argument(metavar="B", help="Another.")],
+    *,
+    topic: TopicOption = None,
+    max_chunk: MaxChunkOption = None,
+    as_json: common.JsonOption = False,
+    quiet: common.QuietOption = False,
+) -> int:
+    """Tell what differs between two logs, by topic and field: 1 where anything does.
+
+    Example: hil log diff before.mcap after.mcap
+    """
+    console = common.consoles(as_json=as_json, quiet=quiet)
+    one, two = find(first, console, quiet=True), find(second, console, quiet=True)
+    found = compare_logs(one, two, topic, limits=lifted(max_chunk))
+    if as_json:
+        common.print_json({"first": str(one), "second": str(two), "same": found.same, **asdict(found)})
+    elif not quiet:
+        print_comparison(found, console)
+    return common.EXIT_DONE if found.same else common.EXIT_FELL_SHORT
+
+
+def print_comparison(found: LogComparison, console: Console) -> None:
+    """Print how two logs compare.
+
+    Args:
+        found: How they do.
+        console: Where to.
+    """
+    for name, health in zip("AB", found.health, strict=True):
+        if not health.startswith("whole"):
+            console.print(f"{name} is {health}")
+    differing = [topic for topic in found.topics if topic.difference]
+    if found.same:
+        entries = sum(topic.first for topic in found.topics)
+        console.print(f"No difference in {entries:,} entries of {len(found.topics)} topics")
+    if differing:
+        console.print(_table(differing))
+        for topic in differing:
+            _explain(topic, console)
+    for name, key, a, b in found.metadata[:MOST_METADATA]:
+        console.print(f"metadata {name}, {key or 'the whole of it'}: {_value(a)} in A, {_value(b)} in B")
+    if len(found.metadata) > MOST_METADATA:
+        console.print(f"and {len(found.metadata) - MOST_METADATA} more differences in metadata")
+    for name in found.attachments:
+        console.print(f"attachment {name[:SHOWN]} differs, or only one log has it")
+
+
+def _table(differing: list[TopicComparison]) -> Table:
+    table = Table()
+    table.add_column("topic", overflow="fold")
+    for head in ("in A", "in B", "differ"):
+        table.add_column(head, justify="right")
+    table.add_column("in the fields", overflow="fold")
+    for topic in differing:
+        most = sorted(topic.fields.items(), key=lambda counted: -counted[1])
+        named = ", ".join(f"{name} ({count:,})" for name, count in most[:6]) + (", ..." if len(most) > 6 else "")
+        table.add_row(topic.topic or "(not described)", f"{topic.first:,}", f"{topic.second:,}", f"{topic.differing:,}", named)
+    return table
+
+
+def _explain(topic: TopicComparison, console: Console) -> None:
+    at = topic.difference
+    if at is not None:
+        where = f"{topic.topic or '(not described)'}, entry {at.number:,} at {at.time:.6f} s, {at.field}"
+        if topic.first and topic.second:
+            console.print(f"{where}: {_value(at.first)} in A, {_value(at.second)} in B")
+        else:
+            console.print(f"{topic.topic or '(not described)'} is in {'A' if topic.first else 'B'} only")
+
+
+def _value(value: object) -> str:
+    if value is None:
+        return "nothing"
+    text = repr(value)
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."

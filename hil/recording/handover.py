@@ -1,0 +1,224 @@
+"""What the control process hands over to the recorder's, and how it becomes the recorder's calls again.
+
+An item is a tuple: a kind, then plain values that `marshal` carries, which takes a tenth of a microsecond for one. Messages go
+as the values of their fields and not as frames: what a frame meant depends on what came before it (on CAN), and on a key.
+"""
+
+from __future__ import annotations
+
+import marshal
+from collections.abc import Callable
+from dataclasses import fields
+from operator import attrgetter, index
+from types import NoneType
+from typing import TYPE_CHECKING, Any, Final
+
+from firmware_protocol.errors import LinkError, bare_text
+from firmware_protocol.events import Received
+from firmware_protocol.messages import MESSAGES, SetupSigning
+from firmware_protocol.wire import wire_fields
+from hil.mcaplog.records import RECORDS
+from hil.operator import Input
+from hil.taps import NOTHING, Circumstances
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from firmware_protocol.wire import Message
+    from hil.recorder import Recorder
+    from hil.taps import Tap
+
+Item = tuple[Any, ...]
+"""A kind, and what belongs to it."""
+
+STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD = range(15)
+"""Kinds of items."""
+
+PIECE_SIZE: Final = 1 << 18
+"""An attachment is handed over in pieces of so many bytes at most."""
+
+Values = Callable[[object], tuple[Any, ...]]
+"""An object -> the values of its fields."""
+
+
+def _values(names: Sequence[str]) -> Values:
+    if len(names) > 1:
+        return attrgetter(*names)
+    return lambda thing: tuple(getattr(thing, name) for name in names)
+
+
+_FIELDS: Final = {kind: tuple(name for name, _ in wire_fields(kind)) for kind in MESSAGES.values() if kind is not SetupSigning}
+MESSAGE_VALUES: Final[dict[type[Message], tuple[int, Values]]] = {
+    kind: (kind.ID, _values(names)) for kind, names in _FIELDS.items()
+}
+"""By message: its id, and what takes it apart. SETUP_SIGNING, which carries a key, has no place here, and is not recorded."""
+_MESSAGES: Final = {kind.ID: (kind, names) for kind, names in _FIELDS.items()}
+RECORD_VALUES: Final[dict[type, tuple[int, Values]]] = {
+    kind: (number, _values([field.name for field in fields(kind)])) for number, kind in enumerate(RECORDS)
+}
+"""By kind of entry: its number, and what takes it apart."""
+
+
+EXACT: Final = frozenset({int, float, str, bytes, tuple, bool, NoneType})
+"""Types that `marshal` takes, what is in a tuple granted."""
+
+
+def plain(value: Any) -> Any:  # noqa: ANN401 - whatever it is worth
+    """A value as `marshal` takes it, which asks for exact types: no enumeration, none of numpy's numbers.
+
+    Args:
+        value: A value of a message's or an entry's field, or an item of them.
+    """
+    for kinds, exact in _EXACT:
+        if isinstance(value, kinds):
+            return exact(value)
+    return index(value) if hasattr(value, "__index__") else float(value)
+
+
+_EXACT: Final[tuple[tuple[Any, Callable[[Any], Any]], ...]] = (
+    ((bool, NoneType), lambda value: value),
+    (str, str.__str__),
+    (float, float),
+    ((tuple, list), lambda value: tuple(map(plain, value))),
+    ((bytes, bytearray, memoryview), bytes),
+    (dict, lambda value: {plain(key): plain(one) for key, one in value.items()}),
+)
+"""Kinds of values, the commonest first, and what makes one of the exact type."""
+
+
+def pack(content: Any) -> bytes:  # noqa: ANN401 - plain values, or nearly
+    """Items as bytes.
+
+    Args:
+        content: Items, or what else is made of plain values.
+    """
+    try:
+        return marshal.dumps(content)
+    except ValueError:  # an enumeration, a number of numpy's
+        return marshal.dumps(plain(content))
+
+
+def unpack(data: bytes) -> Any:  # noqa: ANN401 - what was packed
+    """The way back.
+
+    Args:
+        data: What `pack` made, in our own process, and a pipe of ours has brought.
+    """
+    return marshal.loads(data)  # noqa: S302 - see above
+
+
+def circumstances(met: Circumstances) -> Item:
+    """What a step has met, taken apart.
+
+    Args:
+        met: What it has met.
+    """
+    inputs = tuple((one.what, one.robot) for one in met.inputs)
+    return inputs, _error(met.lost), _error(met.ended), met.back, tuple(met.news), met.dropped
+
+
+def _error(error: LinkError | None) -> tuple[str, str] | None:
+    return None if error is None else (error.url, bare_text(error))
+
+
+def _met(item: Item) -> Circumstances:
+    inputs, lost, ended, back, news, dropped = item
+    return Circumstances(
+        inputs=tuple(Input(*one) for one in inputs),
+        lost=None if lost is None else LinkError(*lost),
+        ended=None if ended is None else LinkError(*ended),
+        back=back,
+        news=news,
+        dropped=dropped,
+    )
+
+
+class Playback:
+    """Makes the recorder's calls again of the items that are handed over.
+
+    Args:
+        recorder: Writes the log.
+        answer: Says to the control process that something has been done: `flushed`.
+
+    Attributes:
+        recorder: As given.
+    """
+
+    def __init__(self, recorder: Recorder, answer: Callable[[str], None]) -> None:
+        self.recorder = recorder
+        self._answer = answer
+        self._networks: list[Tap] = []
+        self._pieces: list[bytes] = []
+        self._calls: dict[int, Callable[..., None]] = {
+            STEP: self._step,
+            RX: recorder.wire_rx,
+            TX: recorder.wire_tx,
+            RECEIVED: self._received,
+            SENT: self._sent,
+            RECORD: self._record,
+            NOTE: self._note,
+            METADATA: recorder.metadata,
+            PIECE: self._pieces.append,
+            ATTACHMENT: self._attachment,
+            FLUSH: self._flush,
+            NETWORK: self._network,
+            OF_NETWORK: self._of_network,
+            CLOSE: recorder.close,
+            DISCARD: recorder.discard,
+        }
+
+    def take(self, items: Sequence[Item]) -> None:
+        """Make the calls of a batch.
+
+        Args:
+            items: What was handed over, in order.
+        """
+        calls = self._calls
+        for item in items:
+            calls[item[0]](*item[1:])
+
+    def _step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Item | None = None) -> None:
+        self.recorder.step(time, chunks, NOTHING if met is None else _met(met))
+
+    def _received(self, time: float, number: int, values: Item, *sender: int) -> None:
+        system, component, sequence = sender
+        self.recorder.received(Received(_message(number, values), system, component, sequence, time, b""))
+
+    def _sent(self, time: float, number: int, values: Item) -> None:
+        self.recorder.sent(time, _message(number, values))
+
+    def _record(self, topic: str, number: int, values: Item, time: float) -> None:
+        self.recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
+
+    def _note(self, kind: str, text: str, particulars: str, time: float) -> None:
+        self.recorder.now = time
+        self.recorder._noted(kind, text, particulars)  # noqa: SLF001 - `note`, once the particulars are in words
+
+    def _attachment(self, name: str, media_type: str, time: float) -> None:
+        self.recorder.now = time
+        self.recorder.attachment(name, b"".join(self._pieces), media_type=media_type)
+        self._pieces.clear()
+
+    def _flush(self) -> None:
+        self.recorder.flush()
+        self._answer("flushed")
+
+    def _network(self, name: str) -> None:
+        self._networks.append(self.recorder.of_network(name))
+
+    def _of_network(self, number: int, kind: int, *values: Any) -> None:  # noqa: ANN401 - an item's
+        network = self._networks[number]
+        if kind == STEP:
+            time, chunks, *met = values
+            network.step(time, chunks, _met(met[0]) if met else NOTHING)
+        elif kind == RX:
+            network.wire_rx(*values)
+        else:
+            network.wire_tx(*values)
+
+
+def _message(number: int, values: Item) -> Message:
+    kind, names = _MESSAGES[number]
+    message = kind.__new__(kind)
+    message.__dict__.update(zip(names, values, strict=True))  # past the frozen __setattr__, as a codec does
+    return message

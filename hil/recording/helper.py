@@ -1,0 +1,126 @@
+"""What runs in the recorder's process: the recorder itself, fed from a pipe until that ends."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from hil.mcaplog.writer import LogWriter
+from hil.outputs import Output
+from hil.recorder import FLUSH, Recorder
+from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
+from hil.recording.pipe import frame, read_frame
+
+if TYPE_CHECKING:
+    from typing import BinaryIO
+
+    from hil.recording.handover import Item
+
+SYNC_REAL_TIME: Final = 1.0
+"""Log time between two times that the disk is made to have what was written, in s; in lock-step only the end is."""
+
+
+def main() -> None:
+    """Write a log as the settings and batches say that come by the standard input; answers go to the standard output.
+
+    Where the input ends without a word, the control process is no more: the log is finished all the same.
+    """
+    for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "SIGBREAK"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
+    incoming, outgoing = sys.stdin.buffer, sys.stdout.buffer
+    settings = read_frame(incoming)
+    if settings is not None:
+        _Helper(settings, outgoing).serve(incoming)
+
+
+class _Helper:
+    """Writes one log.
+
+    Args:
+        settings: What to begin with.
+        outgoing: Where answers go.
+    """
+
+    def __init__(self, settings: dict[str, Any], outgoing: BinaryIO) -> None:
+        self._settings = settings
+        self._outgoing = outgoing
+        self._failed = False
+
+    def serve(self, incoming: BinaryIO) -> None:
+        """Write the log.
+
+        Args:
+            incoming: Where batches come from.
+        """
+        try:
+            recorder = self._open()
+        except Exception as error:  # noqa: BLE001 - whatever it is, the control process has somebody to tell it to
+            self._answer("refused", type(error).__name__, str(error))
+            return
+        self._answer("opened")
+        self._record(recorder, incoming)
+        self._answer("closed")
+
+    def _open(self) -> Recorder:
+        settings = self._settings
+        path, lockstep = Path(settings["path"]), settings["lockstep"]
+        beside = settings["beside"]
+        writer = LogWriter(
+            path,
+            run=settings["run"],
+            flush_every=FLUSH,
+            long_chunks=lockstep,
+            overwrite=settings["overwrite"],
+            on_failure=self._tell_failure,
+            sync_every=0.0 if lockstep else SYNC_REAL_TIME,
+            output=Output.taken_over(path, Path(beside) if beside else None) if settings["begun"] else None,
+        )
+        return Recorder(
+            path,
+            run=settings["run"],
+            config=settings["config"],
+            link=settings["link"],
+            lockstep=lockstep,
+            system=settings["system"],
+            component=settings["component"],
+            writer=writer,
+        )
+
+    def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
+        playback = Playback(recorder, self._answer)
+        last, taken, ended = -1, 0, False
+        while (batch := read_frame(incoming)) is not None:
+            number, first, packed = batch
+            if number != last:
+                last, taken = number, 0
+            new = packed[max(0, taken - first) :]  # what was sent before it was interrupted has been taken
+            taken = max(taken, first + len(packed))
+            for data in new:
+                items = unpack(data)
+                ended = ended or any(item[0] in {CLOSE, DISCARD} for item in items[-1:])
+                if not self._failed:
+                    self._play(playback, items)
+        if not ended:
+            recorder.close()
+
+    def _play(self, playback: Playback, items: list[Item]) -> None:
+        try:
+            playback.take(items)
+        except Exception as error:  # noqa: BLE001 - as above; what there is of the log is finished
+            path = playback.recorder.path
+            playback.recorder.close()
+            self._tell_failure(f"the log {path} cannot be written any further: {error!r}", path)
+
+    def _tell_failure(self, text: str, kept: Path | None) -> None:
+        self._failed = True
+        self._answer("failed", text, None if kept is None else str(kept))
+
+    def _answer(self, *answer: object) -> None:
+        try:
+            self._outgoing.write(frame(answer))
+            self._outgoing.flush()
+        except OSError:  # nobody listens any more
+            pass
