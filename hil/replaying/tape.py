@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.writer import CUT
 from hil.operator import INTERRUPT
 
 if TYPE_CHECKING:
@@ -32,6 +34,7 @@ _KINDS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
+_DIGITS: Final = 19
 _EVERY: Final = 1000
 """Entries between two tellings of how much has been read."""
 
@@ -115,6 +118,9 @@ class Tape:
         self.entries = 0
         self.span: tuple[float, float] | None = None
         self._compared = compared
+        cut = self.reader.metadata.get(CUT)
+        self._cut = cut is not None
+        self._most = _whole_number(cut.get("entries", "")) if cut is not None else None
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
         self._decoders: dict[int, Callable[[bytes], tuple[Any, ...]] | None] = {}
@@ -126,8 +132,8 @@ class Tape:
 
     @property
     def cut_off(self) -> bool:
-        """The log has been read to its end, and that is not where the run ended."""
-        return self.ended and (self.reader.truncated or bool(self.reader.stopped))
+        """The log has been read to its end, or to what is missing in it, and that is not where the run ended."""
+        return self.ended and (self._cut or self.reader.truncated or bool(self.reader.stopped or self.reader.damage))
 
     def first_step(self) -> None:
         """Read on to the first step.
@@ -240,8 +246,8 @@ class Tape:
 
     def _read_on(self) -> bool:
         """Read the next entry; False at the end."""
-        entry = next(self._raw, None)
-        if entry is None:
+        entry = None if self.entries == self._most else next(self._raw, None)
+        if entry is None or self.reader.damage:  # what follows a gap was said to questions that nobody knows
             self.ended = True
             for network in self._networks.values():
                 network.last.over = True
@@ -270,8 +276,9 @@ class Tape:
 
     def read_rest(self) -> None:
         """Read on to the end, for `gaps` and for where the log ends."""
-        while self._read_on():
-            self._entries.clear()
+        with suppress(ReplayError):
+            while self._read_on():
+                self._entries.clear()
 
     def _take(self, topic: str, found: Any) -> None:  # noqa: ANN401 - one of `_KINDS`
         network = self._of(found.link if topic in {RX, TX, UNSENT} else found.network)
@@ -312,6 +319,11 @@ class Tape:
         step.missing -= 1
         if not step.missing:
             network.unfilled.popleft()
+
+
+def _whole_number(text: str) -> int | None:
+    """A number of a log; None where there is none."""
+    return int(text) if text.isascii() and text.isdigit() and len(text) < _DIGITS else None
 
 
 def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
