@@ -131,7 +131,11 @@ def replay(
     if signed and signing_key is None:
         raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
     tape.first_step()
-    comparison = Comparison(tape, tape.opening(url).wire, strict=strict)
+    try:
+        wire = tape.opening(url).wire
+    except ReplayEndedError as error:
+        raise ReplayError(f"{log} is said to be of {url[:200]}, and has no such network") from error
+    comparison = Comparison(tape, wire, strict=strict)
     stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
     tape.on_read = progress
     ended = _perform(job, stage, comparison, tape)

@@ -13,6 +13,7 @@ from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.mcaplog.writer import CUT
 from hil.operator import INTERRUPT
+from hil.replaying.bounds import what_can_not_be
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -123,7 +124,6 @@ class Tape:
         self._most = _whole_number(cut.get("entries", "")) if cut is not None else None
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
-        self._decoders: dict[int, Callable[[bytes], tuple[Any, ...]] | None] = {}
         self._networks: dict[str, _Network] = {}
         self.ended = False
         self.interrupted = False
@@ -229,13 +229,7 @@ class Tape:
 
     def decoded(self, entry: RawEntry) -> Any:  # noqa: ANN401 - whatever the log holds
         """What an entry says: a record or message of this program, or what the log's own schema makes of it; else None."""
-        if entry.channel not in self._decoders:
-            try:
-                self._decoders[entry.channel] = self.reader.channels.decoder(entry.channel)
-            except ValueError:
-                self._decoders[entry.channel] = None
-        decode = self._decoders[entry.channel]
-        return None if decode is None else decode(entry.data)[0]
+        return self.reader.decoded(entry)
 
     def _of(self, network: str) -> _Network:
         return self._networks.setdefault(network, _Network())
@@ -266,6 +260,8 @@ class Tape:
             found = self.decoded(entry)
             if not isinstance(found, kind):
                 raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s is not as this version writes them")
+            if wrong := what_can_not_be(found):
+                raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s says what can't be: {wrong}")
             self._take(entry.topic, found)
         return True
 
@@ -297,8 +293,6 @@ class Tape:
                 self._fill(network, found.data)
 
     def _take_step(self, network: _Network, record: BridgeStep) -> None:
-        if len(record.chunk_times) != len(record.chunk_sizes):
-            raise ReplayError(f"{self.path}: step {self.steps} has more or fewer stamps than chunks")
         network.last.over = True
         step = network.last = Step(self.steps, record, missing=len(record.chunk_times))
         self.steps += 1

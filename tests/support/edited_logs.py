@@ -54,8 +54,10 @@ RECORDS: Final[dict[str, type]] = {
 
 def encoded(record: object) -> bytes:
     """A record as the recorder writes it."""
-    if isinstance(record, BridgeStep) and len(record.chunk_sizes) <= 1:
-        chunks = [(time, bytes(size)) for time, size in zip(record.chunk_times, record.chunk_sizes, strict=True)]
+    if isinstance(record, BridgeStep) and len(record.chunk_sizes) == len(record.chunk_times) <= 1 and not record.lost_link:
+        chunks = [
+            (time, bytes(min(max(size, 0), 1 << 20))) for time, size in zip(record.chunk_times, record.chunk_sizes, strict=True)
+        ]
         if record == BridgeStep(record.clock, record.chunk_times, record.chunk_sizes, network=record.network):
             return step_encoder(record.network)(record.clock, chunks, NOTHING)
     return compile_encoder(record_schema(type(record)))(record)
