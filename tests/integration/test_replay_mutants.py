@@ -17,7 +17,6 @@ from fastcrc.crc16 import mcrf4xx
 
 import hil
 import hil.bridge
-import hil.coaching
 from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received
 from firmware_protocol.exchange import Exchange
@@ -35,10 +34,12 @@ from firmware_protocol.peer import KEEP_ALIVE
 from hil.bridge import Bridge
 from hil.cli.app import run as run_hil
 from hil.replaying.network import ReplayClock
+from hil.seeds import generator
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
+    from firmware_protocol.events import Event
     from firmware_protocol.exchange import Retry
     from firmware_protocol.wire import Message
     from hil.replaying.difference import Difference
@@ -315,7 +316,7 @@ def test_two_random_draws_that_change_places(at: int, monkeypatch: pytest.Monkey
         drawn = -1
         kept = 0.0
 
-        def random(self, *args: Any, **options: Any) -> Any:
+        def random(self, *args: Any, **options: Any) -> Any:  # noqa: ANN401 - numpy's own
             if args or options:
                 return super().random(*args, **options)
             self.drawn += 1
@@ -324,8 +325,7 @@ def test_two_random_draws_that_change_places(at: int, monkeypatch: pytest.Monkey
                 return super().random()
             return self.kept if self.drawn == at + 1 else super().random()
 
-    generator: Callable[..., np.random.Generator] = hil.coaching.generator
-    monkeypatch.setattr(hil.coaching, "generator", lambda *args: Swapping(generator(*args).bit_generator))
+    monkeypatch.setattr("hil.coaching.generator", lambda *args: Swapping(generator(*args).bit_generator))
     found = difference(LOGS / "lockstep.mcap")
     log = kept("lockstep")
     told = log.places("/pal/credit")[at]  # when it is told of a trial, it draws whether the next is to be the best known
@@ -343,7 +343,7 @@ def test_a_step_that_is_missing(tmp_path: Path) -> None:
 def test_a_bridge_that_makes_one_step_more(monkeypatch: pytest.MonkeyPatch) -> None:
     step, made = Bridge.step, 0
 
-    def twice(bridge: Bridge, wait: float) -> Any:
+    def twice(bridge: Bridge, wait: float) -> list[Event]:
         nonlocal made
         made += 1
         if made == 50:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import signal
+from dataclasses import fields
+from itertools import pairwise
 from math import isnan, nan
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import pytest
 from edited_logs import RECORDS, RX, STEP, TX, EditedLog, encoded
@@ -16,7 +18,7 @@ from processes import Hil
 from serving import served
 
 import hil
-from firmware_protocol.errors import AddressError, HilError
+from firmware_protocol.errors import AddressError
 from hil.cli.app import run as run_hil
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.reader import LogReader
@@ -69,7 +71,7 @@ def test_a_robot_that_restarts(tmp_path: Path) -> None:
     robot = "sim://junior?seed=3&faults=brownout:4+0.5"
     assert run_hil(["coach", robot, *COACH, "--no-report", "--out", str(tmp_path / "run"), "--log", str(log)]) == 0
     times = [entry.value.time for entry in LogReader(log).entries({"/junior/sensors"})]
-    assert any(later < before - 3 for before, later in zip(times, times[1:], strict=False))  # its clock begins anew
+    assert any(later < before - 3 for before, later in pairwise(times))  # its clock begins anew
     replayed(log)
     replayed(log, strict=False)
 
@@ -128,9 +130,10 @@ def test_several_networks_in_real_time_take_no_time_again(tmp_path: Path) -> Non
 def test_another_program_is_told_at_which_step_of_which_network_it_parts(tmp_path: Path) -> None:
     log = tmp_path / "log.mcap"
     recorded(log, "sim://junior?seed=1", "sim://junior?seed=2", lockstep=True)
-    with pytest.raises(hil.ReplayDiverged) as told, hil.connect_all(f"replay://{log}") as robots:
+    with hil.connect_all(f"replay://{log}") as robots:
         robots.ask(lambda junior: junior.peer.arm())
-        for junior in robots:
+        junior = next(iter(robots))
+        with pytest.raises(hil.ReplayDiverged) as told:
             junior.perform(["B", "S"], period=0.1)
     assert told.value.difference.topic == TX
     assert "actions" in told.value.difference.field
@@ -171,25 +174,23 @@ def decision_topics() -> list[str]:
     return sorted(topic for topic in found if decides(topic))
 
 
-def altered(value: object) -> Any:  # noqa: ANN401 - of whatever type it was
-    """Another value of the same type, as near as can be."""
+def altered(value: object) -> object:
+    """Another value of the same type, as near as can be; None where there is none."""
+    other: object = None
     match value:
         case bool():
-            return not value
-        case float():
-            return 1.0 if isnan(value) else value + 1e-9
+            other = not value
+        case float() | None:
+            other = 1.0 if value is None or isnan(value) else value + 1e-9
         case int():
-            return value + 1
+            other = value + 1
         case bytes():
-            return value[:-3] + bytes((value[-3] ^ 1,)) + value[-2:]
-        case str() if value.startswith("{"):
-            return json.dumps({**json.loads(value), "more": 1})
+            other = value[:-3] + bytes((value[-3] ^ 1,)) + value[-2:]
         case str():
-            return value + "x"
-        case tuple():
-            return (*value[:-1], altered(value[-1])) if value else None
-        case _:
-            return 1.0
+            other = json.dumps({**json.loads(value), "more": 1}) if value.startswith("{") else value + "x"
+        case tuple() if value:
+            other = (*value[:-1], altered(value[-1]))
+    return other
 
 
 def cases() -> list[tuple[str, str]]:
@@ -199,7 +200,7 @@ def cases() -> list[tuple[str, str]]:
         (topic, field)
         for topic in decision_topics()
         if topic in RECORDS
-        for field in RECORDS[topic].__dataclass_fields__
+        for field in [each.name for each in fields(RECORDS[topic])]
         if (topic, field) not in left_out
     ]
 
@@ -383,9 +384,10 @@ def test_bytes_that_are_missing_are_no_traceback(lockstep: EditedLog, tmp_path: 
             entries = lockstep.entries[:place] + lockstep.entries[place + 1 :]
             log = EditedLog(entries, lockstep.metadata, lockstep.attachments).write(tmp_path / "log.mcap")
             try:
-                assert not hil.replay(log).same
+                came = str(hil.replay(log).difference)
             except ReplayError as error:
-                assert str(log) in str(error)
+                came = str(error)
+            assert came != "None"
 
 
 def test_a_log_of_an_older_version(capsys: pytest.CaptureFixture[str]) -> None:

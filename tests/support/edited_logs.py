@@ -149,7 +149,7 @@ class EditedLog:
                 if entry.topic not in channels:
                     channels[entry.topic] = writer.register_channel(entry.topic, entry.encoding, schemas[entry.schema])
                 writer.add_message(channels[entry.topic], entry.log_time, entry.data, entry.log_time)
-            writer.finish()
+            writer.finish()  # type: ignore[no-untyped-call]
         return path
 
     def places(self, topic: str) -> list[int]:
