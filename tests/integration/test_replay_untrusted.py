@@ -151,7 +151,7 @@ def test_a_replay_writes_nothing_and_opens_nothing_but_the_log(opened: list[str]
 
 
 WILD: Final[list[object]] = [
-    None, True, -1, 0, 10**30, 1.5, float("inf"), float("nan"), "", "x" * 10_000, [], {}, [[[[]]]], {"at": ELSEWHERE}, ELSEWHERE,
+    None, True, -1, 0, 10**30, 1.5, float("inf"), float("nan"), "", "x" * 10_000, [], {}, [[[[]]]], {"at": ELSEWHERE},
 ]  # fmt: skip
 
 
