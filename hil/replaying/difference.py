@@ -81,8 +81,9 @@ class Difference:
             lines += [f"    recorded: {self.recorded}", f"    now:      {self.now}"]
         else:
             lines += [f"  recorded: {self.recorded}", f"  now:      {self.now}"]
-        lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before or ["none"])]
-        lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
+        if self.before:
+            lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before)]
+            lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
         return "\n".join(lines)
 
     def __str__(self) -> str:

@@ -141,12 +141,20 @@ def replay(
         strict=strict,
         steps=comparison.steps,
         compared=comparison.compared,
-        duration=0.0 if tape.span is None else tape.span[1] - tape.span[0],
+        duration=_replayed(tape, comparison.difference),
         difference=comparison.difference,
         ended=ended,
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
     )
+
+
+def _replayed(tape: Tape, difference: Difference | None) -> float:
+    """How much log time was replayed, in s: the log may have been read further than to the difference."""
+    if tape.span is None:
+        return 0.0
+    first, last = tape.span
+    return max(0.0, (last if difference is None else difference.time) - first)
 
 
 def _perform(job: Job, stage: ReplayStage, comparison: Comparison, tape: Tape) -> str:
