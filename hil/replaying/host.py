@@ -22,6 +22,7 @@ from hil.replaying.comparison import Comparison
 from hil.replaying.difference import Difference, ReplayDiverged
 from hil.replaying.stage import ReplayStage
 from hil.replaying.tape import ReplayEndedError, ReplayError, Tape
+from hil.runs import LOG, file_of
 from hil.versions import versions
 from pal_advisor.fields import Fields
 
@@ -112,7 +113,7 @@ def replay(
     Nothing that the log names is opened, and nothing is written.
 
     Args:
-        log: The log.
+        log: The log, or the folder of a run.
         strict: Compare every entry; else decisions: what is written, what the learner does, events, the result.
         signing_key: The key of a run whose frames were signed.
         limits: What the log may unpack to.
@@ -123,9 +124,10 @@ def replay(
 
     Raises:
         LogError: The log can't be read.
+        RunError: The folder has none.
         ReplayError: It can't be replayed; the text says why.
     """
-    tape = Tape(Path(log), limits, compared=True)
+    tape = Tape(file_of(Path(log), LOG), limits, compared=True)
     job, url, faults = recorded_job(tape)
     signed = tape.config.get("signed") == "true"
     if signed and signing_key is None:

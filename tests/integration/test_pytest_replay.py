@@ -141,6 +141,23 @@ def test_the_fixture_replays(pytester: pytest.Pytester) -> None:
     run.stdout.fnmatch_lines(["there is no log tests/logs/third.mcap, seen from *"])
 
 
+def test_a_run_s_folder_will_do(pytester: pytest.Pytester, recorded: Path) -> None:
+    run = pytester.path / "runs" / "one"
+    run.mkdir(parents=True)
+    shutil.copyfile(recorded, run / "log.mcap")
+    pytester.mkdir("empty")
+    pytester.makepyfile("""
+        def test_run(hil_replay):
+            assert hil_replay("runs/one").path.name == "log.mcap"
+
+        def test_none(hil_replay):
+            hil_replay("empty")
+    """)
+    outcome = pytester.runpytest_inprocess(*STRICT)
+    outcome.assert_outcomes(passed=1, failed=1)
+    outcome.stdout.fnmatch_lines(["there is no log.mcap in empty"])
+
+
 @pytest.mark.usefixtures("logs", "another_program")
 def test_the_fixture_fails_with_the_first_difference(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_same(hil_replay): hil_replay('tests/logs/first.mcap', strict=True)")
