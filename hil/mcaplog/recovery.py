@@ -138,7 +138,7 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _F
             else:
                 copy.entry(entry, *described)
     if not copy.entries and not files.metadata and not files.attachments:
-        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health()}")
+        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health(most=1)}")
     return files
 
 
