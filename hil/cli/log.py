@@ -14,10 +14,11 @@ from hil.cli.log_tables import csv, diff
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.overview import SIZES, LogOverview, overview
+from hil.mcaplog.overview import LogOverview, overview
 from hil.mcaplog.recovery import CopiedLog, recover
 from hil.mcaplog.slimming import slim
-from hil.mcaplog.writer import RUN
+from hil.mcaplog.walking import shown
+from hil.mcaplog.writer import RUN, SIZES
 from hil.outputs import check_output
 
 if TYPE_CHECKING:
@@ -103,19 +104,19 @@ def _print(found: LogOverview, console: Console) -> None:
     long = f"{found.duration / 60:.1f} min" if found.duration >= 120 else f"{found.duration:.2f} s"
     console.print(f"{found.entries:,} entries in {long} of log time, from {found.start:.3f} s to {found.end:.3f} s")
     for time, title in found.series[:20]:
-        console.print(f"{time:10.3f} s  {title[:SHOWN]}")
+        console.print(f"{time:10.3f} s  {shown(title, SHOWN)}")
     if len(found.series) > 20 or not found.all_series:
         console.print("            and perhaps more: the events of so large a log are looked at near its ends only")
     console.print(_topics(found))
     for name, (media_type, size) in found.attachments.items():
-        console.print(f"attached: {name[:SHOWN]}, {media_type[:SHOWN] or 'of no media type'}, {size:,} bytes")
+        console.print(f"attached: {shown(name)}, {shown(media_type) or 'of no media type'}, {size:,} bytes")
     for name, values in found.metadata.items():
         if name in {RUN, CONFIG}:
             console.print(f"{name}:")
             for key, value in values.items():
-                console.print(f"  {key[:SHOWN]}: {_short(value)}")
+                console.print(f"  {shown(key)}: {_short(value)}")
         elif name != SIZES:
-            console.print(f"{name[:SHOWN]}: {len(values)} values")
+            console.print(f"{shown(name)}: {len(values)} values")
 
 
 def _topics(found: LogOverview) -> Table:
@@ -127,7 +128,7 @@ def _topics(found: LogOverview) -> Table:
     total = sum(one.size or 0 for one in found.topics) or 1
     for one in found.topics:
         rate, size = _rate(found, one.entries), one.size
-        row = [one.topic[:SHOWN] or "(not described)", f"{one.entries:,}", "" if rate is None else f"{rate:.1f}"]
+        row = [shown(one.topic, SHOWN) or "(not described)", f"{one.entries:,}", "" if rate is None else f"{rate:.1f}"]
         if sized:
             row += ["", ""] if size is None else [f"{size:,}", f"{size / total:.1%}"]
         table.add_row(*row)
@@ -136,7 +137,7 @@ def _topics(found: LogOverview) -> Table:
 
 def _short(value: str) -> str:
     line = " ".join(value.split())
-    return line if len(line) <= SHOWN else f"{line[:SHOWN]}..."
+    return shown(line, SHOWN) if len(line) <= SHOWN else f"{shown(line, SHOWN)}..."
 
 
 def check(

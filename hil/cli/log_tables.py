@@ -14,6 +14,7 @@ from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OverwriteO
 from hil.mcaplog.compare import LogComparison, TopicComparison, compare_logs
 from hil.mcaplog.flattening import write_tables
 from hil.mcaplog.limits import lifted
+from hil.mcaplog.walking import shown
 from hil.outputs import OutputError
 
 if TYPE_CHECKING:
@@ -93,11 +94,11 @@ def print_comparison(found: LogComparison, console: Console) -> None:
         for topic in differing:
             _explain(topic, console)
     for name, key, a, b in found.metadata[:MOST_METADATA]:
-        console.print(f"metadata {name}, {key or 'the whole of it'}: {_value(a)} in A, {_value(b)} in B")
+        console.print(f"metadata {shown(name)}, {shown(key) or 'the whole of it'}: {_value(a)} in A, {_value(b)} in B")
     if len(found.metadata) > MOST_METADATA:
         console.print(f"and {len(found.metadata) - MOST_METADATA} more differences in metadata")
     for name in found.attachments:
-        console.print(f"attachment {name[:SHOWN]} differs, or only one log has it")
+        console.print(f"attachment {shown(name)} differs, or only one log has it")
 
 
 def _table(differing: list[TopicComparison]) -> Table:
@@ -108,19 +109,29 @@ def _table(differing: list[TopicComparison]) -> Table:
     table.add_column("in the fields", overflow="fold")
     for topic in differing:
         most = sorted(topic.fields.items(), key=lambda counted: -counted[1])
-        named = ", ".join(f"{name} ({count:,})" for name, count in most[:6]) + (", ..." if len(most) > 6 else "")
-        table.add_row(topic.topic or "(not described)", f"{topic.first:,}", f"{topic.second:,}", f"{topic.differing:,}", named)
+        named = ", ".join(f"{shown(name)} ({count:,})" for name, count in most[:6]) + (", ..." if len(most) > 6 else "")
+        table.add_row(
+            _name(topic),
+            f"{topic.first:,}",
+            f"{topic.second:,}",
+            f"{topic.differing:,}",
+            named,
+        )
     return table
 
 
 def _explain(topic: TopicComparison, console: Console) -> None:
     at = topic.difference
     if at is not None:
-        where = f"{topic.topic or '(not described)'}, entry {at.number:,} at {at.time:.6f} s, {at.field}"
+        where = f"{_name(topic)}, entry {at.number:,} at {at.time:.6f} s, {shown(at.field, SHOWN)}"
         if topic.first and topic.second:
             console.print(f"{where}: {_value(at.first)} in A, {_value(at.second)} in B")
         else:
-            console.print(f"{topic.topic or '(not described)'} is in {'A' if topic.first else 'B'} only")
+            console.print(f"{_name(topic)} is in {'A' if topic.first else 'B'} only")
+
+
+def _name(topic: TopicComparison) -> str:
+    return shown(topic.topic, SHOWN) or "(not described)"
 
 
 def _value(value: object) -> str:

@@ -11,10 +11,9 @@ from mcap.opcode import Opcode
 
 from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.overview import SIZES
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.walking import LogFile, RawRecord
-from hil.mcaplog.writer import RUN
+from hil.mcaplog.writer import RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -26,9 +26,9 @@ from mcap.records import (
 )
 from mcap.records import Schema as SchemaRecord
 
-from hil.mcaplog.overview import MESSAGE_SIZE, SIZES
+from hil.mcaplog.overview import MESSAGE_SIZE
 from hil.mcaplog.unpacking import RECORD_HEAD, stream
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.writer import MAGIC, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -14,6 +14,7 @@ from google.protobuf.message import Message
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
+from hil.mcaplog.walking import shown
 from hil.outputs import Output
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def write_tables(
         reader.require_something()
     missing = sorted(set(topics or ()) - set(columns))
     if missing:
-        raise LogError(f"{path} has no entries of {', '.join(missing)}: hil log info tells what it has")
+        raise LogError(f"{path} has no entries of {', '.join(map(shown, missing[:5]))}: hil log info tells what it has")
     written: dict[Path, int] = {}
     for topic, names in columns.items():
         out = folder / f"{_file_name(topic, set(written), folder)}.csv"

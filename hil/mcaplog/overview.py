@@ -15,6 +15,7 @@ from hil.mcaplog.records import EventRecord
 from hil.mcaplog.schemas import RENAMED_TOPICS
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, stream
 from hil.mcaplog.walking import read_metadata
+from hil.mcaplog.writer import SIZES
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.index import LogIndex
 
-SIZES: Final = "sizes"
-"""Name of the metadata record that a log of ours closes with: bytes by topic, as text."""
 EVENTS: Final = "/events"
 SERIES: Final = "series"
 """Kind of the event that begins what belongs together."""

@@ -16,10 +16,10 @@ from mcap.opcode import Opcode
 from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.limits import remedy
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError
+from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterable, Iterator
 
     from hil.mcaplog.index import IndexedChunk, LogIndex
 
@@ -123,7 +123,7 @@ class LogReader(LogFile):
         except UnreadableError as error:
             self.count_unread(entry, str(error))
         except DAMAGE as error:
-            self.count_unread(entry, f"could not be decoded: {str(error)[:100]}")
+            self.count_unread(entry, f"could not be decoded: {error}")
         return None
 
     def raw_entries(
@@ -169,7 +169,7 @@ class LogReader(LogFile):
             entry: The entry.
             why: In words.
         """
-        key = entry.topic, why
+        key = entry.topic, shown(why, 120)
         if key not in self.not_read and len(self.not_read) >= _MOST_WORDS:
             key = "other topics", "for one reason or another"
         self.not_read[key] = self.not_read.get(key, 0) + 1
@@ -201,7 +201,7 @@ class _Selection:
         self._asked: dict[int, str | None] = {}
         self._indexed: dict[int, bool] = {}
         self._asked_index = False
-        self._known: dict[int, tuple[int, int]] = {}
+        self._known: dict[int, tuple[int, int, set[int]]] = {}
         """Where the message indexes of a chunk that may hold a wanted entry are, and how long, by where the chunk is."""
 
     def asks_for(self, topic: str) -> bool:
@@ -275,7 +275,8 @@ class _Selection:
                 if not self._may_hold(chunk):
                     yield chunk.offset, behind + chunk.message_index_length
                 elif chunk.message_index_length:
-                    self._known[chunk.offset] = behind, chunk.message_index_length
+                    wanted = {channel for channel in chunk.channels if self._indexed.get(channel)}
+                    self._known[chunk.offset] = behind, chunk.message_index_length, wanted
                     yield behind, behind + chunk.message_index_length
         yield index.begin, index.footer
 
@@ -306,7 +307,7 @@ class _Selection:
             return None
         try:
             file.seek(place[0])
-            return _places(file.read(min(place[1], 4 * len(data) + _LARGEST_EMPTY_INDEXES)), self._indexed, data)
+            return _places(file.read(min(place[1], 4 * len(data) + _LARGEST_EMPTY_INDEXES)), place[2], data)
         except DAMAGE:
             self._reader.note(f"the message indexes of the chunk at byte {record.offset:,} are wrong, and were not used")
             return None
@@ -324,12 +325,12 @@ def _merged(stretches: Iterator[tuple[int, int]]) -> Iterator[tuple[int, int]]:
     yield begin, end
 
 
-def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tuple[int, int, int]]:
-    """Where entries are in a chunk.
+def _places(indexes: bytes, wanted: Collection[int], data: bytes) -> list[tuple[int, int, int]] | None:
+    """Where entries are in a chunk; None where the indexes do not tell.
 
     Args:
         indexes: The message index records that follow the chunk.
-        wanted: Whether the entries of a channel are.
+        wanted: The channels whose entries are wanted, and of which the summary says that they are in the chunk.
         data: What the chunk unpacks to.
 
     Raises:
@@ -337,15 +338,19 @@ def _places(indexes: bytes, wanted: Mapping[int, bool], data: bytes) -> list[tup
         struct.error: An index is none.
     """
     found: list[tuple[int, int, int]] = []
+    missing = set(wanted)
     at = 0
     while at < len(indexes):
         opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
-        if opcode != Opcode.MESSAGE_INDEX or size + 6 > length:
+        if opcode != Opcode.MESSAGE_INDEX or size + 6 != length:  # with more in it, one bit could take entries out of it
             raise ValueError("no message index")
-        if wanted.get(channel):
+        if channel in wanted:
+            missing.discard(channel)
             begin = at + _INDEX_HEAD.size
             found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
         at += RECORD_HEAD.size + length
+    if missing:  # some writers name indexes that they do not write: the chunk itself tells
+        return None
     found.sort()
     return found
 

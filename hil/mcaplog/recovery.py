@@ -143,7 +143,7 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _F
                     files.before += 1
                 copy.entry(entry, *described)
     if not copy.entries and not files.metadata and not files.attachments:
-        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health()}")
+        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health(most=1)}")
     return files
 
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 MOST_NOTES: Final = 100
+_LONGEST_NOTE: Final = 250
 _NO_PASSAGE: Final = (1 << 64, 1 << 64)
 
 
@@ -188,9 +189,13 @@ class LogFile:
                 raise TooMuchError("records")
             yield found
 
-    def health(self) -> str:
-        """What the last pass found, in a sentence."""
-        noted = "".join(f"; {text}" for text in (*self._unread(), *self.damage[:3]))
+    def health(self, most: int = 3) -> str:
+        """What the last pass found, in a sentence.
+
+        Args:
+            most: Of what is wrong, and of what could not be read, so many are named.
+        """
+        noted = "".join(f"; {text}" for text in (*self._unread(most), *self.damage[:most]))
         if self.stopped:
             return f"read in part: {self.stopped}; {self.bytes_read:,} of {self.size:,} bytes were read{noted}"
         if not self.truncated and not self.damage:
@@ -207,12 +212,12 @@ class LogFile:
         """
         given = self.messages_read - sum(self.not_read.values())
         if given <= 0 and (self.damage or self.stopped or self.not_read or (self.truncated and not self.metadata)):
-            raise UnreadableLogError(f"nothing could be read of the log {self.path}: it is {self.health()}")
+            raise UnreadableLogError(f"nothing could be read of the log {self.path}: it is {self.health(most=1)}")
 
     def note(self, text: str) -> None:
         """Take note of damage, in words."""
         if len(self.damage) < MOST_NOTES:
-            self.damage.append(text)
+            self.damage.append(shown(text, _LONGEST_NOTE))
 
     def stop(self, error: TooMuchError) -> None:
         """Take note that the pass ends here."""
@@ -227,11 +232,11 @@ class LogFile:
         self.stopped = ""
         self.bytes_read = self.messages_read = self._unpacked = self._records = self._attached = 0
 
-    def _unread(self) -> Sequence[str]:
-        most = sorted(self.not_read.items(), key=lambda found: -found[1])[:3]
+    def _unread(self, most: int) -> Sequence[str]:
+        found = sorted(self.not_read.items(), key=lambda counted: -counted[1])[:most]
         return [
-            f"{count:,} {'entry' if count == 1 else 'entries'} of {topic or 'no known topic'} could not be read ({why})"
-            for (topic, why), count in most
+            f"{count:,} {'entry' if count == 1 else 'entries'} of {shown(topic) or 'no known topic'} could not be read ({why})"
+            for (topic, why), count in found
         ]
 
     def _whole_records(self, file: BinaryIO, *, expand: bool, passages: Iterable[tuple[int, int]]) -> Iterator[RawRecord]:
@@ -321,6 +326,11 @@ class LogFile:
             self.note(f"the attachment at byte {record.offset:,} is damaged ({error})")
             return
         self.attachments[attachment.name] = attachment
+
+
+def shown(text: str, most: int = 60) -> str:
+    """A text out of a log, short and without what a terminal obeys."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:most])
 
 
 def read_metadata(content: bytes) -> tuple[str, dict[str, str]]:

@@ -99,7 +99,7 @@ def read_generator(state: object) -> np.random.Generator:
     name = fields.take("bit_generator")
     if name not in BIT_GENERATORS:
         raise fields.wrong("bit_generator", f"no generator is called {shown(name)}")
-    bits = getattr(np.random, name)()
+    bits = getattr(np.random, name)(0)  # without a seed it would draw one from the system
     given = {"bit_generator": name, **_numbers(fields, plain(bits.state))}
     try:
         bits.state = given

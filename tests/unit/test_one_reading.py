@@ -162,9 +162,14 @@ def test_in_lock_step_one_of_no_length_with_nothing_to_do_is_none() -> None:
         bridge.peers[1].ping()
         bridge.step(0.0)
         assert len(tap.steps) == steps + 1
+        bridge.operator.ask("key w")
+        assert bridge.step(0.0) == []
+        assert len(tap.steps) == steps + 1
+        bridge.step(PERIOD)
+        assert len(tap.steps) == steps + 2
         bridge.begin_anew("asleep")
         bridge.step(0.0)
-        assert len(tap.steps) == steps + 2
+        assert len(tap.steps) == steps + 3
 
 
 def test_in_real_time_one_of_no_length_sees_what_time_it_is() -> None:

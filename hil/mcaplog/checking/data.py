@@ -13,10 +13,10 @@ from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.attachments import read_attachment
 from hil.mcaplog.decoding import Channels, UnreadableError
-from hil.mcaplog.overview import SIZES
 from hil.mcaplog.reader import MESSAGE_HEAD
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, split, stream, unpack
 from hil.mcaplog.walking import read_metadata
+from hil.mcaplog.writer import SIZES
 
 if TYPE_CHECKING:
     from hil.mcaplog.limits import ReadLimits

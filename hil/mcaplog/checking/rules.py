@@ -15,7 +15,7 @@ from hil.mcaplog.checking.data import DataRules
 from hil.mcaplog.checking.summary import SummaryRules
 from hil.mcaplog.limits import MIB, ReadLimits
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile
+from hil.mcaplog.walking import LogFile, shown
 from hil.mcaplog.writer import LIBRARY, MAGIC
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 MOST_FINDINGS: Final = 20
 """That are kept of each rule; all are counted."""
+LONGEST_FINDING: Final = 250
 _NAMES: Final = {int(opcode): opcode.name.lower().replace("_", " ") for opcode in Opcode}
 RULES: Final[dict[str, str]] = {
     "magic": "the file begins and ends with MCAP's eight bytes",
@@ -113,7 +114,7 @@ class CheckedLog:
         if found is not None:
             found.count += 1
             if len(found.findings) < MOST_FINDINGS:
-                found.findings.append(Finding(text, offset))
+                found.findings.append(Finding(shown(text, LONGEST_FINDING), offset))
 
 
 def check_log(path: Path, limits: ReadLimits = ReadLimits()) -> CheckedLog:  # noqa: B008 - frozen
