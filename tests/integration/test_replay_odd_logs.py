@@ -41,9 +41,8 @@ COACH: Final = ("--budget", "12", "--held-out", "0", "--no-report", "--quiet")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A log of many chunks, with all that a run leaves in one."""
     folder = tmp_path_factory.mktemp("whole")
-    options = ["--budget", "40", "--held-out", "0", "--no-report", "--quiet"]
-    assert run_hil(["coach", *options, "--out", str(folder / "run")]) == 0
-    return folder / "run" / "log.mcap"
+    assert run_hil(["coach", *COACH, "--out", str(folder / "run")]) == 0
+    return EditedLog.of(folder / "run" / "log.mcap").write(folder / "log.mcap")
 
 
 def replayed(path: Path, *, strict: bool = True) -> hil.ReplayReport:

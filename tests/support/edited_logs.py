@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Self
 
+CHUNK_SIZE: Final = 64 * 1024
+"""In bytes: small, so that even a short log has several."""
 STEP: Final = "/bridge/step"
 RX: Final = "/wire/rx"
 TX: Final = "/wire/tx"
@@ -135,7 +137,7 @@ class EditedLog:
     def write(self, path: Path) -> Path:
         """Write it, and give the path."""
         with path.open("wb") as file:
-            writer = Writer(file)
+            writer = Writer(file, chunk_size=CHUNK_SIZE)
             writer.start()
             for name, values in self.metadata.items():
                 writer.add_metadata(name, values)
