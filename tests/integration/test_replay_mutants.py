@@ -357,6 +357,7 @@ def test_a_bridge_that_makes_one_step_more(monkeypatch: pytest.MonkeyPatch) -> N
     assert "RobotAlive" in found.now
 
 
+@pytest.mark.slow
 def test_a_log_that_a_replay_has_just_made_is_the_same_again(tmp_path: Path) -> None:
     for name in ("lockstep", "pty", "extra_monitor"):
         copy = copied(kept(name))

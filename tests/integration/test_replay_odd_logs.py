@@ -250,6 +250,7 @@ def test_a_better_wording_is_no_difference_unless_asked_for(lockstep: EditedLog,
     assert (report.difference.topic, report.difference.field) == ("/events", "text")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("topic", decision_topics())
 def test_a_decision_that_is_missing_and_one_too_many(topic: str, lockstep: EditedLog, tmp_path: Path) -> None:
     if topic == "/wire/unsent":
@@ -265,6 +266,7 @@ def test_a_decision_that_is_missing_and_one_too_many(topic: str, lockstep: Edite
         assert report.difference.step in {lockstep.step_of(place), lockstep.step_of(place) + 1}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["end/advice.toml", "end/checkpoint.json"])
 def test_what_a_run_ended_with_is_compared(name: str, lockstep: EditedLog, tmp_path: Path) -> None:
     data = lockstep.attachments[name]
@@ -283,6 +285,7 @@ def test_what_a_run_ended_with_is_compared(name: str, lockstep: EditedLog, tmp_p
 # --- ends and beginnings -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_fewer_steps_more_steps_and_a_log_that_ends_early_are_told_apart(lockstep: EditedLog, tmp_path: Path) -> None:
     path, steps = tmp_path / "log.mcap", lockstep.places(STEP)
     early = EditedLog(lockstep.entries[: steps[-40]], lockstep.metadata, lockstep.attachments)
@@ -375,6 +378,7 @@ def test_a_log_whose_beginning_is_missing(lockstep: EditedLog, tmp_path: Path, c
     assert "sim://junior?seed=99" in refused(other.write(path), capsys)
 
 
+@pytest.mark.slow
 def test_bytes_that_are_missing_are_no_traceback(lockstep: EditedLog, tmp_path: Path) -> None:
     """A log in which an entry of the wire is missing differs, or can't be replayed."""
     for topic in (RX, TX, "/bridge/session"):
