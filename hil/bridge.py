@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import secrets
 from typing import TYPE_CHECKING, Final, Self
 
 from firmware_protocol.codec import open_codec
@@ -16,16 +15,17 @@ from firmware_protocol.messages import (
     JuniorSensors,
     RobotAlive,
     RobotStatus,
-    SetupSigning,
     Statustext,
 )
 from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
-from firmware_protocol.signing import redacted, trouble
+from firmware_protocol.signing import trouble
 from hil.clock import LastReading
 from hil.diagnosis import Seen
 from hil.operator import INTERRUPT, Operator
+from hil.outlet import Outlet
 from hil.pump import LIMIT, SLICE, Lost, Pump, open_pump
 from hil.redaction import Redaction
+from hil.sessions import random_session
 from hil.surroundings import Surroundings
 from hil.taps import Opening
 from hil.witness import Witness
@@ -54,11 +54,6 @@ _ERROR: Final = 3
 """MAV_SEVERITY_ERROR; what is worse is less."""
 _LAST_WORDS: Final = 1.0
 """An error that was told so shortly before the end of a link is taken for its reason, in s."""
-
-
-def random_session() -> int:
-    """A session number that nobody can foresee, 1..65535."""
-    return 1 + secrets.randbelow(0xFFFF)
 
 
 class Bridge:
@@ -135,8 +130,7 @@ class Bridge:
     ) -> None:
         self.link = link
         self.network = link.url if network is None else network
-        self.pace = pace
-        self._pace_untold = pace
+        self.pace = self._pace_untold = pace
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
         self.peers: dict[int, Peer] = {}
@@ -159,16 +153,12 @@ class Bridge:
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._redaction = Redaction(link.wire)
-        self._hello_due = self.now
-        self._alive_due = self.now
+        self._outlet = Outlet(self._codec.encode, self._taps)
+        self._hello_due = self._alive_due = self._taken_in = self.now
         self._ended: LinkError | None = None
         self._overrun_due = float("-inf")
-        self._taken_in = self.now
-        self._told = False
-        self._closed = False
+        self._told = self._closed = self._failed = self._waiting = False
         self._lost_at = 0.0
-        self._failed = False
-        self._waiting = False
         self._cause: LinkError | None = None
         self._named = ""
         self.farewell = ""
@@ -580,39 +570,17 @@ class Bridge:
         """Encode, send, and tell the taps. A link that fails is noted."""
         if self._failed:
             return
-        encode = self._codec.encode
-        frames = [encode(message) for message in messages]
-        data = b"".join(frames)
-        failure: LinkError | None = None
-        try:
-            self.link.write(data)
-        except LinkError as error:
-            failure = error
-        else:
+        sent = self._outlet.write(self.link, messages, now)
+        if isinstance(sent, bytes):
             if self._looking:
-                self.witness.sent(data)
-        if any(isinstance(message, SetupSigning) for message in messages):
-            pairs = zip(messages, frames, strict=True)
-            data = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)
-        if failure is not None:
-            self._fail_to_write(failure, data, now)
-            return
-        for tap in self._taps:
-            tap.wire_tx(now, data)
-            for message in messages:
-                tap.sent(now, message)
-
-    def _fail_to_write(self, error: LinkError, data: bytes, now: float) -> None:
-        """The link has not taken these bytes."""
-        for tap in self._taps:
-            tap.unsent(now, data, error)
-        if isinstance(error, LinkTimeoutError):
+                self.witness.sent(sent)
+        elif isinstance(sent, LinkTimeoutError):
             self.unsent += 1
         elif self._reopening is None:
-            self._ended = error
+            self._ended = sent
         else:
             self._failed = True
-            self._pump.drop(error)
+            self._pump.drop(sent)
 
     def _explained(self, error: LinkError, now: float) -> LinkError:
         """Why a link has ended, with what was said at its other end just before."""

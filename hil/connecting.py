@@ -13,7 +13,7 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire import MAVLINK
-from hil.bridge import Bridge, random_session
+from hil.bridge import Bridge
 from hil.clock import LastReading, MonotonicClock
 from hil.fault_file import fault_file_of, read_faults
 from hil.junior import Junior
@@ -24,6 +24,7 @@ from hil.pump import open_pump
 from hil.reopening import Opener, Reopening
 from hil.safety import Limits
 from hil.seeds import Branch, generator
+from hil.sessions import random_session
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence

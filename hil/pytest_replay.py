@@ -28,6 +28,8 @@ class HilReplay(Protocol):
 
 LOGS: Final = pytest.StashKey[frozenset[Path]]()
 """The logs at `--hil-replay`, resolved."""
+MISSING: Final = pytest.StashKey[set[Path]]()
+"""Those of them that are to be collected, and have not been."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -52,16 +54,33 @@ def pytest_configure(config: pytest.Config) -> None:
     found = [log for pattern in config.getoption("--hil-replay") for log in _matching(pattern, folder)]
     logs = config.stash[LOGS] = frozenset(log.resolve() for log in found)
     named = {(folder / argument.partition("::")[0]).resolve() for argument in config.args}
-    if not named & logs:  # who names logs one by one wants no others
-        config.args.extend(map(str, dict.fromkeys(found)))
+    config.stash[MISSING] = set(logs & named or logs)  # who names logs one by one wants no others
+    for log in sorted(config.stash[MISSING] - named):
+        if not named.intersection(log.parents):  # else pytest comes by; pytest 8 takes no file and its folder together
+            config.args.append(str(log))
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> LogFile | None:
     """Collect a log that was asked for."""
-    if file_path.resolve() not in parent.config.stash[LOGS]:
+    path = file_path.resolve()
+    if path not in parent.config.stash[LOGS]:
         return None
+    parent.config.stash[MISSING].discard(path)
     log: LogFile = LogFile.from_parent(parent, path=file_path)
     return log
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config) -> None:
+    """See that no log was passed over.
+
+    Raises:
+        UsageError: One was.
+    """
+    missing = config.stash[MISSING]
+    if missing:
+        text = f"--hil-replay: pytest passes over {min(missing)}, by norecursedirs, --ignore or the like: name its folder too"
+        raise pytest.UsageError(text)
 
 
 class LogFile(pytest.File):

@@ -36,7 +36,7 @@ PLOTS: Final[dict[str, tuple[str, ...]]] = {
 }
 """Topics, and the names in them. Positions are eyes and floor sensors in ADC counts, wheels in m travelled since boot, the
 battery in V; of the wheels there are velocities, in m/s."""
-INTERVAL: Final = 0.1
+INTERVAL: Final = 0.2
 """Log time between joint states, in s."""
 BATTERY_INTERVAL: Final = 1.0
 """Likewise of the battery."""

@@ -16,6 +16,7 @@ from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
 from hil.mcaplog.unpacking import DAMAGE, stream
 from hil.mcaplog.walking import read_metadata
+from hil.mcaplog.writer import CUT
 from hil.outputs import Output, OutputError
 
 if TYPE_CHECKING:
@@ -111,6 +112,8 @@ def copy_log(
         files = _fill(copy, reader, topics)
         if more is not None:
             more(copy)
+        if not reader.whole and CUT not in reader.metadata:
+            copy.values(CUT, {"why": reader.health(), "entries": str(files.before)})
         copy.finish()
         output.finish()
     except OSError as error:
@@ -136,6 +139,8 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _F
             if described is None:
                 reader.count_unread(entry, "the log does not describe it")
             else:
+                if not reader.damage:
+                    files.before += 1
                 copy.entry(entry, *described)
     if not copy.entries and not files.metadata and not files.attachments:
         raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health(most=1)}")
@@ -143,11 +148,17 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _F
 
 
 class _Files:
-    """Takes what a log holds besides entries."""
+    """Takes what a log holds besides entries.
+
+    Attributes:
+        metadata: Metadata records taken.
+        attachments: Attachments taken.
+        before: Entries that were copied before any damage was met.
+    """
 
     def __init__(self, copy: LogCopy) -> None:
         self._copy = copy
-        self.metadata = self.attachments = 0
+        self.metadata = self.attachments = self.before = 0
 
     def take(self, record: RawRecord) -> None:
         """Take a metadata record or an attachment, where it is in order; the reader tells where it is not."""

@@ -246,6 +246,7 @@ class Comparison:
             received=self._shown(self._since),
             values=field.values,
             meaning=field.meaning,
+            others=field.others,
         )
 
     def _shown(self, entries: Iterable[tuple[float, int, bytes]]) -> tuple[str, ...]:

@@ -52,6 +52,7 @@ class Difference:
         received: What the robot has said since the last of these.
         values: What that field was when it was recorded, and is now; empty without a field.
         meaning: What that field is, and its unit; empty where that is not known.
+        others: The other fields of the entry that differ, each in a line, but for a digest, which follows from them.
     """
 
     step: int
@@ -64,6 +65,7 @@ class Difference:
     received: tuple[str, ...] = ()
     values: tuple[str, str] = ("", "")
     meaning: str = ""
+    others: tuple[str, ...] = ()
 
     @property
     def head(self) -> str:
@@ -77,12 +79,15 @@ class Difference:
         if self.meaning:
             lines.append(f"  {self.field.rpartition(': ')[2]} is: {self.meaning}")
         if any(self.values):
-            lines += [f"  recorded: {self.values[0]}", f"  now:      {self.values[1]}", "  in"]
+            lines += [f"  recorded: {self.values[0]}", f"  now:      {self.values[1]}"]
+            lines += ["  also:", *(f"    {text}" for text in self.others)] if self.others else []
+            lines.append("  in")
             lines += [f"    recorded: {self.recorded}", f"    now:      {self.now}"]
         else:
             lines += [f"  recorded: {self.recorded}", f"  now:      {self.now}"]
-        lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before or ["none"])]
-        lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
+        if self.before:
+            lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before)]
+            lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -112,11 +117,13 @@ class FieldDifference(NamedTuple):
         name: Its name, as in `Difference.field`; empty where that can't be told.
         values: What it was when it was recorded, and is now, in words.
         meaning: What it is, and its unit.
+        others: The other fields of the entry that differ, each in a line.
     """
 
     name: str = ""
     values: tuple[str, str] = ("", "")
     meaning: str = ""
+    others: tuple[str, ...] = ()
 
 
 def first_field(recorded: Any, now: Any, wire: str) -> FieldDifference:  # noqa: ANN401 - whatever a log holds
@@ -131,13 +138,9 @@ def first_field(recorded: Any, now: Any, wire: str) -> FieldDifference:  # noqa:
         return FieldDifference()
     if isinstance(recorded, WireBytes | UnsentBytes) and recorded.data != now.data:
         return _first_in_frames(messages_in(recorded.data, wire), messages_in(now.data, wire))
-    for name in _names(recorded):
-        one, other = getattr(recorded, name), getattr(now, name)
-        if not same(one, other):
-            if isinstance(recorded, EventRecord) and name == "fields":
-                return _first_key(one, other)
-            return FieldDifference(name, _shown(one, other), _meaning(type(recorded), name))
-    return FieldDifference()
+    if isinstance(recorded, EventRecord) and (recorded.kind, recorded.text) == (now.kind, now.text):
+        return _first_key(recorded.fields, now.fields)
+    return _first_of(recorded, now) or FieldDifference()
 
 
 def same(one: object, other: object) -> bool:
@@ -245,14 +248,28 @@ def _first_in_frames(recorded: Sequence[object], now: Sequence[object]) -> Field
         if type(one) is not type(other):
             names = type(one).__name__, type(other).__name__
             return FieldDifference(f"data: {names[0]} or {names[1]}", names)
-        for name in _names(one):
-            values = getattr(one, name), getattr(other, name)
-            if not same(*values):
-                shown = _shown(*(_named(type(one), name, value) for value in values))
-                return FieldDifference(f"data: {type(one).__name__}.{name}", shown, _meaning(type(one), name))
+        found = _first_of(one, other)
+        if found is not None:
+            return found._replace(name=f"data: {type(one).__name__}.{found.name}")
     if len(recorded) == len(now):
         return FieldDifference("data")
     return FieldDifference(f"data: {len(recorded)} messages or {len(now)}")
+
+
+def _first_of(recorded: object, now: object) -> FieldDifference | None:
+    """The first field in which two messages or records of one type differ; None where all are the same."""
+    kind = type(recorded)
+    values = [(name, getattr(recorded, name), getattr(now, name)) for name in _names(recorded)]
+    differ = [
+        (name, _shown(_named(kind, name, one), _named(kind, name, other)))
+        for name, one, other in values
+        if not same(one, other)
+    ]
+    if not differ:
+        return None
+    name, shown = differ[0]
+    others = (f"{other}: {one}, now {two}" for other, (one, two) in differ[1:] if other != "digest")
+    return FieldDifference(name, shown, _meaning(kind, name), tuple(others))
 
 
 def _names(message: object) -> Iterable[str]:

@@ -22,6 +22,7 @@ from hil.replaying.comparison import Comparison
 from hil.replaying.difference import Difference, ReplayDiverged
 from hil.replaying.stage import ReplayStage
 from hil.replaying.tape import ReplayEndedError, ReplayError, Tape
+from hil.runs import LOG, file_of
 from hil.versions import versions
 from pal_advisor.fields import Fields
 
@@ -112,7 +113,7 @@ def replay(
     Nothing that the log names is opened, and nothing is written.
 
     Args:
-        log: The log.
+        log: The log, or the folder of a run.
         strict: Compare every entry; else decisions: what is written, what the learner does, events, the result.
         signing_key: The key of a run whose frames were signed.
         limits: What the log may unpack to.
@@ -123,15 +124,20 @@ def replay(
 
     Raises:
         LogError: The log can't be read.
+        RunError: The folder has none.
         ReplayError: It can't be replayed; the text says why.
     """
-    tape = Tape(Path(log), limits, compared=True)
+    tape = Tape(file_of(Path(log), LOG), limits, compared=True)
     job, url, faults = recorded_job(tape)
     signed = tape.config.get("signed") == "true"
     if signed and signing_key is None:
         raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
     tape.first_step()
-    comparison = Comparison(tape, tape.opening(url).wire, strict=strict)
+    try:
+        wire = tape.opening(url).wire
+    except ReplayEndedError as error:
+        raise ReplayError(f"{log} is said to be of {url[:200]}, and has no such network") from error
+    comparison = Comparison(tape, wire, strict=strict)
     stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
     tape.on_read = progress
     ended = _perform(job, stage, comparison, tape)
@@ -141,12 +147,20 @@ def replay(
         strict=strict,
         steps=comparison.steps,
         compared=comparison.compared,
-        duration=0.0 if tape.span is None else tape.span[1] - tape.span[0],
+        duration=_replayed(tape, comparison.difference),
         difference=comparison.difference,
         ended=ended,
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
     )
+
+
+def _replayed(tape: Tape, difference: Difference | None) -> float:
+    """How much log time was replayed, in s: the log may have been read further than to the difference."""
+    if tape.span is None:
+        return 0.0
+    first, last = tape.span
+    return max(0.0, (last if difference is None else difference.time) - first)
 
 
 def _perform(job: Job, stage: ReplayStage, comparison: Comparison, tape: Tape) -> str:

@@ -31,7 +31,7 @@ class Performance:
         progress: How much nearer the opponent's centre came to the border, in m (negative: farther away); None where
             nobody can tell.
         over: The bout ended with this maneuver, however it ended (time limit too): what comes next is not its doing.
-        duration: Time until the robot was ready for the next maneuver, in s, the floor reflex included; None: the
+        duration: Time until its result came, in s, the floor reflex included; None: the
             time of the actions alone.
 
     Raises:

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from doc_pages import PAGES, ROOT, TOOLS, Block, blocks, commands, execute, parse, shape, terminal
+from doc_pages import PAGES, ROOT, TOOLS, Block, blocks, commands, execute, execute_python, output_of, parse, shape, terminal
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,6 +91,8 @@ def test_commands_print_what_the_page_shows(name: str, tmp_path: Path) -> None:
         for block in blocks(BY_NAME[name]):
             if block.language == "sh":
                 printed = execute(block) if block.use == "run" else None
+            elif block.language == "python":
+                printed = None
             elif block.language == "text" and block.use == "output" and printed is not None:
                 assert shape(printed) == shape(block.text), f"{block} shows something else: run tests/support/doc_pages.py"
 
@@ -99,19 +101,22 @@ def test_commands_print_what_the_page_shows(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=tools(name)) for name in sorted({block.page.name for block in of("python")})]
 )
-def test_python_runs(name: str, tmp_path: Path, pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_runs(name: str, pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]) -> None:
     names: dict[str, object] = {"__name__": "page"}
     tests = 0
-    for block in blocks(BY_NAME[name]):
+    page = blocks(BY_NAME[name])
+    for block in page:
         if block.language != "python":
             continue
-        code = compile("\n" * (block.line - 1) + block.text, str(block.page), "exec")
+        compile(block.text, str(block.page), "exec")
         if "def test_" in block.text:
             tests += 1
             pytester.makepyfile(**{f"test_block_{tests}": block.text})
         elif block.use != "robot":
-            with contextlib.chdir(tmp_path):
-                exec(code, names)  # noqa: S102 - our own pages
+            with contextlib.chdir(pytester.path):  # where the page's tests find what it has made
+                printed = execute_python(block, names)
+            if (output := output_of(block, page)) is not None:
+                assert shape(printed) == shape(output.text), f"{block} shows something else: run tests/support/doc_pages.py"
     capsys.readouterr()
     if tests:
         result = pytester.runpytest_inprocess(*STRICT)

@@ -64,6 +64,7 @@ def test_each_log_is_a_test(pytester: pytest.Pytester, logs: Path) -> None:
         (("--hil-replay", "tests/logs/f*.mcap", "--hil-replay", "tests/logs/*.mcap"), {"passed": 2}),
         (("--hil-replay", "tests/**/*.mcap", "-k", "second"), {"passed": 1, "deselected": 1}),
         (("--hil-replay", "tests/logs/*.mcap", "tests"), {"passed": 2}),
+        (("--hil-replay", "tests/logs/*.mcap", "elsewhere"), {"passed": 2}),
         (("--hil-replay", "tests/logs/*.mcap", "tests/logs/first.mcap"), {"passed": 1}),
         (("--hil-replay", "tests/logs/*.mcap", "tests/logs/first.mcap::replay"), {"passed": 1}),
     ],
@@ -71,6 +72,7 @@ def test_each_log_is_a_test(pytester: pytest.Pytester, logs: Path) -> None:
 def test_logs_are_chosen_as_other_tests_are(
     pytester: pytest.Pytester, arguments: tuple[str, ...], passed: dict[str, int]
 ) -> None:
+    pytester.mkdir("elsewhere")
     pytester.runpytest_inprocess(*STRICT, *arguments).assert_outcomes(**passed)
 
 
@@ -88,6 +90,15 @@ def test_a_pattern_that_matches_nothing_is_wrong_usage(pytester: pytest.Pytester
     run = pytester.runpytest_inprocess(*STRICT, "--hil-replay", "tests/logs/*.mcap", "--hil-replay", "logs/*.mcap")
     assert run.ret == pytest.ExitCode.USAGE_ERROR
     run.stderr.fnmatch_lines([f"*--hil-replay logs/*.mcap: no file matches this, seen from {pytester.path}*"])
+
+
+def test_a_log_that_pytest_would_pass_over_is_told_of(pytester: pytest.Pytester, recorded: Path) -> None:
+    pytester.mkdir(".hidden")
+    shutil.copyfile(recorded, pytester.path / ".hidden" / "bout.mcap")
+    run = pytester.runpytest_inprocess(*STRICT, "--hil-replay", ".hidden/*.mcap")
+    assert run.ret == pytest.ExitCode.USAGE_ERROR
+    run.stderr.fnmatch_lines([f"*pytest passes over {pytester.path}/.hidden/bout.mcap, by norecursedirs*"])
+    pytester.runpytest_inprocess(*STRICT, "--hil-replay", ".hidden/*.mcap", ".hidden").assert_outcomes(passed=1)
 
 
 @pytest.mark.usefixtures("logs", "another_program")
@@ -139,6 +150,23 @@ def test_the_fixture_replays(pytester: pytest.Pytester) -> None:
     run = pytester.runpytest_inprocess(*STRICT)
     run.assert_outcomes(passed=2, failed=1)
     run.stdout.fnmatch_lines(["there is no log tests/logs/third.mcap, seen from *"])
+
+
+def test_a_run_s_folder_will_do(pytester: pytest.Pytester, recorded: Path) -> None:
+    run = pytester.path / "runs" / "one"
+    run.mkdir(parents=True)
+    shutil.copyfile(recorded, run / "log.mcap")
+    pytester.mkdir("empty")
+    pytester.makepyfile("""
+        def test_run(hil_replay):
+            assert hil_replay("runs/one").path.name == "log.mcap"
+
+        def test_none(hil_replay):
+            hil_replay("empty")
+    """)
+    outcome = pytester.runpytest_inprocess(*STRICT)
+    outcome.assert_outcomes(passed=1, failed=1)
+    outcome.stdout.fnmatch_lines(["there is no log.mcap in empty"])
 
 
 @pytest.mark.usefixtures("logs", "another_program")

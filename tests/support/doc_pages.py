@@ -2,10 +2,12 @@
 
 The word after a block's language says what it is:
 
-    sh run          commands of `hil`, run by the tests; a `text output` block after it must look like what they print
+    sh run          commands of `hil` and `pytest`, run by the tests; a `text output` block after it must look like what they
+                    print
     sh shown        likewise, but it takes too long for the tests: only the command lines are checked
     sh              commands of `hil` that need a robot or a second shell: only the command lines are checked
-    python          run by the tests; blocks of a page share their names; one with `def test_` is given to pytest
+    python          run by the tests; blocks of a page share their names; one with `def test_` is given to pytest; a `text
+                    output` block right after it must look like what it prints
     python robot    needs a robot or a second shell: only compiled
     python avr      as python, but needs an optional tool, whose marker the page's test bears; likewise node, browser
 
@@ -21,6 +23,7 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -78,11 +81,18 @@ def blocks(page: Path) -> list[Block]:
 
 def commands(block: Block) -> Iterator[list[str]]:
     """Arguments of every `hil` in a shell block."""
+    for program, arguments in programs(block):
+        if program == "hil":
+            yield arguments
+
+
+def programs(block: Block) -> Iterator[tuple[str, list[str]]]:
+    """Each `hil` and `pytest` in a shell block, with its arguments."""
     for line in block.text.replace("\\\n", " ").splitlines():
         for part in re.split(r"&&|\|\||;|\||\s&(?=\s|$)", line.partition(" #")[0]):
             words = shlex.split(re.sub(r"\s[12]?>\S*\s*\S+", " ", part))
-            if words and words[0] == "hil":
-                yield words[1:]
+            if words and words[0] in {"hil", "pytest"}:
+                yield words[0], words[1:]
 
 
 def parse(arguments: list[str]) -> None:
@@ -102,9 +112,43 @@ def execute(block: Block) -> str:
     """Run the commands of a block in the current folder, and return what they print."""
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
-        for arguments in commands(block):
-            run(arguments)
+        for program, arguments in programs(block):
+            if program == "hil":
+                run(arguments)
+            else:
+                print(_pytest(arguments))  # noqa: T201 - it is caught
     return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n") + "\n"
+
+
+def _pytest(arguments: list[str]) -> str:
+    """What pytest prints in the current folder; in a process of its own, as it would be."""
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own pages
+    return f"{done.stdout}{done.stderr}"
+
+
+def execute_python(block: Block, names: dict[str, object]) -> str:
+    """Run a block of Python in the current folder, and return what it prints.
+
+    Args:
+        block: The block.
+        names: The page's names.
+    """
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        exec(compile("\n" * (block.line - 1) + block.text, str(block.page), "exec"), names)  # noqa: S102 - our own pages
+    return out.getvalue()
+
+
+def output_of(block: Block, page: list[Block]) -> Block | None:
+    """The `text output` block that follows a block, if one does.
+
+    Args:
+        block: The block.
+        page: All blocks of its page.
+    """
+    after = page[page.index(block) + 1 : page.index(block) + 2]
+    return after[0] if after and (after[0].language, after[0].use) == ("text", "output") else None
 
 
 def shape(text: str) -> list[str]:
@@ -135,9 +179,13 @@ def refresh(page: Path) -> None:
     outputs: list[tuple[Block, str]] = []
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), terminal():
         printed = ""
+        names: dict[str, object] = {"__name__": "page"}
+        shows = any(block.language == "python" and output_of(block, found) for block in found)
         for block in found:
             if block.language == "sh" and block.use in {"run", "shown"}:
                 printed = execute(block)
+            elif shows and block.language == "python" and block.use != "robot" and "def test_" not in block.text:
+                printed = execute_python(block, names)
             elif block.language == "text" and block.use == "output":
                 outputs.append((block, printed))
         for figure, made, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):

@@ -39,8 +39,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer import KEEP_ALIVE
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge, random_session
+from hil.bridge import Bridge
 from hil.clock import MonotonicClock
+from hil.sessions import random_session
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -20,7 +20,7 @@ SOURCES: Final = frozenset(
 """Modules that tell the time or draw by chance, the machine's clock, the system's random bytes, a generator without a seed."""
 ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.clock": (frozenset({"time"}), "is the machine's clock, which bridges and probes read once a step"),
-    "hil.bridge": (frozenset({"secrets"}), "draws session numbers, of which it tells its taps"),
+    "hil.sessions": (frozenset({"secrets"}), "draws session numbers, of which bridges tell their taps"),
     "hil.key_file": (
         frozenset({"secrets", "time"}),
         "draws new keys; reads the calendar once, of which a bridge tells its taps",

@@ -12,7 +12,8 @@ from mcap.writer import Writer
 from report_logs import coaching_log
 
 from hil.mcaplog import LogReader
-from hil.mcaplog.overview import SIZES, overview
+from hil.mcaplog.overview import overview
+from hil.mcaplog.writer import SIZES
 
 if TYPE_CHECKING:
     from pathlib import Path

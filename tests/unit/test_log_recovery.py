@@ -20,9 +20,10 @@ from mcap_variants import MAGIC, SCHEMALESS, file_of, serialized, variants
 from report_logs import coaching_log
 
 from hil.mcaplog import LogError, LogReader, UnreadableLogError
-from hil.mcaplog.overview import SIZES, overview
+from hil.mcaplog.overview import overview
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import SLIM, is_kept, slim
+from hil.mcaplog.writer import SIZES
 from hil.outputs import OutputExistsError
 
 if TYPE_CHECKING:

@@ -164,19 +164,19 @@ def test_joint_states_are_what_ros_calls_so(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with open_recorder(path) as recorder:
         for index in range(11):
-            time = index * 0.02
+            time = index * 0.04
             sensors = JuniorSensors(time + 0.5, (0.25 + time, -0.5), (index, 2), (3, 4), 7.5, 3)
             recorder.received(Received(sensors, 1, 1, index, time, FRAME))
-        recorder.received(Received(replace(sensors, time=0.0), 1, 1, 12, 0.5, FRAME))  # restarted
-    assert [len(values(path, topic)) for topic in PLOTS] == [4, 4, 4, 1]  # ten a second, the battery once
+        recorder.received(Received(replace(sensors, time=0.0), 1, 1, 12, 0.8, FRAME))  # restarted
+    assert [len(values(path, topic)) for topic in PLOTS] == [4, 4, 4, 1]  # five a second, the battery once
     for topic, state in (
         ("/junior/plot/eyes", (["eye_left", "eye_right"], [5.0, 2.0], [])),
         ("/junior/plot/floor", (["floor_left", "floor_right"], [3.0, 4.0], [])),
-        ("/junior/plot/wheels", (["wheel_left", "wheel_right"], [0.35, -0.5], [1.0, 0.0])),
+        ("/junior/plot/wheels", (["wheel_left", "wheel_right"], [0.45, -0.5], [1.0, 0.0])),
     ):
         seconds, names, positions, velocities = joint_state(values(path, topic)[1])
         assert names == state[0]
-        assert seconds == pytest.approx(0.1)
+        assert seconds == pytest.approx(0.2)
         assert positions == pytest.approx(state[1])
         assert velocities == pytest.approx(state[2])
     assert joint_state(values(path, "/junior/plot/battery")[0]) == (0.0, ["battery"], [7.5], [])
