@@ -47,6 +47,9 @@ class Emulation(Protocol):
 
         Returns:
             What has been sent to the host, each with the end of the period it was sent in, in s; mostly one or none.
+
+        Raises:
+            ValueError: It is asked for no period at all.
         """
         ...
 
@@ -79,6 +82,19 @@ class Powered(Emulation, Protocol):
         ...
 
 
+def check_periods(periods: int) -> None:
+    """See that control periods can be lived for.
+
+    Args:
+        periods: How many.
+
+    Raises:
+        ValueError: There are none.
+    """
+    if periods < 1:
+        raise ValueError(f"one lives for 1 or more control periods, not {periods}")
+
+
 def run_single_periods(emulation: Steppable, inbound: bytes, periods: int) -> list[Stamped]:
     """What `Emulation.run` does, for what can live for one control period at a time only.
 
@@ -89,7 +105,11 @@ def run_single_periods(emulation: Steppable, inbound: bytes, periods: int) -> li
 
     Returns:
         What has been sent, and when, in s.
+
+    Raises:
+        ValueError: It is asked for no period at all.
     """
+    check_periods(periods)
     for _ in range(periods):
         if sent := emulation.step(inbound):
             return [(emulation.now(), sent)]

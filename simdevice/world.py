@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.signing import Signing, virtual_time
 from firmware_protocol.wire import MAVLINK
 from simdevice.device import VirtualDevice
+from simdevice.emulation import check_periods
 from simdevice.junior import JuniorProfile
 from simdevice.period import PERIOD
 from simdevice.referee import Referee
@@ -156,6 +157,7 @@ class World:
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
+        check_periods(periods)
         undecided = self._table.outcome
         for _ in range(periods):
             sent = self.step(inbound)

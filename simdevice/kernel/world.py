@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import BoutOutcome
 from simdevice.board import board_host
+from simdevice.emulation import check_periods
 from simdevice.kernel.device import KernelDevice
 from simdevice.kernel.rings import Rings
 from simdevice.period import PERIOD
@@ -67,6 +68,7 @@ class KernelWorld(World):
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
+        check_periods(periods)
         if not self._rings.watched:
             return self._run(inbound, periods)
         self._rings.take()
