@@ -1,1 +1,1 @@
-"""The robot's firmware: portable C in `core/`, one folder per board in `targets/`, and the host build of it, `_host`."""
+"""The robot's firmware: portable C in `core/`, one folder per board in `targets/`, and what the host build of it is made of."""

@@ -1,6 +1,6 @@
 """Reads `targets/host/host.h`, the one definition of what a host build of the firmware shares with Python.
 
-What cffi is told, the stub `_host.pyi` and the layout in `host_io.py` are made from it. It runs before the package is
+What cffi is told, the stub `simdevice/_host.pyi` and the layout in `host_io.py` are made from it. It runs before the package is
 installed and therefore imports nothing of it.
 """
 
