@@ -90,8 +90,8 @@ class KernelDevice(VirtualDevice):
 
     def _begin(self) -> None:
         """The board has booted."""
+        super()._begin()
         self._rings.power_on(self._piece)
-        self._fresh = True
 
     def switch_off(self) -> None:
         """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""

@@ -144,6 +144,16 @@ class Rings:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
+    def take_robots(self) -> None:
+        """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
+        world, table = self._world, self._table
+        for piece, robot in enumerate((table.robot, table.second)):
+            if robot is not None:
+                motors = robot.motors
+                world.travel[2 * piece], world.travel[2 * piece + 1] = motors.travel_left, motors.travel_right
+                world.ground[piece], world.charge[piece] = robot.body.ground, motors.charge
+        self.take()
+
     def _place(self, piece: int, one: Piece) -> None:
         """Take over a body, its pose and its joints."""
         world = self._world

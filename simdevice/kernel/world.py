@@ -71,7 +71,7 @@ class KernelWorld(World):
         check_periods(periods)
         if not self._rings.watched:
             return self._run(inbound, periods)
-        self._rings.take()
+        self._rings.take_robots()
         chunks = self._run(inbound, periods)
         self._rings.show_robots()
         return chunks
