@@ -95,15 +95,15 @@ def test_the_wheels_are_off_when_the_plug_is_out_and_stay_so_until_somebody_arms
         junior.drive(0.5, 0.5, 0.5)
         maneuver = junior.peer.perform(hil.Maneuver((hil.Action.FF,) * 8, period=1.0, floor_reflex=False))
         moved: list[float] = []
-        step = world.step
+        live = world.run
 
-        def watched(inbound: bytes) -> bytes:
-            out: bytes = step(inbound)
+        def watched(inbound: bytes, _periods: int) -> list[tuple[float, bytes]]:
+            out: list[tuple[float, bytes]] = live(inbound, 1)  # to look after each control period
             if world.device.wheels != (0.0, 0.0):
                 moved.append(world.now())
             return out
 
-        world.step = watched
+        world.run = watched
         while not maneuver.done:
             junior.step()
         assert isinstance(maneuver.error, PeerLostError)
