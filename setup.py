@@ -1,6 +1,8 @@
-"""Builds the robot's firmware as a C extension; everything else about the package is in pyproject.toml."""
+"""Builds the robot's firmware and the kernel as a C extension; everything else about the package is in pyproject.toml."""
 
 import runpy
+import sys
+import sysconfig
 from pathlib import Path
 
 from setuptools import setup
@@ -18,7 +20,10 @@ class BuildExtension(build_ext):
         super().run()
 
 
+if sysconfig.get_config_var("Py_GIL_DISABLED"):
+    sys.exit("junior-hil: the emulated robot's extension needs a Python with a GIL: use another build of Python than this one")
 setup(
     cffi_modules=["simdevice/build_host.py:builder"],
     cmdclass={"build_ext": BuildExtension},
+    options={"bdist_wheel": {"py_limited_api": "cp311"}},
 )
