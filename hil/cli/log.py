@@ -15,6 +15,7 @@ from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
 from hil.mcaplog.overview import LogOverview, overview
+from hil.mcaplog.reader import LogReader
 from hil.mcaplog.recovery import CopiedLog, recover
 from hil.mcaplog.slimming import slim
 from hil.mcaplog.walking import shown
@@ -22,7 +23,11 @@ from hil.mcaplog.writer import RUN, SIZES
 from hil.outputs import check_output
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
+
+    from hil.mcaplog.limits import ReadLimits
 
 CONFIG = "config"
 
@@ -152,7 +157,10 @@ def check(
     Example: hil log check tests/logs/coach.mcap
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    checked = check_log(find(log, console, quiet=quiet), lifted(max_chunk))
+    path, limits = find(log, console, quiet=quiet), lifted(max_chunk)
+    checked = check_log(path, limits)
+    if not checked.passed:
+        _require_something(path, limits)
     broken = [rule for rule in checked.rules.values() if not rule.passed]
     if as_json:
         common.print_json(
@@ -178,6 +186,18 @@ def check(
             whose = "MCAP's and ours" if checked.ours else "MCAP's"
             console.print(f"{len(checked.rules) - len(broken)} of {len(checked.rules)} rules hold ({whose})")
     return common.EXIT_FELL_SHORT if broken else common.EXIT_DONE
+
+
+def _require_something(path: Path, limits: ReadLimits) -> None:
+    """See that anything can be read of a log in which a rule is broken.
+
+    Raises:
+        UnreadableLogError: Nothing can.
+    """
+    reader = LogReader(path, limits)
+    for _ in reader.raw_entries():
+        pass
+    reader.require_something()
 
 
 def recover_log(
@@ -213,7 +233,7 @@ def slim_log(
     max_chunk: MaxChunkOption = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-) -> None:
+) -> int:
     """Make a log small: what running it again needs, and no more.
 
     Example: hil log slim runs/20261128-130501-coach-flat-light -o tests/logs/coach.mcap
@@ -221,8 +241,13 @@ def slim_log(
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
     check_output(out, overwrite=overwrite)
-    made = slim(found, out, lifted(max_chunk), overwrite=overwrite)
+    try:
+        made = slim(found, out, lifted(max_chunk), overwrite=overwrite)
+    except UnreadableLogError as error:
+        common.complain(str(error))
+        return common.EXIT_FELL_SHORT
     _tell(made, console, as_json=as_json, quiet=quiet)
+    return common.EXIT_DONE
 
 
 def _tell(made: CopiedLog, console: Console, *, as_json: bool, quiet: bool) -> None:

@@ -6,6 +6,7 @@ import json
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
+from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
 from hil.mcaplog.recovery import CopiedLog, copy_log
@@ -39,12 +40,17 @@ def slim(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite:
         What became of it.
 
     Raises:
-        UnreadableLogError: Nothing could be had; no file is left.
-        LogError: The log cannot be opened, or the new one cannot be written.
+        UnreadableLogError: No entry could be had; no file is left.
+        LogError: The log cannot be opened, or is slim already; the new one cannot be written.
         OutputExistsError: There is a file already, and it may not be replaced.
     """
 
     def say(copy: LogCopy) -> None:
         copy.values(SLIM, {"kept": json.dumps(KEPT)})
 
-    return copy_log(LogReader(path, limits), out, topics=is_kept, small=True, more=say, overwrite=overwrite)
+    reader = LogReader(path, limits)
+    for _ in reader.entries(topics=()):
+        pass
+    if SLIM in reader.metadata:
+        raise LogError(f"{path} is slim already: copy it as it is")
+    return copy_log(reader, out, topics=is_kept, small=True, more=say, overwrite=overwrite)

@@ -17,7 +17,7 @@ from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.index import LogIndex, read_index
 from hil.mcaplog.limits import LARGEST_ATTACHMENTS, LARGEST_METADATA, ReadLimits, remedy
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, salvage, split, stream, unpack
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.writer import MAGIC, RECOVERED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -102,6 +102,11 @@ class LogFile:
     def whole(self) -> bool:
         """The last pass read all there is, and found nothing wrong."""
         return not (self.truncated or self.damage or self.stopped or self.not_read)
+
+    @property
+    def ends_early(self) -> bool:
+        """The log ends before the run did, by the last pass: it was cut off, or recovered from one that was."""
+        return self.truncated or bool(self.stopped) or RECOVERED in self.metadata
 
     def records(self, *, expand: bool = True) -> Iterator[RawRecord]:
         """Every record, those inside chunks too, each whole.
@@ -196,6 +201,8 @@ class LogFile:
             most: Of what is wrong, and of what could not be read, so many are named.
         """
         noted = "".join(f"; {text}" for text in (*self._unread(most), *self.damage[:most]))
+        if not self.size:
+            return "empty: it has 0 bytes"
         if self.stopped:
             return f"read in part: {self.stopped}; {self.bytes_read:,} of {self.size:,} bytes were read{noted}"
         if not self.truncated and not self.damage:

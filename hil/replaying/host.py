@@ -51,6 +51,7 @@ class ReplayReport:
         ended: How the run ended, in words, where by an error or an interrupt; as it did when it was recorded.
         cut_off: The log was cut off, and was replayed to its end.
         versions: What has another version now: recorded, and now.
+        recovered: What the log was recovered from, in words; empty where it is as it was written.
     """
 
     path: Path
@@ -63,6 +64,7 @@ class ReplayReport:
     ended: str
     cut_off: bool
     versions: dict[str, tuple[str, str]]
+    recovered: str = ""
 
     @property
     def same(self) -> bool:
@@ -73,6 +75,8 @@ class ReplayReport:
         what = f"{self.compared} {'entries' if self.strict else 'decisions and steps'}"
         done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s"
         others = [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
+        if self.recovered:
+            others.append(f"The log was recovered from {self.recovered}")
         if self.difference is not None:
             head = f"{self.path}: NOT THE SAME: {self.difference.head}"
             return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body])
@@ -95,6 +99,7 @@ class ReplayReport:
             "duration_s": self.duration,
             "ended": self.ended,
             "cut_off": self.cut_off,
+            "recovered": self.recovered,
             "versions": {name: {"recorded": then, "now": now} for name, (then, now) in self.versions.items()},
             "difference": None if self.difference is None else self.difference.to_dict(),
         }
@@ -148,6 +153,7 @@ def replay(
         ended=ended,
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
+        recovered=tape.recovered,
     )
 
 
@@ -219,6 +225,8 @@ def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
     """
     config = tape.config
     verb, link = config.get("verb", ""), config.get("link", "")
+    if not config and tape.reader.truncated:
+        raise ReplayError(f"{tape.path} does not say what was asked for: it is {tape.reader.health(1)}")
     if "options" not in config:
         raise ReplayError(
             f"{tape.path} does not say what was asked for: it was recorded by an older version, by a program of your own "

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.writer import RECOVERED
 from hil.operator import INTERRUPT
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.limits import ReadLimits
 
+CONFIG: Final = "config"
+"""Name of the metadata record that says what was asked for."""
 OPEN: Final = "/bridge/open"
 SESSION: Final = "/bridge/session"
 STEP: Final = "/bridge/step"
@@ -89,6 +92,7 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
+        recovered: What it was recovered from, in words; empty where it is as it was written.
         kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
         files: Its attachments, by name.
         steps: Steps read so far.
@@ -99,6 +103,7 @@ class Tape:
 
     Raises:
         LogError: It can't be read, or is no log.
+        UnreadableLogError: There is something in it, and nothing of it can be read.
         ReplayError: It does not say how the run was begun.
     """
 
@@ -107,7 +112,12 @@ class Tape:
         self.reader = LogReader(path, limits)
         for _ in self.reader.entries(topics=()):
             pass
-        self.config = dict(self.reader.metadata.get("config", {}))
+        if CONFIG not in self.reader.metadata and not self.reader.whole:
+            for _ in self.reader.raw_entries():
+                pass
+            self.reader.require_something()
+        self.recovered = self.reader.metadata.get(RECOVERED, {}).get("from", "")
+        self.config = dict(self.reader.metadata.get(CONFIG, {}))
         self.kept = _kept(self.reader.metadata.get("slim", {}))
         self.files = {name: found.data for name, found in self.reader.attachments.items()}
         self.steps = 0
@@ -126,7 +136,7 @@ class Tape:
     @property
     def cut_off(self) -> bool:
         """The log ends before the run did; known when it has been read to its end."""
-        return self.reader.truncated or bool(self.reader.stopped)
+        return self.reader.ends_early
 
     def first_step(self) -> None:
         """Read on to the first step.
@@ -136,7 +146,10 @@ class Tape:
         """
         while not self.steps:
             if not self._read_on():
-                raise ReplayError(f"{self.path} has no step of a bridge: there is nothing to replay")
+                text = f"{self.path} has no step of a bridge that could be read: there is nothing to replay"
+                if not self.reader.whole:
+                    text += f". It is {self.reader.health(1)}. What there is of it, hil log recover gets"
+                raise ReplayError(text)
         if not any(network.opening for network in self._networks.values()):
             raise ReplayError(
                 f"{self.path} does not say how its bridge was opened: it was recorded by an older version, or its beginning is "

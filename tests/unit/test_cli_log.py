@@ -117,3 +117,22 @@ def test_what_is_no_log_is_told_in_words(tmp_path: Path, verb: str, capsys: pyte
 def test_every_verb_has_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["log", verb, "--help"]) == 0
     assert f"Example: hil log {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", [["log", "info"], ["log", "check"], ["replay"]])
+def test_a_log_of_which_nothing_can_be_read_is_a_file_that_cannot_be_read(
+    log: Path, tmp_path: Path, verb: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "tiny.mcap"
+    for size, words in ((0, "it is empty"), (6, "0 of 6 bytes could be read"), (300, "of 300 bytes could be read")):
+        path.write_bytes(log.read_bytes()[:size])
+        assert run([*verb, str(path)]) == 4
+        assert words in capsys.readouterr().err
+
+
+def test_slim_of_nothing_leaves_nothing(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head, out = tmp_path / "head.mcap", tmp_path / "small.mcap"
+    head.write_bytes(log.read_bytes()[:9000])
+    assert run(["log", "slim", str(head), "-o", str(out)]) == 1
+    assert "no entry could be had" in capsys.readouterr().err
+    assert not out.exists()
