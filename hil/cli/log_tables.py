@@ -68,11 +68,25 @@ def diff(
     console = common.consoles(as_json=as_json, quiet=quiet)
     one, two = find(first, console, quiet=True), find(second, console, quiet=True)
     found = compare_logs(one, two, topic, limits=lifted(max_chunk))
+    require_compared(found)
     if as_json:
         common.print_json({"first": str(one), "second": str(two), "same": found.same, **asdict(found)})
     elif not quiet:
         print_comparison(found, console)
     return common.EXIT_DONE if found.same else common.EXIT_FELL_SHORT
+
+
+def require_compared(found: LogComparison) -> None:
+    """See that two logs of which nothing differs have anything in common.
+
+    Args:
+        found: How they compare.
+
+    Raises:
+        UsageError: They have no such entry.
+    """
+    if found.same and not found.compared:
+        raise common.UsageError("the two logs have no such entries: there is nothing to compare")
 
 
 def print_comparison(found: LogComparison, console: Console) -> None:

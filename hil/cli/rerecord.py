@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from hil.cli import common
-from hil.cli.log_tables import print_comparison
+from hil.cli.log_tables import print_comparison, require_compared
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
 from hil.mcaplog.compare import compare_logs
 from hil.mcaplog.reader import LogReader
-from hil.outputs import check_output
+from hil.outputs import OutputError, check_output
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
 
@@ -43,13 +43,17 @@ def rerecorded(
         The exit status.
 
     Raises:
-        ReplayError: It is not of an emulated robot in lock-step, or does not say what was asked for.
-        OutputError: The new log can't be written.
+        ReplayError: It is not of an emulated robot in lock-step, does not say what was asked for, or has
+            no step that could be read.
+        OutputError: The new log can't be written, or is the log.
         LogError: The log can't be read.
     """
     check_output(out, overwrite=overwrite)
+    if out.exists() and out.samefile(log):
+        raise OutputError(f"{out} is the log itself, which the new one is compared with: give --rerecord another name")
     tape = Tape(log, limits, compared=False)
     job, url, _ = recorded_job(tape)
+    tape.first_step()
     address = parse_address(url)
     if address.scheme != "sim":
         raise ReplayError(f"{log} is of a robot at {url}: only an emulated robot in the same process does the same again")
@@ -62,8 +66,13 @@ def rerecorded(
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))
     except HilError as error:
         console.print(f"The run ended: {error}", markup=False)
-    kept = None if tape.kept is None else {entry.topic for entry in LogReader(log, limits).raw_entries()}
+    kept = (
+        None
+        if tape.kept is None and not tape.reader.ends_early
+        else {entry.topic for entry in LogReader(log, limits).raw_entries()}
+    )
     found = compare_logs(log, out, kept, limits=limits)
+    require_compared(found)
     if as_json:
         common.print_json({"first": str(log), "second": str(out), "same": found.same, **asdict(found)})
     elif not quiet:

@@ -196,3 +196,28 @@ def test_nothing_is_not_the_same_as_nothing_readable(tmp_path: Path) -> None:
     two.write_bytes(one.read_bytes()[:20])
     with pytest.raises(UnreadableLogError):
         compare_logs(one, two)
+
+
+def test_what_was_cut_off_is_no_difference_and_is_counted(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.mcap"
+    coaching_log(whole, budget=40)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    lacking = sum(1 for _ in LogReader(whole).raw_entries()) - sum(1 for _ in LogReader(cut).raw_entries())
+    for one, two in ((cut, whole), (whole, cut)):
+        found = compare_logs(one, two)
+        assert found.same
+        assert (found.compared > 0, found.behind_cut) == (True, lacking)
+
+
+def test_a_log_without_a_readable_entry_is_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = tmp_path / "whole.mcap"
+    coaching_log(whole, budget=20)
+    head = tmp_path / "head.mcap"
+    head.write_bytes(whole.read_bytes()[:9000])
+    assert not list(LogReader(head).raw_entries())
+    for pair in ((head, whole), (whole, head)):
+        assert run(["log", "diff", *map(str, pair)]) == 4
+        assert "no entry could be read of" in capsys.readouterr().err
+    assert run(["log", "diff", str(whole), str(whole), "--topic", "/nowhere"]) == 2
+    assert "nothing to compare" in capsys.readouterr().err
