@@ -126,10 +126,6 @@ class LiveStage(Stage):
         """Say more of the run in its record."""
         self._run.describe(**values)
 
-    def failed(self, text: str) -> None:
-        """Something that was asked for can't be written."""
-        self._run.failed(text)
-
 
 def described(job: Job, address: Address, *, signed: bool) -> dict[str, str]:
     """What a log says of what was asked for: `options` and `versions` are JSON, and so are numbers and truth values.

@@ -143,14 +143,6 @@ class Stage(ABC):
             **values: Fields of `hil.runs.RunRecord`.
         """
 
-    @abstractmethod
-    def failed(self, text: str) -> None:
-        """Something that was asked for can't be written.
-
-        Args:
-            text: What, in words.
-        """
-
 
 @contextmanager
 def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]]) -> Iterator[None]:

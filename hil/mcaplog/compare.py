@@ -14,7 +14,7 @@ from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.walking import LogFile, RawRecord
-from hil.mcaplog.writer import RECOVERED, RUN, SIZES
+from hil.mcaplog.writer import CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -199,7 +199,7 @@ def compare_logs(
 
 def _metadata(one: LogReader, two: LogReader, cut: tuple[bool, bool]) -> list[tuple[str, str, str | None, str | None]]:
     found: list[tuple[str, str, str | None, str | None]] = []
-    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, RECOVERED}):
+    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT}):
         if _is_behind_cut((name in one.metadata, name in two.metadata), cut):
             continue
         a, b = one.metadata.get(name, {}), two.metadata.get(name, {})

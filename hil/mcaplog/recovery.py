@@ -16,7 +16,7 @@ from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
 from hil.mcaplog.unpacking import DAMAGE, stream
 from hil.mcaplog.walking import read_metadata
-from hil.mcaplog.writer import RECOVERED
+from hil.mcaplog.writer import CUT
 from hil.outputs import Output, OutputError
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class CopiedLog:
 def recover(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite: bool = False) -> CopiedLog:  # noqa: B008 - frozen
     """Write all that can be read of a log into a new one, which is whole.
 
-    The metadata record `recovered` of the new one says what was wrong with it. Of a chunk that is cut off or does not unpack to
+    The metadata record `cut` of the new one says what was wrong with it. Of a chunk that is cut off or does not unpack to
     its end, the entries before that are kept; one that unpacks to something of another checksum is left out.
 
     Args:
@@ -112,8 +112,8 @@ def copy_log(
         files = _fill(copy, reader, topics, entries=small)
         if more is not None:
             more(copy)
-        if not reader.whole:
-            copy.values(RECOVERED, {"from": f"a log that was {reader.health()}"})
+        if not reader.whole and CUT not in reader.metadata:
+            copy.values(CUT, {"why": reader.health(), "entries": str(files.before)})
         copy.finish()
         output.finish()
     except OSError as error:
@@ -139,6 +139,8 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, en
             if described is None:
                 reader.count_unread(entry, "the log does not describe it")
             else:
+                if not reader.damage or reader.rescuing:
+                    files.before += 1
                 copy.entry(entry, *described)
     if not copy.entries and (entries or not (files.metadata or files.attachments)):
         what = "no entry" if files.metadata or files.attachments else "nothing"
@@ -147,11 +149,17 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, en
 
 
 class _Files:
-    """Takes what a log holds besides entries."""
+    """Takes what a log holds besides entries.
+
+    Attributes:
+        metadata: Metadata records taken.
+        attachments: Attachments taken.
+        before: Entries that were copied and come before the first that is missing.
+    """
 
     def __init__(self, copy: LogCopy) -> None:
         self._copy = copy
-        self.metadata = self.attachments = 0
+        self.metadata = self.attachments = self.before = 0
 
     def take(self, record: RawRecord) -> None:
         """Take a metadata record or an attachment, where it is in order; the reader tells where it is not."""

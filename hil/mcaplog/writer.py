@@ -49,8 +49,9 @@ RUN: Final = "run"
 """Name of the one metadata record that may differ between two logs of the same run."""
 SIZES: Final = "sizes"
 """Name of the metadata record that closes a log: by topic, the bytes of its messages before compression."""
-RECOVERED: Final = "recovered"
-"""Name of the metadata record of a log that was made of a damaged one: it ends where that could be read no further."""
+CUT: Final = "cut"
+"""Name of the metadata record of a log that ends before the run did, though the file is whole: `why`, in words, and in one that
+was made from a damaged log, how many `entries` come before the first that is missing."""
 RUN_BLOCK: Final = 4096
 """The `run` record is padded to a multiple of this, in bytes."""
 CHUNK_SIZE: Final = 256 * 1024

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from hil.mcaplog.writer import LogWriter
+from hil.mcaplog.writer import CUT, LogWriter
 from hil.outputs import Output
 from hil.recorder import FLUSH, Recorder
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
@@ -25,7 +25,7 @@ SYNC_REAL_TIME: Final = 1.0
 def main() -> None:
     """Write a log as the settings and batches say that come by the standard input; answers go to the standard output.
 
-    Where the input ends without a word, the control process is no more: the log is finished all the same.
+    Where the input ends without a word, the control process is no more: the log is finished all the same, and says so.
     """
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "SIGBREAK"):
         if hasattr(signal, name):
@@ -104,6 +104,7 @@ class _Helper:
                 if not self._failed:
                     self._play(playback, items)
         if not ended:
+            recorder.metadata(CUT, {"why": "the program that was recorded has ended without closing its log"})
             recorder.close()
 
     def _play(self, playback: Playback, items: list[Item]) -> None:
@@ -111,6 +112,7 @@ class _Helper:
             playback.take(items)
         except Exception as error:  # noqa: BLE001 - as above; what there is of the log is finished
             path = playback.recorder.path
+            playback.recorder.metadata(CUT, {"why": f"it could not be written any further: {error!r}"})
             playback.recorder.close()
             self._tell_failure(f"the log {path} cannot be written any further: {error!r}", path)
 

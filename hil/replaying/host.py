@@ -51,7 +51,7 @@ class ReplayReport:
         ended: How the run ended, in words, where by an error or an interrupt; as it did when it was recorded.
         cut_off: The log was cut off, and was replayed to its end.
         versions: What has another version now: recorded, and now.
-        recovered: What the log was recovered from, in words; empty where it is as it was written.
+        recovered: What was wrong with the log that this one was made from, in words; empty where it is as it was written.
     """
 
     path: Path
@@ -76,7 +76,7 @@ class ReplayReport:
         done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s"
         others = [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
         if self.recovered:
-            others.append(f"The log was recovered from {self.recovered}")
+            others.append(f"The log was recovered from one that was {self.recovered}")
         if self.difference is not None:
             head = f"{self.path}: NOT THE SAME: {self.difference.head}"
             return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body])
@@ -138,7 +138,11 @@ def replay(
     if signed and signing_key is None:
         raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
     tape.first_step()
-    comparison = Comparison(tape, tape.opening(url).wire, strict=strict)
+    try:
+        wire = tape.opening(url).wire
+    except ReplayEndedError as error:
+        raise ReplayError(f"{log} is said to be of {url[:200]}, and has no such network") from error
+    comparison = Comparison(tape, wire, strict=strict)
     stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
     tape.on_read = progress
     ended = _perform(job, stage, comparison, tape)

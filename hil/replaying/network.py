@@ -146,9 +146,11 @@ class ReplayPump:
 
     @property
     def pending(self) -> bool:
-        """In lock-step: the next step takes in what was left of the last chunk, without time passing."""
+        """The next step need not wait: in real time never, in lock-step where it takes in what was left of the last chunk."""
+        if not self._lockstep:
+            return True
         chunks = self._tape.current(self._network).record.chunk_times
-        if not self._lockstep or not chunks:
+        if not chunks:
             return False
         following = self._tape.peek(self._network)
         return following is not None and following.record.chunk_times[:1] == chunks[-1:]
@@ -170,7 +172,7 @@ class ReplayPump:
         step = self._tape.take(self._network)
         record = step.record
         self._clock.reading = record.clock
-        for what, robot in zip(record.inputs, record.input_robots, strict=False):
+        for what, robot in zip(record.inputs, record.input_robots, strict=True):
             if what != INTERRUPTED:
                 self._operator.ask(what, robot)
         self.overrun += record.dropped

@@ -73,6 +73,3 @@ class ReplayStage(Stage):
 
     def describe(self, **values: Any) -> None:  # noqa: ANN401 - as the stage has it
         """Nobody keeps it."""
-
-    def failed(self, text: str) -> None:
-        """Nothing is written, so nothing fails."""

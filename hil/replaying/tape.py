@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
-from hil.mcaplog.writer import RECOVERED
+from hil.mcaplog.writer import CUT
 from hil.operator import INTERRUPT
+from hil.replaying.bounds import what_can_not_be
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +37,7 @@ _KINDS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
+_DIGITS: Final = 19
 _EVERY: Final = 1000
 """Entries between two tellings of how much has been read."""
 
@@ -92,11 +95,12 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
-        recovered: What it was recovered from, in words; empty where it is as it was written.
+        recovered: What was wrong with the log that it was made from, in words; empty where it is as it was written.
         kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
         files: Its attachments, by name.
         steps: Steps read so far.
         span: First and last log time read so far, in s.
+        ended: It has been read to its end.
         interrupted: A step has been handed out by which the run was interrupted.
         gaps: What the recorder could not write, in words; empty where it wrote everything, as far as the log has been read.
         on_read: Is told what share of the log has been read, 0..1, now and then; None: nobody.
@@ -116,7 +120,6 @@ class Tape:
             for _ in self.reader.raw_entries():
                 pass
             self.reader.require_something()
-        self.recovered = self.reader.metadata.get(RECOVERED, {}).get("from", "")
         self.config = dict(self.reader.metadata.get(CONFIG, {}))
         self.kept = _kept(self.reader.metadata.get("slim", {}))
         self.files = {name: found.data for name, found in self.reader.attachments.items()}
@@ -124,9 +127,12 @@ class Tape:
         self.entries = 0
         self.span: tuple[float, float] | None = None
         self._compared = compared
+        cut = self.reader.metadata.get(CUT)
+        self._cut = cut is not None
+        self.recovered = cut.get("why", "") if cut is not None and "entries" in cut else ""
+        self._most = _whole_number(cut.get("entries", "")) if cut is not None else None
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
-        self._decoders: dict[int, Callable[[bytes], tuple[Any, ...]] | None] = {}
         self._networks: dict[str, _Network] = {}
         self.ended = False
         self.interrupted = False
@@ -135,8 +141,8 @@ class Tape:
 
     @property
     def cut_off(self) -> bool:
-        """The log ends before the run did; known when it has been read to its end."""
-        return self.reader.ends_early
+        """The log has been read to its end, or to what is missing in it, and that is not where the run ended."""
+        return self.ended and (self._cut or self.reader.truncated or bool(self.reader.stopped or self.reader.damage))
 
     def first_step(self) -> None:
         """Read on to the first step.
@@ -235,13 +241,7 @@ class Tape:
 
     def decoded(self, entry: RawEntry) -> Any:  # noqa: ANN401 - whatever the log holds
         """What an entry says: a record or message of this program, or what the log's own schema makes of it; else None."""
-        if entry.channel not in self._decoders:
-            try:
-                self._decoders[entry.channel] = self.reader.channels.decoder(entry.channel)
-            except ValueError:
-                self._decoders[entry.channel] = None
-        decode = self._decoders[entry.channel]
-        return None if decode is None else decode(entry.data)[0]
+        return self.reader.decoded(entry)
 
     def _of(self, network: str) -> _Network:
         return self._networks.setdefault(network, _Network())
@@ -252,8 +252,8 @@ class Tape:
 
     def _read_on(self) -> bool:
         """Read the next entry; False at the end."""
-        entry = next(self._raw, None)
-        if entry is None:
+        entry = None if self.entries == self._most else next(self._raw, None)
+        if entry is None or self.reader.damage:  # what follows a gap was said to questions that nobody knows
             self.ended = True
             for network in self._networks.values():
                 network.last.over = True
@@ -272,6 +272,8 @@ class Tape:
             found = self.decoded(entry)
             if not isinstance(found, kind):
                 raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s is not as this version writes them")
+            if wrong := what_can_not_be(found):
+                raise ReplayError(f"{self.path}: an entry of {entry.topic} at {at:.3f} s says what can't be: {wrong}")
             self._take(entry.topic, found)
         return True
 
@@ -282,8 +284,9 @@ class Tape:
 
     def read_rest(self) -> None:
         """Read on to the end, for `gaps` and for where the log ends."""
-        while self._read_on():
-            self._entries.clear()
+        with suppress(ReplayError):
+            while self._read_on():
+                self._entries.clear()
 
     def _take(self, topic: str, found: Any) -> None:  # noqa: ANN401 - one of `_KINDS`
         network = self._of(found.link if topic in {RX, TX, UNSENT} else found.network)
@@ -302,8 +305,6 @@ class Tape:
                 self._fill(network, found.data)
 
     def _take_step(self, network: _Network, record: BridgeStep) -> None:
-        if len(record.chunk_times) != len(record.chunk_sizes):
-            raise ReplayError(f"{self.path}: step {self.steps} has more or fewer stamps than chunks")
         network.last.over = True
         step = network.last = Step(self.steps, record, missing=len(record.chunk_times))
         self.steps += 1
@@ -324,6 +325,11 @@ class Tape:
         step.missing -= 1
         if not step.missing:
             network.unfilled.popleft()
+
+
+def _whole_number(text: str) -> int | None:
+    """A number of a log; None where there is none."""
+    return int(text) if text.isascii() and text.isdigit() and len(text) < _DIGITS else None
 
 
 def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:

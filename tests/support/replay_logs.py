@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 FOLDER: Final = Path(__file__).parents[1] / "replay_logs"
 DONE, LOST, INTERRUPTED = 0, 3, 130
 """Exit statuses that a run is meant to end with."""
-COACH: Final = ("--period", "0.1", "--held-out", "1", "--no-report")
+TRIED: Final = ("--held-out", "1", "--no-report")
+COACH: Final = ("--period", "0.1", *TRIED)
 ARM_AND_DRIVE: Final = b"a\x1b[A"
 """Keys that arm the robot and drive it."""
 
@@ -100,12 +101,13 @@ def ran(folder: Path, name: str, *arguments: str, status: int = DONE, meanwhile:
 
 def lockstep(folder: Path) -> Path:
     """Coached in lock-step, over MAVLink."""
-    return ran(folder, "lockstep", "coach", "sim://junior?opponent=curved-light&seed=7", *COACH, "--budget", "40")
+    robot, options = "sim://junior?opponent=curved-light&seed=7", ["--period", "0.02", "--budget", "500"]  # generations
+    return ran(folder, "lockstep", "coach", robot, *options, *TRIED)
 
 
 def lockstep_can(folder: Path) -> Path:
     """Coached in lock-step, over CAN."""
-    return ran(folder, "lockstep_can", "coach", "sim://junior?wire=can&seed=8", *COACH, "--budget", "40")
+    return ran(folder, "lockstep_can", "coach", "sim://junior?wire=can&seed=8", *COACH, "--budget", "60")
 
 
 def pty(folder: Path) -> Path:

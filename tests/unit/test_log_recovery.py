@@ -23,7 +23,7 @@ from hil.mcaplog import LogError, LogReader, UnreadableLogError
 from hil.mcaplog.overview import overview
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import SLIM, is_kept, slim
-from hil.mcaplog.writer import RECOVERED, SIZES
+from hil.mcaplog.writer import CUT, SIZES
 from hil.outputs import OutputExistsError
 
 if TYPE_CHECKING:
@@ -247,7 +247,7 @@ def test_what_is_made_of_a_damaged_log_says_that_it_ends_early(good: Path, tmp_p
         list(reader.raw_entries())
         assert reader.whole
         assert reader.ends_early
-        assert "cut off" in reader.metadata[RECOVERED]["from"]
+        assert "cut off" in reader.metadata[CUT]["why"]
         recover(out, again, overwrite=True)
         reader = LogReader(again)
         list(reader.raw_entries())
