@@ -12,7 +12,6 @@ from hil.cli.log_tables import print_comparison, require_compared
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
 from hil.mcaplog.compare import compare_logs
-from hil.mcaplog.reader import LogReader
 from hil.outputs import OutputError, check_output
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
@@ -66,12 +65,7 @@ def rerecorded(
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))
     except HilError as error:
         console.print(f"The run ended: {error}", markup=False)
-    kept = (
-        None
-        if tape.kept is None and not tape.reader.ends_early
-        else {entry.topic for entry in LogReader(log, limits).raw_entries()}
-    )
-    found = compare_logs(log, out, kept, limits=limits)
+    found = compare_logs(log, out, limits=limits)
     require_compared(found)
     if as_json:
         common.print_json({"first": str(log), "second": str(out), "same": found.same, **asdict(found)})

@@ -13,6 +13,7 @@ from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader, RawEntry
+from hil.mcaplog.slimming import SLIM, kept_of, matches
 from hil.mcaplog.walking import LogFile, RawRecord
 from hil.mcaplog.writer import CUT, RUN, SIZES
 
@@ -133,12 +134,14 @@ class LogComparison:
         metadata: What differs, as (record, key, value in the first log, in the second); None where there is no such key.
         attachments: Names of attachments that differ, or that only one has.
         health: What state each log is in, in words.
+        left_out: Topics that were not compared, since one log is slim, and slim logs never have them.
     """
 
     topics: list[TopicComparison]
     metadata: list[tuple[str, str, str | None, str | None]]
     attachments: list[str]
     health: tuple[str, str]
+    left_out: list[str] = field(default_factory=list)
 
     @property
     def compared(self) -> int:
@@ -167,7 +170,8 @@ def compare_logs(
     """Compare two logs by topic: the entries of each in their order, with their times, and in which fields they differ.
 
     Chunks, indexes, sequence numbers, and how topics take turns do not count, nor do the metadata records `run` and `sizes`.
-    A NaN equals itself. What a log lacks at its end because it was cut off is no difference.
+    A NaN equals itself. Where a log is slim, only the topics that slim logs have are compared. What a log lacks at its end
+    because it was cut off is no difference.
 
     Args:
         first: A log.
@@ -193,13 +197,15 @@ def compare_logs(
     cut = one.ends_early, two.ends_early
     metadata, attachments = ([], []) if topics is not None else (_metadata(one, two, cut), _attachments(one, two, cut))
     health = one.health(), two.health()
-    compared = [_compare_topic(one, two, topic, cut) for topic in sorted(found)]
-    return LogComparison(compared, metadata, attachments, health)
+    kept = [kept_of(one.metadata), kept_of(two.metadata)]
+    left_out = {topic for topic in found if any(each is not None and not matches(topic, each) for each in kept)}
+    compared = [_compare_topic(one, two, topic, cut) for topic in sorted(found - left_out)]
+    return LogComparison(compared, metadata, attachments, health, sorted(left_out))
 
 
 def _metadata(one: LogReader, two: LogReader, cut: tuple[bool, bool]) -> list[tuple[str, str, str | None, str | None]]:
     found: list[tuple[str, str, str | None, str | None]] = []
-    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT}):
+    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT, SLIM}):
         if _is_behind_cut((name in one.metadata, name in two.metadata), cut):
             continue
         a, b = one.metadata.get(name, {}), two.metadata.get(name, {})

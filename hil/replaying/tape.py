@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.slimming import kept_of
 from hil.mcaplog.writer import CUT
 from hil.operator import INTERRUPT
 from hil.replaying.bounds import what_can_not_be
@@ -121,7 +121,7 @@ class Tape:
                 pass
             self.reader.require_something()
         self.config = dict(self.reader.metadata.get(CONFIG, {}))
-        self.kept = _kept(self.reader.metadata.get("slim", {}))
+        self.kept = kept_of(self.reader.metadata)
         self.files = {name: found.data for name, found in self.reader.attachments.items()}
         self.steps = 0
         self.entries = 0
@@ -330,14 +330,3 @@ class Tape:
 def _whole_number(text: str) -> int | None:
     """A number of a log; None where there is none."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < _DIGITS else None
-
-
-def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
-    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
-    if "kept" not in slim:
-        return None
-    try:
-        kept = json.loads(slim["kept"])
-    except (ValueError, RecursionError):
-        return ()
-    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
