@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from hil.cli import common
 from hil.cli.log_tables import print_comparison, require_compared
@@ -13,6 +12,7 @@ from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
 from hil.mcaplog.compare import compare_logs
 from hil.outputs import OutputError, check_output
+from hil.replaying.again import why_not_again
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
 
@@ -53,13 +53,8 @@ def rerecorded(
     tape = Tape(log, limits, compared=False)
     job, url, _ = recorded_job(tape)
     tape.first_step()
-    address = parse_address(url)
-    if address.scheme != "sim":
-        raise ReplayError(f"{log} is of a robot at {url}: only an emulated robot in the same process does the same again")
-    if tape.config.get("signed") == "true":
-        raise ReplayError(f"{log} is of a run whose frames were signed: it can be replayed, and not recorded again")
-    if address.options.get("faults", "").startswith("@") or address.options.get("faults", "").endswith((".toml", ".json")):
-        raise ReplayError(f"{log} names a file of faults: what a log names is not opened")
+    if obstacle := why_not_again(tape, url):
+        raise ReplayError(obstacle)
     run = ActiveRun(None, out, overwrite=overwrite)
     try:
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))
@@ -72,5 +67,7 @@ def rerecorded(
     elif not quiet:
         console.print(f"A is {log}, B is {out}", markup=False)
         print_comparison(found, console)
+        if not found.same:
+            console.print("What to do: docs/replay.md, When a change was meant")
     status = common.EXIT_DONE if found.same else common.EXIT_FELL_SHORT
     return run.ended() or status

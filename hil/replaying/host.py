@@ -18,6 +18,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.session import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
+from hil.replaying.again import why_not_again
 from hil.replaying.comparison import Comparison
 from hil.replaying.difference import Difference, ReplayDiverged
 from hil.replaying.stage import ReplayStage
@@ -52,6 +53,7 @@ class ReplayReport:
         cut_off: The log was cut off, and was replayed to its end.
         versions: What has another version now: recorded, and now.
         recovered: What was wrong with the log that this one was made from, in words; empty where it is as it was written.
+        again: The run itself can be done again, and a new log of it compared (`hil replay --rerecord`).
     """
 
     path: Path
@@ -65,6 +67,7 @@ class ReplayReport:
     cut_off: bool
     versions: dict[str, tuple[str, str]]
     recovered: str = ""
+    again: bool = False
 
     @property
     def same(self) -> bool:
@@ -79,7 +82,10 @@ class ReplayReport:
             others.append(f"The log was recovered from one that was {self.recovered}")
         if self.difference is not None:
             head = f"{self.path}: NOT THE SAME: {self.difference.head}"
-            return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body])
+            what_next = ["What to do: docs/replay.md, When it is not the same"]
+            if self.again:
+                what_next.append(f"If the change was meant, all that it changes: hil replay {self.path} --rerecord new.mcap")
+            return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body, *what_next])
         lines = [f"{self.path}: the same. {done}: {what} compared"]
         if self.cut_off:
             lines.append("The log was cut off; it was replayed to its end.")
@@ -158,6 +164,7 @@ def replay(
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
         recovered=tape.recovered,
+        again=not (tape.recovered or why_not_again(tape, url)),
     )
 
 

@@ -104,3 +104,14 @@ def test_a_difference_before_the_cut_is_found(log: Path, tmp_path: Path, monkeyp
     report = hil.replay(saved)
     assert not report.same
     assert "The log was recovered from one that was cut off" in str(report)
+    assert not report.again  # of a log that was recovered nobody knows how its run went on
+
+
+def test_a_run_is_named_once(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "runs" / "one"
+    folder.mkdir(parents=True)
+    shutil.move(log, folder / "log.mcap")
+    assert run(["replay", str(folder)]) == 0
+    assert capsys.readouterr().out.count("log.mcap") == 1
+    assert run(["replay", str(tmp_path / "runs")]) == 2
+    assert "name one of its runs (hil runs lists them)" in capsys.readouterr().err
