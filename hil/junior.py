@@ -38,7 +38,13 @@ T = TypeVar("T")
 
 
 class Company(Protocol):
-    """The robots that one belongs to, where there are several: whoever waits for one serves all."""
+    """The robots that one belongs to, where there are several: whoever waits for one serves all.
+
+    Attributes:
+        telling: A step is being told of.
+    """
+
+    telling: bool
 
     def now(self) -> float:
         """Time of the last step, in s."""
@@ -95,6 +101,7 @@ class Junior:
         self.referee: Referee | None = None
         self.between: Callable[[], None] | None = None
         self._robots = robots
+        self._telling = False
         self._reading: Received | None = None
         self._early: dict[int, Received] = {}
         self._listeners: list[Callable[[Event], None]] = []
@@ -223,7 +230,8 @@ class Junior:
 
         Raises as `read_sensors`.
         """
-        self._step(0.0)
+        if not self._telling and (self._robots is None or not self._robots.telling):  # else this is as fresh as can be
+            self._step(0.0)
         latest = self.latest
         return self.read_sensors() if latest is None or self.stale else latest
 
@@ -540,8 +548,12 @@ class Junior:
                 self._reading = event
             elif type(message) is RefereeState and self.referee is not None:
                 self.referee.heard(message)
-        for listener in self._listeners:
-            listener(event)
+        before, self._telling = self._telling, True
+        try:
+            for listener in self._listeners:
+                listener(event)
+        finally:
+            self._telling = before
 
     # --- leaving -----------------------------------------------------------------------------------------------------
 

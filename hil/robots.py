@@ -66,6 +66,7 @@ class Robots:
         limits: Bounds on what is asked of each robot.
         members: Every robot that was ever there.
         between: Called after every step of the links, when nothing is under way.
+        telling: A step is being told of.
     """
 
     def __init__(self, networks: Networks, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
@@ -73,6 +74,7 @@ class Robots:
         self.limits = limits
         self.members: dict[RobotAddress, Junior] = {}
         self.between: Callable[[], None] | None = None
+        self.telling = False
         self._expected: frozenset[RobotAddress] = frozenset()
         self._listeners: list[Callable[[str, Event], None]] = []
         self._closed = False
@@ -207,6 +209,17 @@ class Robots:
             LinkError: The last link is gone.
         """
         events = self.networks.step(wait)
+        before, self.telling = self.telling, True
+        try:
+            self._tell(events)
+        finally:
+            self.telling = before
+        if self.between is not None:
+            self.between()
+        return [event for _, event in events]
+
+    def _tell(self, events: list[tuple[str, Event]]) -> None:
+        """Have every robot and every listener hear of what has happened."""
         for network, event in events:
             system = getattr(event, "system", None)
             if isinstance(event, PeerFound):
@@ -218,9 +231,6 @@ class Robots:
                 junior.notice(event)
             for listener in self._listeners:
                 listener(network, event)
-        if self.between is not None:
-            self.between()
-        return [event for _, event in events]
 
     def _join(self, network: str, system: int) -> None:
         bridge = self.networks.bridges[network]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import pytest
 from scripted_robot import ScriptedRobot
 
@@ -10,6 +12,9 @@ from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import CommandLong
 from hil.bridge import Bridge
 from hil.junior import Junior
+
+if TYPE_CHECKING:
+    from firmware_protocol.events import Event
 
 
 def handle(robot: ScriptedRobot) -> Junior:
@@ -62,3 +67,22 @@ def test_before_the_first_reading_it_is_infinitely_old() -> None:
     assert junior.latest is None
     assert junior.age == float("inf")
     assert junior.stale
+
+
+def test_who_is_told_of_a_step_does_not_begin_another_by_looking(monkeypatch: pytest.MonkeyPatch) -> None:
+    junior = handle(ScriptedRobot())
+    junior.wait(0.1)
+    asked, step = list[float](), junior.bridge.step
+
+    def counted(wait: float) -> list[Event]:
+        asked.append(wait)
+        return step(wait)
+
+    monkeypatch.setattr(junior.bridge, "step", counted)
+    seen = []
+    junior.listen(lambda _: seen.append(junior.sensors.time))
+    while not seen:
+        junior.step(0.02)
+    assert 0.0 not in asked
+    assert junior.sensors.time == seen[-1]
+    assert asked[-1] == 0.0
