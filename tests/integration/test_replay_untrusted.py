@@ -109,7 +109,7 @@ def renamed(log: EditedLog, link: str) -> EditedLog:
         "can://socketcan/can0",
         "can://slcan//dev/ttyACM0",
         f"replay://{LOGS / 'pty.mcap'}",
-        "sim://junior?board=avr",
+        "sim://junior?board=another",
     ],
 )
 def test_a_link_that_a_log_names_is_looked_up_in_the_log(
