@@ -137,11 +137,10 @@ def _replayed(log: Path, shown: str, *, strict: bool = False, key: Path | str | 
     else:
         if report.same:
             return report
-        text = (
-            f"{str(report).removeprefix(f'{report.path}: ')}\n"
-            f"To see it again: hil replay {shown}{' --strict' if strict else ''}\n"
-            f"Was it meant? What it changes, of a run in lock-step: hil replay {shown} --rerecord NEW.mcap"
-        )
+        assert report.difference is not None
+        told = str(report).partition("\n")[2].replace(str(report.path), shown)
+        again = f"To see it again: hil replay {shown}{' --strict' if strict else ''}"
+        text = f"{report.difference.head_of(shown)}\n{told}\n{again}"
     pytest.fail(text, pytrace=False)
 
 
@@ -156,5 +155,6 @@ def _matching(pattern: str, folder: Path) -> list[Path]:
     names = sorted(glob(pattern, root_dir=folder, recursive=True))  # noqa: PTH207 - Path.glob takes no absolute pattern
     found = [path for name in names if (path := folder / name).is_file()]
     if not found:
-        raise pytest.UsageError(f"--hil-replay {pattern}: no file matches this, seen from {folder}")
+        hint = f"; it is a folder: name its logs, '{pattern.rstrip('/')}/*.mcap'" if (folder / pattern).is_dir() else ""
+        raise pytest.UsageError(f"--hil-replay {pattern}: no file matches this, seen from {folder}{hint}")
     return found

@@ -360,5 +360,6 @@ def file_of(given: Path | None, name: str, *, verbs: tuple[str, ...] = (), oppon
         return given
     path = given / name
     if not path.exists():
-        raise RunError(f"there is no {name} in {given}")
+        among = any(given.glob(f"*/{name}"))
+        raise RunError(f"there is no {name} in {given}{': name one of its runs (hil runs lists them)' if among else ''}")
     return path

@@ -15,16 +15,23 @@ from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
 from hil.mcaplog.overview import LogOverview, overview
+from hil.mcaplog.reader import LogReader
 from hil.mcaplog.recovery import CopiedLog, recover
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.slimming import SLIM, kept_of, slim
 from hil.mcaplog.walking import shown
-from hil.mcaplog.writer import RUN, SIZES
+from hil.mcaplog.writer import CUT, RUN, SIZES
 from hil.outputs import check_output
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console
 
+    from hil.mcaplog.limits import ReadLimits
+
 CONFIG = "config"
+LONGEST = 300
+"""Letters of what is wrong with a log."""
 
 app = typer.Typer(
     name="log",
@@ -115,6 +122,10 @@ def _print(found: LogOverview, console: Console) -> None:
             console.print(f"{name}:")
             for key, value in values.items():
                 console.print(f"  {shown(key)}: {_short(value)}")
+        elif name == SLIM:
+            console.print(f"slim: of the topics it has kept {', '.join(map(shown, kept_of(found.metadata) or ()))}")
+        elif name == CUT:
+            console.print(f"cut: it ends before the run did; {shown(values.get('why', ''), LONGEST)}")
         elif name != SIZES:
             console.print(f"{shown(name)}: {len(values)} values")
 
@@ -122,7 +133,7 @@ def _print(found: LogOverview, console: Console) -> None:
 def _topics(found: LogOverview) -> Table:
     sized = any(one.size is not None for one in found.topics)
     table = Table()
-    table.add_column("topic", overflow="fold")
+    table.add_column("topic", no_wrap=True, overflow="fold")
     for head in ("entries", "a second", *(("bytes", "share") if sized else ())):
         table.add_column(head, justify="right")
     total = sum(one.size or 0 for one in found.topics) or 1
@@ -152,7 +163,9 @@ def check(
     Example: hil log check tests/logs/coach.mcap
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    checked = check_log(find(log, console, quiet=quiet), lifted(max_chunk))
+    path, limits = find(log, console, quiet=quiet), lifted(max_chunk)
+    checked = check_log(path, limits)
+    health = "" if checked.passed else _health(path, limits)
     broken = [rule for rule in checked.rules.values() if not rule.passed]
     if as_json:
         common.print_json(
@@ -169,15 +182,29 @@ def check(
         )
     else:
         for rule in broken:
-            console.print(f"{rule.name}: {rule.demand}", style="bold")
+            console.print(f"BROKEN: {rule.name} (the rule: {rule.demand})", style="bold")
             for found in rule.findings:
                 console.print(f"  byte {found.offset:,}: {found.text}")
             if rule.count > len(rule.findings):
                 console.print(f"  and {rule.count - len(rule.findings):,} more")
         if not quiet or broken:
             whose = "MCAP's and ours" if checked.ours else "MCAP's"
-            console.print(f"{len(checked.rules) - len(broken)} of {len(checked.rules)} rules hold ({whose})")
+            holding = f"{len(checked.rules) - len(broken)} of {len(checked.rules)} rules hold ({whose})"
+            console.print(f"{holding}, {len(broken)} BROKEN; the log is {health}" if broken else holding)
     return common.EXIT_FELL_SHORT if broken else common.EXIT_DONE
+
+
+def _health(path: Path, limits: ReadLimits) -> str:
+    """What state a log is in, in which a rule is broken.
+
+    Raises:
+        UnreadableLogError: Nothing can.
+    """
+    reader = LogReader(path, limits)
+    for _ in reader.raw_entries():
+        pass
+    reader.require_something()
+    return reader.health(most=1)
 
 
 def recover_log(
@@ -213,7 +240,7 @@ def slim_log(
     max_chunk: MaxChunkOption = None,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
-) -> None:
+) -> int:
     """Make a log small: what running it again needs, and no more.
 
     Example: hil log slim runs/20261128-130501-coach-flat-light -o tests/logs/coach.mcap
@@ -221,8 +248,13 @@ def slim_log(
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
     check_output(out, overwrite=overwrite)
-    made = slim(found, out, lifted(max_chunk), overwrite=overwrite)
+    try:
+        made = slim(found, out, lifted(max_chunk), overwrite=overwrite)
+    except UnreadableLogError as error:
+        common.complain(str(error))
+        return common.EXIT_FELL_SHORT
     _tell(made, console, as_json=as_json, quiet=quiet)
+    return common.EXIT_DONE
 
 
 def _tell(made: CopiedLog, console: Console, *, as_json: bool, quiet: bool) -> None:

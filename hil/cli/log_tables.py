@@ -16,6 +16,7 @@ from hil.mcaplog.flattening import write_tables
 from hil.mcaplog.limits import lifted
 from hil.mcaplog.walking import shown
 from hil.outputs import OutputError
+from hil.replaying.difference import parting
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,6 +25,7 @@ TopicOption = Annotated[
     list[str] | None, typer.Option("--topic", metavar="TOPIC", help="Only this topic; may be given several times.")
 ]
 MOST_METADATA = 20
+SENT = "/wire/tx"
 
 
 def csv(
@@ -68,11 +70,25 @@ def diff(
     console = common.consoles(as_json=as_json, quiet=quiet)
     one, two = find(first, console, quiet=True), find(second, console, quiet=True)
     found = compare_logs(one, two, topic, limits=lifted(max_chunk))
+    require_compared(found)
     if as_json:
         common.print_json({"first": str(one), "second": str(two), "same": found.same, **asdict(found)})
     elif not quiet:
         print_comparison(found, console)
     return common.EXIT_DONE if found.same else common.EXIT_FELL_SHORT
+
+
+def require_compared(found: LogComparison) -> None:
+    """See that two logs of which nothing differs have anything in common.
+
+    Args:
+        found: How they compare.
+
+    Raises:
+        UsageError: They have no such entry.
+    """
+    if found.same and not found.compared:
+        raise common.UsageError("the two logs have no such entries: there is nothing to compare")
 
 
 def print_comparison(found: LogComparison, console: Console) -> None:
@@ -85,16 +101,24 @@ def print_comparison(found: LogComparison, console: Console) -> None:
     for name, health in zip("AB", found.health, strict=True):
         if not health.startswith("whole"):
             console.print(f"{name} is {health}")
-    differing = [topic for topic in found.topics if topic.difference]
+    differing = sorted((topic for topic in found.topics if topic.difference), key=_begins)
+    common_topics = sum(1 for topic in found.topics if topic.first and topic.second)
     if found.same:
-        entries = sum(topic.first for topic in found.topics)
-        console.print(f"No difference in {entries:,} entries of {len(found.topics)} topics")
+        console.print(f"No difference in {found.compared:,} entries of {common_topics} topics")
+    else:
+        sent = next((topic for topic in found.topics if topic.topic == SENT), None)
+        if sent is not None:
+            console.print(f"What is sent to the robot ({SENT}) {'DIFFERS' if sent.difference else 'is the same'}")
+    if found.behind_cut:
+        console.print(f"{found.behind_cut:,} entries more of one log come behind where the other was cut off: not compared")
+    if found.left_out:
+        console.print(f"Slim logs never have {len(found.left_out)} of the topics: not compared")
     if differing:
         console.print(_table(differing))
         for topic in differing:
             _explain(topic, console)
     for name, key, a, b in found.metadata[:MOST_METADATA]:
-        console.print(f"metadata {shown(name)}, {shown(key) or 'the whole of it'}: {_value(a)} in A, {_value(b)} in B")
+        console.print(f"metadata {shown(name)}, {shown(key) or 'the whole of it'}: {' in A, '.join(_values(a, b))} in B")
     if len(found.metadata) > MOST_METADATA:
         console.print(f"and {len(found.metadata) - MOST_METADATA} more differences in metadata")
     for name in found.attachments:
@@ -103,7 +127,7 @@ def print_comparison(found: LogComparison, console: Console) -> None:
 
 def _table(differing: list[TopicComparison]) -> Table:
     table = Table()
-    table.add_column("topic", overflow="fold")
+    table.add_column("topic", no_wrap=True, overflow="fold")
     for head in ("in A", "in B", "differ"):
         table.add_column(head, justify="right")
     table.add_column("in the fields", overflow="fold")
@@ -120,12 +144,17 @@ def _table(differing: list[TopicComparison]) -> Table:
     return table
 
 
+def _begins(topic: TopicComparison) -> tuple[float, str]:
+    return (topic.difference.time if topic.difference else 0.0), topic.topic
+
+
 def _explain(topic: TopicComparison, console: Console) -> None:
     at = topic.difference
     if at is not None:
         where = f"{_name(topic)}, entry {at.number:,} at {at.time:.6f} s, {shown(at.field, SHOWN)}"
         if topic.first and topic.second:
-            console.print(f"{where}: {_value(at.first)} in A, {_value(at.second)} in B")
+            first, second = _values(at.first, at.second)
+            console.print(f"{where}: {first} in A, {second} in B")
         else:
             console.print(f"{_name(topic)} is in {'A' if topic.first else 'B'} only")
 
@@ -134,8 +163,17 @@ def _name(topic: TopicComparison) -> str:
     return shown(topic.topic, SHOWN) or "(not described)"
 
 
-def _value(value: object) -> str:
-    if value is None:
+def _values(first: object, second: object) -> tuple[str, str]:
+    """Two values, from a little before where they differ."""
+    texts = [None if value is None else repr(value) for value in (first, second)]
+    one, two = (text or "" for text in texts)
+    alike = parting(one, two) if max(len(one), len(two)) > SHOWN else 0
+    begin = max(0, alike - SHOWN // 5)
+    return _excerpt(texts[0], begin), _excerpt(texts[1], begin)
+
+
+def _excerpt(text: str | None, begin: int) -> str:
+    if text is None:
         return "nothing"
-    text = repr(value)
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}..."
+    end = begin + SHOWN
+    return f"{'...' if begin else ''}{text[begin:end]}{'...' if end < len(text) else ''}"

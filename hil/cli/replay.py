@@ -61,8 +61,6 @@ def replay(
 
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = runs.file_of(log, runs.LOG)
-    if found != log and not quiet:
-        console.print(f"Log: {found}", markup=False)
     if not found.is_file():
         raise common.UsageError(f"there is no log {found}")
     limits = lifted(max_chunk)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from hil.cli import common
-from hil.cli.log_tables import print_comparison
+from hil.cli.log_tables import print_comparison, require_compared
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
 from hil.mcaplog.compare import compare_logs
-from hil.mcaplog.reader import LogReader
-from hil.outputs import check_output
+from hil.outputs import OutputError, check_output
+from hil.replaying.again import why_not_again
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
 
@@ -43,31 +42,32 @@ def rerecorded(
         The exit status.
 
     Raises:
-        ReplayError: It is not of an emulated robot in lock-step, or does not say what was asked for.
-        OutputError: The new log can't be written.
+        ReplayError: It is not of an emulated robot in lock-step, does not say what was asked for, or has
+            no step that could be read.
+        OutputError: The new log can't be written, or is the log.
         LogError: The log can't be read.
     """
     check_output(out, overwrite=overwrite)
+    if out.exists() and out.samefile(log):
+        raise OutputError(f"{out} is the log itself, which the new one is compared with: give --rerecord another name")
     tape = Tape(log, limits, compared=False)
     job, url, _ = recorded_job(tape)
-    address = parse_address(url)
-    if address.scheme != "sim":
-        raise ReplayError(f"{log} is of a robot at {url}: only an emulated robot in the same process does the same again")
-    if tape.config.get("signed") == "true":
-        raise ReplayError(f"{log} is of a run whose frames were signed: it can be replayed, and not recorded again")
-    if address.options.get("faults", "").startswith("@") or address.options.get("faults", "").endswith((".toml", ".json")):
-        raise ReplayError(f"{log} names a file of faults: what a log names is not opened")
+    tape.first_step()
+    if obstacle := why_not_again(tape, url):
+        raise ReplayError(obstacle)
     run = ActiveRun(None, out, overwrite=overwrite)
     try:
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))
     except HilError as error:
         console.print(f"The run ended: {error}", markup=False)
-    kept = None if tape.kept is None else {entry.topic for entry in LogReader(log, limits).raw_entries()}
-    found = compare_logs(log, out, kept, limits=limits)
+    found = compare_logs(log, out, limits=limits)
+    require_compared(found)
     if as_json:
         common.print_json({"first": str(log), "second": str(out), "same": found.same, **asdict(found)})
     elif not quiet:
         console.print(f"A is {log}, B is {out}", markup=False)
         print_comparison(found, console)
+        if not found.same:
+            console.print("What to do: docs/replay.md, When a change was meant")
     status = common.EXIT_DONE if found.same else common.EXIT_FELL_SHORT
     return run.ended() or status

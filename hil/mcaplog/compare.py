@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 from mcap.opcode import Opcode
 
+from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader, RawEntry
+from hil.mcaplog.slimming import SLIM, kept_of, matches
 from hil.mcaplog.walking import LogFile, RawRecord
-from hil.mcaplog.writer import RUN, SIZES
+from hil.mcaplog.writer import CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -111,6 +113,7 @@ class TopicComparison:
         differing: Entries that differ, by number; those that one log has more are not among them.
         fields: How many entries differ in which field, of the first `MOST_DECODED` that differ.
         difference: The first difference; None where there is none.
+        behind_cut: Entries that one log has more, where the other was cut off: they are no difference.
     """
 
     topic: str
@@ -119,6 +122,7 @@ class TopicComparison:
     differing: int = 0
     fields: dict[str, int] = field(default_factory=dict)
     difference: FirstDifference | None = None
+    behind_cut: int = 0
 
 
 @dataclass
@@ -130,12 +134,24 @@ class LogComparison:
         metadata: What differs, as (record, key, value in the first log, in the second); None where there is no such key.
         attachments: Names of attachments that differ, or that only one has.
         health: What state each log is in, in words.
+        left_out: Topics that were not compared, since one log is slim, and slim logs never have them.
     """
 
     topics: list[TopicComparison]
     metadata: list[tuple[str, str, str | None, str | None]]
     attachments: list[str]
     health: tuple[str, str]
+    left_out: list[str] = field(default_factory=list)
+
+    @property
+    def compared(self) -> int:
+        """Entries that both have."""
+        return sum(min(topic.first, topic.second) for topic in self.topics)
+
+    @property
+    def behind_cut(self) -> int:
+        """Entries that one log has more, where the other was cut off."""
+        return sum(topic.behind_cut for topic in self.topics)
 
     @property
     def same(self) -> bool:
@@ -154,7 +170,8 @@ def compare_logs(
     """Compare two logs by topic: the entries of each in their order, with their times, and in which fields they differ.
 
     Chunks, indexes, sequence numbers, and how topics take turns do not count, nor do the metadata records `run` and `sizes`.
-    A NaN equals itself.
+    A NaN equals itself. Where a log is slim, only the topics that slim logs have are compared. What a log lacks at its end
+    because it was cut off is no difference.
 
     Args:
         first: A log.
@@ -164,24 +181,33 @@ def compare_logs(
         limits: What the logs may unpack to.
 
     Raises:
-        UnreadableLogError: Nothing could be read of one of them.
+        UnreadableLogError: One of them has no entries that could be read.
         LogError: One of them cannot be opened or is not a log.
     """
     one, two = LogReader(first, limits), LogReader(second, limits)
     found: set[str] = set()
     for reader in (one, two):
         found.update({entry.topic for entry in reader.raw_entries(topics, leave_out=leave_out)})
+        if not reader.messages_read and not reader.whole:
+            raise UnreadableLogError(
+                f"no entry could be read of {reader.path}, so nothing is compared: it is {reader.health(1)}"
+            )
         if topics is None and not leave_out:
             reader.require_something()
-    metadata, attachments = ([], []) if topics is not None else (_metadata(one, two), _attachments(one, two))
+    cut = one.ends_early, two.ends_early
+    metadata, attachments = ([], []) if topics is not None else (_metadata(one, two, cut), _attachments(one, two, cut))
     health = one.health(), two.health()
-    compared = [_compare_topic(one, two, topic) for topic in sorted(found)]
-    return LogComparison(compared, metadata, attachments, health)
+    kept = [kept_of(one.metadata), kept_of(two.metadata)]
+    left_out = {topic for topic in found if any(each is not None and not matches(topic, each) for each in kept)}
+    compared = [_compare_topic(one, two, topic, cut) for topic in sorted(found - left_out)]
+    return LogComparison(compared, metadata, attachments, health, sorted(left_out))
 
 
-def _metadata(one: LogReader, two: LogReader) -> list[tuple[str, str, str | None, str | None]]:
+def _metadata(one: LogReader, two: LogReader, cut: tuple[bool, bool]) -> list[tuple[str, str, str | None, str | None]]:
     found: list[tuple[str, str, str | None, str | None]] = []
-    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES}):
+    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT, SLIM}):
+        if _is_behind_cut((name in one.metadata, name in two.metadata), cut):
+            continue
         a, b = one.metadata.get(name, {}), two.metadata.get(name, {})
         found += [(name, key, a.get(key), b.get(key)) for key in sorted({*a, *b}) if a.get(key) != b.get(key)]
         if name not in one.metadata or name not in two.metadata:
@@ -189,18 +215,30 @@ def _metadata(one: LogReader, two: LogReader) -> list[tuple[str, str, str | None
     return found
 
 
-def _attachments(one: LogReader, two: LogReader) -> list[str]:
+def _attachments(one: LogReader, two: LogReader, cut: tuple[bool, bool]) -> list[str]:
     names = sorted({*one.attachments, *two.attachments})
-    return [name for name in names if one.attachments.get(name) != two.attachments.get(name)]
+    return [
+        name
+        for name in names
+        if one.attachments.get(name) != two.attachments.get(name)
+        and not _is_behind_cut((name in one.attachments, name in two.attachments), cut)
+    ]
 
 
-def _compare_topic(one: LogReader, two: LogReader, topic: str) -> TopicComparison:
+def _is_behind_cut(there: tuple[bool, bool], cut: tuple[bool, bool]) -> bool:
+    """Something is in one log only, and the other was cut off before it would have come."""
+    return (cut[0] and not there[0]) or (cut[1] and not there[1])
+
+
+def _compare_topic(one: LogReader, two: LogReader, topic: str, cut: tuple[bool, bool]) -> TopicComparison:
     found = TopicComparison(topic)
     for number, (a, b) in enumerate(zip_longest(one.raw_entries([topic]), two.raw_entries([topic]))):
         found.first += a is not None
         found.second += b is not None
         if a is None or b is None:
-            if found.difference is None:
+            if _is_behind_cut((a is not None, b is not None), cut):
+                found.behind_cut += 1
+            elif found.difference is None:
                 there = a or b
                 found.difference = FirstDifference(
                     number, there.log_time / 1e9 if there else 0.0, "entry", _brief(one, a), _brief(two, b)

@@ -151,6 +151,7 @@ class LogReader(LogFile):
         passages = selection.passages() if expand else ()
         with self.path.open("rb") as file:
             for record in self.walk(expand=expand, passages=passages):
+                self.rescuing = False
                 if others is not None and record.opcode in {Opcode.METADATA, Opcode.ATTACHMENT}:
                     others(record)
                 if record.opcode != Opcode.CHUNK:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.walking import RawRecord
 
-_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 4 << 20, "indexed": False}
+_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 256 << 10, "indexed": False}
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class CopiedLog:
 def recover(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite: bool = False) -> CopiedLog:  # noqa: B008 - frozen
     """Write all that can be read of a log into a new one, which is whole.
 
-    Of a chunk that is cut off or does not unpack to its end, the entries before that are kept; one that unpacks to something
-    of another checksum is left out.
+    The metadata record `cut` of the new one says what was wrong with it. Of a chunk that is cut off or does not unpack to
+    its end, the entries before that are kept; one that unpacks to something of another checksum is left out.
 
     Args:
         path: The log.
@@ -109,7 +109,7 @@ def copy_log(
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
         copy = LogCopy(output.file, header=_header(reader), **(_SMALL if small else {}))
-        files = _fill(copy, reader, topics)
+        files = _fill(copy, reader, topics, entries=small)
         if more is not None:
             more(copy)
         if not reader.whole and CUT not in reader.metadata:
@@ -126,11 +126,11 @@ def copy_log(
     return CopiedLog(out, size, copy.entries, files.metadata, files.attachments, reader.health(), reader.whole)
 
 
-def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _Files:
+def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Files:
     """Copy entries, metadata and attachments.
 
     Raises:
-        UnreadableLogError: There are none.
+        UnreadableLogError: There are none, or no entries where these are what is wanted.
     """
     files = _Files(copy)
     for entry in reader.raw_entries(others=files.take):
@@ -139,11 +139,12 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool]) -> _F
             if described is None:
                 reader.count_unread(entry, "the log does not describe it")
             else:
-                if not reader.damage:
+                if not reader.damage or reader.rescuing:
                     files.before += 1
                 copy.entry(entry, *described)
-    if not copy.entries and not files.metadata and not files.attachments:
-        raise UnreadableLogError(f"nothing could be had of the log {reader.path}: it is {reader.health(most=1)}")
+    if not copy.entries and (entries or not (files.metadata or files.attachments)):
+        what = "no entry" if files.metadata or files.attachments else "nothing"
+        raise UnreadableLogError(f"{what} could be had of the log {reader.path}: it is {reader.health(most=1)}")
     return files
 
 
@@ -153,7 +154,7 @@ class _Files:
     Attributes:
         metadata: Metadata records taken.
         attachments: Attachments taken.
-        before: Entries that were copied before any damage was met.
+        before: Entries that were copied and come before the first that is missing.
     """
 
     def __init__(self, copy: LogCopy) -> None:

@@ -17,7 +17,7 @@ from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.index import LogIndex, read_index
 from hil.mcaplog.limits import LARGEST_ATTACHMENTS, LARGEST_METADATA, ReadLimits, remedy
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, salvage, split, stream, unpack
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.writer import CUT, MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -59,6 +59,7 @@ class LogFile:
         bytes_read: Bytes up to the end of the last whole record of the last pass.
         messages_read: Entries met in the last pass, wanted or not; those in chunks that the index passed over are not met.
         not_read: Entries met in the last pass that were wanted and can't be given, by topic and why.
+        rescuing: What is given now is of the first chunk that is damaged, and comes before what is missing of it.
         stopped: Why the last pass did not go on to the end though the file does; empty where it did.
 
     Args:
@@ -102,6 +103,11 @@ class LogFile:
     def whole(self) -> bool:
         """The last pass read all there is, and found nothing wrong."""
         return not (self.truncated or self.damage or self.stopped or self.not_read)
+
+    @property
+    def ends_early(self) -> bool:
+        """The log ends before the run did, by the last pass: it was cut off, or recovered from one that was."""
+        return self.truncated or bool(self.stopped) or CUT in self.metadata
 
     def records(self, *, expand: bool = True) -> Iterator[RawRecord]:
         """Every record, those inside chunks too, each whole.
@@ -158,6 +164,7 @@ class LogFile:
             TooMuchError: With this one, the chunks of the file unpack to more than those of a file of its size may.
         """
         where = f"the chunk at byte {record.offset:,}"
+        in_order = not self.damage
         try:
             chunk, size = read_chunk(record.content)
             if size > self.limits.chunk:
@@ -168,6 +175,7 @@ class LogFile:
             return unpack(chunk, size)
         except DAMAGE as error:
             data = self._rescued(record.content)
+            self.rescuing = in_order and bool(data)
             rest = f"only the first {len(data):,} bytes of what it holds could be had" if data else "was left out"
             self.note(f"{where} is damaged and {rest} ({error})")
             return data
@@ -196,6 +204,8 @@ class LogFile:
             most: Of what is wrong, and of what could not be read, so many are named.
         """
         noted = "".join(f"; {text}" for text in (*self._unread(most), *self.damage[:most]))
+        if not self.size:
+            return "empty: 0 of 0 bytes could be read"
         if self.stopped:
             return f"read in part: {self.stopped}; {self.bytes_read:,} of {self.size:,} bytes were read{noted}"
         if not self.truncated and not self.damage:
@@ -229,6 +239,7 @@ class LogFile:
         self.damage: list[str] = []
         self.not_read: dict[tuple[str, str], int] = {}
         self.truncated = True
+        self.rescuing = False
         self.stopped = ""
         self.bytes_read = self.messages_read = self._unpacked = self._records = self._attached = 0
 

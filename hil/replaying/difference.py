@@ -17,6 +17,9 @@ from hil.mcaplog.records import EventRecord, UnsentBytes, WireBytes
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+PAL: Final = "/pal/"
+DIGEST: Final = "digest"
+"""A field that follows from all the others: it is told of where nothing else differs."""
 LONGEST: Final = 300
 """Letters that are said of one value."""
 TOPICS: Final = {
@@ -70,7 +73,16 @@ class Difference:
     @property
     def head(self) -> str:
         """Where it is, in half a line."""
-        return f"step {self.step} at {self.time:.6f} s, {self.topic}{f', field {self.field}' if self.field else ''}"
+        return self.head_of()
+
+    def head_of(self, log: str = "") -> str:
+        """Where it is, in half a line that names the log.
+
+        Args:
+            log: As it is to be called; empty leaves it out.
+        """
+        where = f"step {self.step} ({self.time:.6f} s){f' of {log}' if log else ''}"
+        return f"{self.topic or 'the end'} differs at {where}{f', field {self.field}' if self.field else ''}"
 
     @property
     def body(self) -> str:
@@ -87,7 +99,8 @@ class Difference:
             lines += [f"  recorded: {self.recorded}", f"  now:      {self.now}"]
         if self.before:
             lines += ["  decisions before, which were the same:", *(f"    {text}" for text in self.before)]
-            lines += ["  received since the last of them:", *(f"    {text}" for text in self.received or ["nothing"])]
+        if self.before and self.received:
+            lines += ["  received since the last of them:", *(f"    {text}" for text in self.received)]
         return "\n".join(lines)
 
     def __str__(self) -> str:
@@ -195,6 +208,9 @@ def in_words(topic: str, value: Any, wire: str, *, raw: bool = True) -> str:  # 
             text = f"{messages or 'no message'}{took}{also}"
         case EventRecord():
             text = f"{value.kind}: {value.text} {value.fields if value.fields != '{}' else ''}"
+        case _ if is_dataclass(value) and topic.startswith(PAL):
+            told = (f"{each.name}={getattr(value, each.name)!r}" for each in fields(value) if each.name != DIGEST)
+            text = f"{type(value).__name__}({', '.join(told)})"
         case _:
             text = str(value)
     return f"{topic} {_short(text)}"
@@ -268,8 +284,14 @@ def _first_of(recorded: object, now: object) -> FieldDifference | None:
     if not differ:
         return None
     name, shown = differ[0]
-    others = (f"{other}: {one}, now {two}" for other, (one, two) in differ[1:] if other != "digest")
+    others = (_also(kind, other, *values) for other, values in differ[1:] if other != DIGEST)
     return FieldDifference(name, shown, _meaning(kind, name), tuple(others))
+
+
+def _also(kind: type, name: str, recorded: str, now: str) -> str:
+    """Another field that differs, in a line."""
+    meaning = _meaning(kind, name)
+    return f"{name}: {recorded}, now {now}{f' ({meaning})' if meaning else ''}"
 
 
 def _names(message: object) -> Iterable[str]:

@@ -18,6 +18,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.session import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
+from hil.replaying.again import why_not_again
 from hil.replaying.comparison import Comparison
 from hil.replaying.difference import Difference, ReplayDiverged
 from hil.replaying.stage import ReplayStage
@@ -51,6 +52,8 @@ class ReplayReport:
         ended: How the run ended, in words, where by an error or an interrupt; as it did when it was recorded.
         cut_off: The log was cut off, and was replayed to its end.
         versions: What has another version now: recorded, and now.
+        recovered: What was wrong with the log that this one was made from, in words; empty where it is as it was written.
+        again: The run itself can be done again, and a new log of it compared (`hil replay --rerecord`).
     """
 
     path: Path
@@ -63,6 +66,8 @@ class ReplayReport:
     ended: str
     cut_off: bool
     versions: dict[str, tuple[str, str]]
+    recovered: str = ""
+    again: bool = False
 
     @property
     def same(self) -> bool:
@@ -73,9 +78,14 @@ class ReplayReport:
         what = f"{self.compared} {'entries' if self.strict else 'decisions and steps'}"
         done = f"hil {self.verb}, {self.steps} steps, {self.duration:.1f} s"
         others = [f"{name} was {then}, and is {now} now" for name, (then, now) in self.versions.items()]
+        if self.recovered:
+            others.append(f"The log was recovered from one that was {self.recovered}")
         if self.difference is not None:
             head = f"{self.path}: NOT THE SAME: {self.difference.head}"
-            return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body])
+            what_next = ["What to do: docs/replay.md, When it is not the same"]
+            if self.again:
+                what_next.append(f"If the change was meant, all that it changes: hil replay {self.path} --rerecord new.mcap")
+            return "\n".join([head, f"{done}: {what} before were the same", *others, self.difference.body, *what_next])
         lines = [f"{self.path}: the same. {done}: {what} compared"]
         if self.cut_off:
             lines.append("The log was cut off; it was replayed to its end.")
@@ -95,6 +105,7 @@ class ReplayReport:
             "duration_s": self.duration,
             "ended": self.ended,
             "cut_off": self.cut_off,
+            "recovered": self.recovered,
             "versions": {name: {"recorded": then, "now": now} for name, (then, now) in self.versions.items()},
             "difference": None if self.difference is None else self.difference.to_dict(),
         }
@@ -152,6 +163,8 @@ def replay(
         ended=ended,
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
+        recovered=tape.recovered,
+        again=not (tape.recovered or why_not_again(tape, url)),
     )
 
 
@@ -223,6 +236,8 @@ def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
     """
     config = tape.config
     verb, link = config.get("verb", ""), config.get("link", "")
+    if not config and tape.reader.truncated:
+        raise ReplayError(f"{tape.path} does not say what was asked for: it is {tape.reader.health(1)}")
     if "options" not in config:
         raise ReplayError(
             f"{tape.path} does not say what was asked for: it was recorded by an older version, by a program of your own "

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.slimming import kept_of
 from hil.mcaplog.writer import CUT
 from hil.operator import INTERRUPT
 from hil.replaying.bounds import what_can_not_be
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.limits import ReadLimits
 
+CONFIG: Final = "config"
+"""Name of the metadata record that says what was asked for."""
 OPEN: Final = "/bridge/open"
 SESSION: Final = "/bridge/session"
 STEP: Final = "/bridge/step"
@@ -93,6 +95,7 @@ class Tape:
         path: The log.
         reader: What reads it.
         config: Its metadata `config`.
+        recovered: What was wrong with the log that it was made from, in words; empty where it is as it was written.
         kept: Patterns of the topics that it has, where it was slimmed; None: it has them all.
         files: Its attachments, by name.
         steps: Steps read so far.
@@ -104,6 +107,7 @@ class Tape:
 
     Raises:
         LogError: It can't be read, or is no log.
+        UnreadableLogError: There is something in it, and nothing of it can be read.
         ReplayError: It does not say how the run was begun.
     """
 
@@ -112,8 +116,12 @@ class Tape:
         self.reader = LogReader(path, limits)
         for _ in self.reader.entries(topics=()):
             pass
-        self.config = dict(self.reader.metadata.get("config", {}))
-        self.kept = _kept(self.reader.metadata.get("slim", {}))
+        if CONFIG not in self.reader.metadata and not self.reader.whole:
+            for _ in self.reader.raw_entries():
+                pass
+            self.reader.require_something()
+        self.config = dict(self.reader.metadata.get(CONFIG, {}))
+        self.kept = kept_of(self.reader.metadata)
         self.files = {name: found.data for name, found in self.reader.attachments.items()}
         self.steps = 0
         self.entries = 0
@@ -121,6 +129,7 @@ class Tape:
         self._compared = compared
         cut = self.reader.metadata.get(CUT)
         self._cut = cut is not None
+        self.recovered = cut.get("why", "") if cut is not None and "entries" in cut else ""
         self._most = _whole_number(cut.get("entries", "")) if cut is not None else None
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
@@ -143,7 +152,10 @@ class Tape:
         """
         while not self.steps:
             if not self._read_on():
-                raise ReplayError(f"{self.path} has no step of a bridge: there is nothing to replay")
+                text = f"{self.path} has no step of a bridge that could be read: there is nothing to replay"
+                if not self.reader.whole:
+                    text += f". It is {self.reader.health(1)}. What there is of it, hil log recover gets"
+                raise ReplayError(text)
         if not any(network.opening for network in self._networks.values()):
             raise ReplayError(
                 f"{self.path} does not say how its bridge was opened: it was recorded by an older version, or its beginning is "
@@ -318,14 +330,3 @@ class Tape:
 def _whole_number(text: str) -> int | None:
     """A number of a log; None where there is none."""
     return int(text) if text.isascii() and text.isdigit() and len(text) < _DIGITS else None
-
-
-def _kept(slim: dict[str, str]) -> tuple[str, ...] | None:
-    """Topics that a slimmed log has kept, as patterns; None of a log that was not slimmed."""
-    if "kept" not in slim:
-        return None
-    try:
-        kept = json.loads(slim["kept"])
-    except (ValueError, RecursionError):
-        return ()
-    return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()

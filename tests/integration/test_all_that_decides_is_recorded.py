@@ -156,6 +156,12 @@ CASES: Final = (
 )
 
 
+BY_NIGHT: Final = {
+    "coach", "signed bout", "random bout on CAN", "deploy in real time", "monitor", "check in real time", "param"
+}  # fmt: skip
+"""Cases of which others show much the same."""
+
+
 @pytest.fixture(scope="module")
 def coached(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the advice of one run of coaching, and the checkpoint of another that was cut short."""
@@ -170,7 +176,10 @@ def coached(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, id=case.name, marks=[pytest.mark.nightly] if case.name in BY_NIGHT else []) for case in CASES],
+)
 def test_what_decides_is_in_the_log(case: Case, coached: Path, tmp_path: Path) -> None:
     live, alone = tmp_path / "live", tmp_path / "alone"
     live.mkdir()

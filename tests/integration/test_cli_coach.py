@@ -260,6 +260,7 @@ def test_log_and_report_are_never_those_of_the_run_before(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("hil.outputs.Output.finish", full)
+    monkeypatch.setattr("hil.recording.process.can_start", lambda: False)  # in this process, where the disk is full
     assert run([*short, "--seed", "2"]) == 4
     said = capsys.readouterr()
     document = json.loads(said.out)

@@ -16,6 +16,7 @@ from mutants import MUTANTS, Mutant, Workshop
 from serving import MULTICAST, served
 from signed_pair import KEY
 
+from firmware_protocol.address import parse_address
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
 from firmware_protocol.signing import Signing, virtual_time
@@ -23,13 +24,14 @@ from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire import CAN, MAVLINK
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from hil.connecting import DEFAULT_URL
+from hil.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from mutants import Build
 
+    from firmware_protocol.link import Link
     from firmware_protocol.signing import SigningKey
     from hil.conformance import Verdict
     from simdevice.world import World
@@ -271,7 +273,18 @@ def test_a_failed_check_is_the_exit_status(
     (mutant,) = (mutant for mutant in MUTANTS if mutant.caught_by == "watchdog-stops")
     world = junior_world(host=builds[mutant])
     numbers = count(1)
-    monkeypatch.setattr("hil.cli.check.open_address", lambda _, _key: (MemoryLink(world), world, lambda: next(numbers)))
+
+    class Opener(AddressOpener):
+        """Opens the link to a broken robot."""
+
+        def __init__(self, *_: object, **__: object) -> None:
+            super().__init__(parse_address("sim://junior"))
+            self.clock, self.session = world, numbers.__next__
+
+        def open(self) -> Link:
+            return MemoryLink(world)
+
+    monkeypatch.setattr("hil.cli.stage.AddressOpener", Opener)
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
     said = capsys.readouterr().out
     assert "failed" in said

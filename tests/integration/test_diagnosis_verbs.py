@@ -152,8 +152,8 @@ def impatient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "300")
     advice = Advice(PalSettings(), (AdviceEntry(ANY_STIMULUS, 0, (Action.FF,), 1.0, 10),), "flat-light")
     save_advice(advice, tmp_path / "advice.toml")
-    for where in ("session", "param", "keygen"):
-        monkeypatch.setattr(f"hil.cli.{where}.connect", partial(connect, timeout=WAIT))
+    for where in ("hil.jobs.session", "hil.cli.keygen"):
+        monkeypatch.setattr(f"{where}.connect", partial(connect, timeout=WAIT))
     monkeypatch.setattr("hil.jobs.session.connect_all", partial(connect_all, timeout=WAIT))
 
 

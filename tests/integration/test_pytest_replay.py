@@ -90,6 +90,9 @@ def test_a_pattern_that_matches_nothing_is_wrong_usage(pytester: pytest.Pytester
     run = pytester.runpytest_inprocess(*STRICT, "--hil-replay", "tests/logs/*.mcap", "--hil-replay", "logs/*.mcap")
     assert run.ret == pytest.ExitCode.USAGE_ERROR
     run.stderr.fnmatch_lines([f"*--hil-replay logs/*.mcap: no file matches this, seen from {pytester.path}*"])
+    run = pytester.runpytest_inprocess(*STRICT, "--hil-replay", "tests/logs")
+    assert run.ret == pytest.ExitCode.USAGE_ERROR
+    run.stderr.fnmatch_lines(["*it is a folder: name its logs, 'tests/logs/[*].mcap'"])
 
 
 def test_a_log_that_pytest_would_pass_over_is_told_of(pytester: pytest.Pytester, recorded: Path) -> None:
@@ -108,14 +111,16 @@ def test_the_failure_is_the_first_difference(pytester: pytest.Pytester) -> None:
     run.stdout.fnmatch_lines(
         [
             "*replay of tests/logs/first.mcap*",
-            "NOT THE SAME: step * at * s, /wire/tx, field data: JuniorManeuver.*",
+            "/wire/tx differs at step * (* s) of tests/logs/first.mcap, field data: JuniorManeuver.*",
             "*decisions and steps before were the same",
             "*recorded: *",
             "*now: *",
             "*decisions before*",
             "*received since*",
+            "What to do: docs/replay.md, When it is not the same",
+            "If the change was meant, *: hil replay tests/logs/first.mcap --rerecord new.mcap",
             "To see it again: hil replay tests/logs/first.mcap",
-            "Was it meant?*",
+            "FAILED tests/logs/first.mcap::replay - Failed: /wire/tx differs *",
         ]
     )
     assert "Traceback" not in run.stdout.str()
@@ -174,7 +179,9 @@ def test_the_fixture_fails_with_the_first_difference(pytester: pytest.Pytester) 
     pytester.makepyfile("def test_same(hil_replay): hil_replay('tests/logs/first.mcap', strict=True)")
     run = pytester.runpytest_inprocess(*STRICT)
     run.assert_outcomes(failed=1)
-    run.stdout.fnmatch_lines(["NOT THE SAME: step *", "To see it again: hil replay tests/logs/first.mcap --strict"])
+    run.stdout.fnmatch_lines(
+        ["/wire/tx differs at step * of tests/logs/first.mcap*", "To see it again: hil replay tests/logs/first.mcap --strict"]
+    )
 
 
 @pytest.fixture

@@ -109,7 +109,7 @@ def renamed(log: EditedLog, link: str) -> EditedLog:
         "can://socketcan/can0",
         "can://slcan//dev/ttyACM0",
         f"replay://{LOGS / 'pty.mcap'}",
-        "sim://junior?board=avr",
+        "sim://junior?board=another",
     ],
 )
 def test_a_link_that_a_log_names_is_looked_up_in_the_log(
@@ -296,7 +296,7 @@ def interrupted() -> EditedLog:
     return EditedLog.of(LOGS / "interrupted.mcap")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_bytes_of_entries_that_are_changed_at_random(data: st.DataObject, tmp_path: Path) -> None:

@@ -61,7 +61,10 @@ def test_check_tells_which_rule_is_broken_and_where(log: Path, cut: Path, capsys
     assert run(["log", "check", str(log)]) == 0
     assert "23 of 23 rules hold (MCAP's and ours)" in capsys.readouterr().out
     assert run(["log", "check", str(cut)]) == 1
-    assert "  byte " in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "  byte " in printed
+    assert "BROKEN: our index (the rule: the summary has " in printed
+    assert printed.splitlines()[-1].startswith("21 of 23 rules hold (MCAP's and ours), 2 BROKEN; the log is cut off: ")
     assert run(["log", "check", str(cut), "--json"]) == 1
     rules = {rule["name"]: rule for rule in json.loads(capsys.readouterr().out)}
     assert not rules["our index"]["passed"]
@@ -77,7 +80,8 @@ def test_recover_makes_a_log_whole(cut: Path, tmp_path: Path, capsys: pytest.Cap
     assert run(["log", "recover", str(cut), "-o", str(out)]) == 0
     assert "Was:  cut off" in capsys.readouterr().out
     assert run(["log", "check", str(out)]) == 0
-    capsys.readouterr()
+    assert run(["log", "info", str(out)]) == 0
+    assert "cut: it ends before the run did; cut off: " in capsys.readouterr().out
     assert run(["log", "recover", str(cut), "-o", str(out)]) == 2
     assert "is there already" in capsys.readouterr().err
     assert run(["log", "recover", str(cut), "-o", str(out), "--overwrite", "--json"]) == 0
@@ -101,6 +105,8 @@ def test_slim_makes_a_log_small(log: Path, tmp_path: Path, capsys: pytest.Captur
     assert f"New:  {out}: " in capsys.readouterr().out
     assert out.stat().st_size < log.stat().st_size / 2
     assert run(["log", "check", str(out)]) == 0
+    assert run(["log", "info", str(out)]) == 0
+    assert "slim: of the topics it has kept /bridge/*, /wire/*" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("verb", ["info", "check"])
@@ -117,3 +123,22 @@ def test_what_is_no_log_is_told_in_words(tmp_path: Path, verb: str, capsys: pyte
 def test_every_verb_has_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["log", verb, "--help"]) == 0
     assert f"Example: hil log {verb}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("verb", [["log", "info"], ["log", "check"], ["replay"]])
+def test_a_log_of_which_nothing_can_be_read_is_a_file_that_cannot_be_read(
+    log: Path, tmp_path: Path, verb: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "tiny.mcap"
+    for size, words in ((0, "it is empty"), (6, "0 of 6 bytes could be read"), (300, "of 300 bytes could be read")):
+        path.write_bytes(log.read_bytes()[:size])
+        assert run([*verb, str(path)]) == 4
+        assert words in capsys.readouterr().err
+
+
+def test_slim_of_nothing_leaves_nothing(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    head, out = tmp_path / "head.mcap", tmp_path / "small.mcap"
+    head.write_bytes(log.read_bytes()[:9000])
+    assert run(["log", "slim", str(head), "-o", str(out)]) == 1
+    assert "no entry could be had" in capsys.readouterr().err
+    assert not out.exists()

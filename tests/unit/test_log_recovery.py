@@ -23,7 +23,7 @@ from hil.mcaplog import LogError, LogReader, UnreadableLogError
 from hil.mcaplog.overview import overview
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import SLIM, is_kept, slim
-from hil.mcaplog.writer import SIZES
+from hil.mcaplog.writer import CUT, SIZES
 from hil.outputs import OutputExistsError
 
 if TYPE_CHECKING:
@@ -235,4 +235,45 @@ def test_limits_hold_for_them_too(tmp_path: Path, good: Path) -> None:
     path.write_bytes(MAGIC + chunk)
     with pytest.raises(UnreadableLogError, match="--max-chunk 18"):
         recover(path, out)
+    assert not out.exists()
+
+
+def test_what_is_made_of_a_damaged_log_says_that_it_ends_early(good: Path, tmp_path: Path) -> None:
+    cut, out, again = tmp_path / "cut.mcap", tmp_path / "whole.mcap", tmp_path / "again.mcap"
+    cut.write_bytes(good.read_bytes()[:-9000])
+    for make in (recover, slim):
+        make(cut, out, overwrite=True)
+        reader = LogReader(out)
+        list(reader.raw_entries())
+        assert reader.whole
+        assert reader.ends_early
+        assert "cut off" in reader.metadata[CUT]["why"]
+        recover(out, again, overwrite=True)
+        reader = LogReader(again)
+        list(reader.raw_entries())
+        assert reader.ends_early
+    recover(good, out, overwrite=True)
+    reader = LogReader(out)
+    list(reader.raw_entries())
+    assert not reader.ends_early
+
+
+def test_a_slim_log_that_was_cut_off_keeps_what_came_before(tmp_path: Path) -> None:
+    long, small, cut = tmp_path / "long.mcap", tmp_path / "small.mcap", tmp_path / "cut.mcap"
+    coaching_log(long, budget=150)
+    entries = slim(long, small).entries
+    cut.write_bytes(small.read_bytes()[: small.stat().st_size // 2])
+    assert len(raw(cut)) > entries // 4
+
+
+def test_what_is_slim_or_holds_no_entry_is_not_made_slim(good: Path, tmp_path: Path) -> None:
+    small, out = tmp_path / "small.mcap", tmp_path / "out.mcap"
+    slim(good, small)
+    with pytest.raises(LogError, match="is slim already"):
+        slim(small, out)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(good.read_bytes()[:9000])
+    assert not raw(cut)
+    with pytest.raises(UnreadableLogError, match=r"no entry could be had of the log .*cut off"):
+        slim(cut, out)
     assert not out.exists()

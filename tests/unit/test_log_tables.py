@@ -18,7 +18,9 @@ from hil.cli.app import run
 from hil.mcaplog import LogError, LogReader, LogWriter, UnreadableLogError, compare_logs
 from hil.mcaplog.encode import compile_encoder, sender_suffix
 from hil.mcaplog.flattening import flatten, write_tables
-from hil.mcaplog.schemas import message_schema
+from hil.mcaplog.records import WireBytes
+from hil.mcaplog.schemas import message_schema, record_schema
+from hil.mcaplog.slimming import slim
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -196,3 +198,64 @@ def test_nothing_is_not_the_same_as_nothing_readable(tmp_path: Path) -> None:
     two.write_bytes(one.read_bytes()[:20])
     with pytest.raises(UnreadableLogError):
         compare_logs(one, two)
+
+
+def test_what_was_cut_off_is_no_difference_and_is_counted(tmp_path: Path) -> None:
+    whole = tmp_path / "whole.mcap"
+    coaching_log(whole, budget=40)
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole.read_bytes()[: whole.stat().st_size // 2])
+    lacking = sum(1 for _ in LogReader(whole).raw_entries()) - sum(1 for _ in LogReader(cut).raw_entries())
+    for one, two in ((cut, whole), (whole, cut)):
+        found = compare_logs(one, two)
+        assert found.same
+        assert (found.compared > 0, found.behind_cut) == (True, lacking)
+
+
+def test_a_log_without_a_readable_entry_is_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole = tmp_path / "whole.mcap"
+    coaching_log(whole, budget=20)
+    head = tmp_path / "head.mcap"
+    head.write_bytes(whole.read_bytes()[:9000])
+    assert not list(LogReader(head).raw_entries())
+    for pair in ((head, whole), (whole, head)):
+        assert run(["log", "diff", *map(str, pair)]) == 4
+        assert "no entry could be read of" in capsys.readouterr().err
+    assert run(["log", "diff", str(whole), str(whole), "--topic", "/nowhere"]) == 2
+    assert "nothing to compare" in capsys.readouterr().err
+
+
+def test_only_what_slim_logs_have_is_compared_with_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    whole, small = tmp_path / "whole.mcap", tmp_path / "small.mcap"
+    coaching_log(whole, budget=20)
+    slim(whole, small)
+    found = compare_logs(whole, small)
+    assert found.same
+    assert "/junior/sensors" in found.left_out
+    assert {topic.topic for topic in found.topics} >= {"/wire/tx", "/pal/trial"}
+    assert run(["log", "diff", str(whole), str(small)]) == 0
+    assert f"Slim logs never have {len(found.left_out)} of the topics" in capsys.readouterr().out
+
+
+def test_what_is_sent_comes_first_then_the_topics_as_they_part(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    logs = [tmp_path / "one.mcap", tmp_path / "two.mcap"]
+    for log, sent, late in zip(logs, ("x" * 150 + "left", "x" * 150 + "right"), (7.5, 7.25), strict=True):
+        writer = LogWriter(log, run={"command": "x"})
+        encode = compile_encoder(SENSORS)
+        reading = encode(JuniorSensors(2.0, (0.5, 0.25), (1, 2), (3, 4), late, 0)) + sender_suffix(1, 1, 7)
+        writer.write(writer.channel("/a/topic/of/a/long/name", SENSORS), 2.0, reading)
+        wire = record_schema(WireBytes)
+        writer.write(writer.channel("/wire/tx", wire), 1.0, compile_encoder(wire)(WireBytes("tx", sent, b"")))
+        writer.close()
+    assert run(["log", "diff", *map(str, logs)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "What is sent to the robot (/wire/tx) DIFFERS"
+    rows = [line.split()[1] for line in lines if line.startswith("\N{BOX DRAWINGS LIGHT VERTICAL} /")]
+    assert rows == ["/wire/tx", "/a/topic/of/a/long/name"]
+    (told,) = (line for line in lines if line.startswith("/wire/tx, entry 0"))
+    assert "left' in A" in told
+    assert "right' in B" in told
+    assert "..." in told

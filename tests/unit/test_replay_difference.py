@@ -28,7 +28,9 @@ def test_a_field_of_a_record_with_what_it_means_and_the_others() -> None:
     assert found.name == "trials"
     assert found.values == ("(6, 7)", "(7,)")
     assert "trials credited" in found.meaning
-    assert found.others == ("credits: (0.5, 1.5), now (1.5,)",)
+    assert found.others == ("credits: (0.5, 1.5), now (1.5,) (what each of these was credited with)",)
+    assert in_words("/pal/credit", CREDIT, WIRE).startswith("/pal/credit CreditRecord(trial=7, telling='performed', ")
+    assert "digest" not in in_words("/pal/credit", CREDIT, WIRE)
 
 
 def test_a_digest_is_told_where_nothing_else_differs() -> None:
@@ -98,7 +100,7 @@ def test_the_text() -> None:
         5, 0.25, "/pal/credit", found.name, "A", "B", ("before",), (), found.values, found.meaning, found.others
     )
     assert str(difference).splitlines() == [
-        "first difference: step 5 at 0.250000 s, /pal/credit, field trials",
+        "first difference: /pal/credit differs at step 5 (0.250000 s), field trials",
         f"  /pal/credit is {TOPICS['/pal/credit']}",
         f"  trials is: {found.meaning}",
         "  recorded: (6, 7)",
@@ -108,8 +110,9 @@ def test_the_text() -> None:
         "    now:      B",
         "  decisions before, which were the same:",
         "    before",
-        "  received since the last of them:",
-        "    nothing",
     ]
+    assert difference.head_of("a.mcap") == "/pal/credit differs at step 5 (0.250000 s) of a.mcap, field trials"
+    since = replace(difference, received=("said",))
+    assert str(since).splitlines()[-2:] == ["  received since the last of them:", "    said"]
     missing = Difference(0, 0.0, "/bridge/step", "", "nothing: the log ends here", "the run goes on")
     assert str(missing).splitlines()[-2:] == ["  recorded: nothing: the log ends here", "  now:      the run goes on"]

@@ -1,0 +1,31 @@
+"""Whether a recorded run can be done again: of an emulated robot in the same process, with nothing that a log may not name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firmware_protocol.address import parse_address
+
+if TYPE_CHECKING:
+    from hil.replaying.tape import Tape
+
+
+def why_not_again(tape: Tape, url: str) -> str:
+    """Why a recorded run can't be done again (`hil replay --rerecord`), in words; empty where it can.
+
+    Args:
+        tape: Its log.
+        url: Address of its robot.
+
+    Raises:
+        AddressError: That is none.
+    """
+    address = parse_address(url)
+    if address.scheme != "sim":
+        return f"{tape.path} is of a robot at {url}: only an emulated robot in the same process does the same again"
+    if tape.config.get("signed") == "true":
+        return f"{tape.path} is of a run whose frames were signed: it can be replayed, and not recorded again"
+    faults = address.options.get("faults", "")
+    if faults.startswith("@") or faults.endswith((".toml", ".json")):
+        return f"{tape.path} names a file of faults: what a log names is not opened"
+    return ""
