@@ -190,10 +190,16 @@ class Rings:
         return self._ffi.cast("void *", address)
 
     def _outline(self, outline: Outline) -> Any:  # noqa: ANN401 - a struct of cffi
-        """An outline as the kernel has it; each is made once."""
+        """An outline as the kernel has it; each is made once.
+
+        Raises:
+            ValueError: It has more corners than the kernel has room for.
+        """
         if (known := self._outlines.get(id(outline))) is not None:
             return known[1]
         made = self._ffi.new("kernel_outline *")
+        if len(outline.corners) > len(made.edge):
+            raise ValueError(f"an outline has at most {len(made.edge)} corners in the kernel, not {len(outline.corners)}")
         made.edges, made.corners, made.radius = len(outline.edges), len(outline.corners), outline.radius
         for number, edge in enumerate(outline.edges):
             made.edge[number] = edge

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 import os
 import shlex
 import shutil
@@ -30,6 +32,8 @@ from simdevice.disturbed import DisturbedWorld
 from simdevice.kernel import chipmunk
 from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
+from simdevice.opponents import OPPONENTS
+from simdevice.outline import Outline
 from simdevice.period import PERIOD
 from simdevice.world import World, junior_world
 
@@ -140,6 +144,14 @@ def test_what_is_held_on_to_is_kept_up_to_date() -> None:
         world.run(b"", 1)
     assert (body.x, body.y) == pytest.approx((-0.1, 0.1), abs=1e-3)
     assert sensors.distance_left == pytest.approx(0.05 - 0.02 - (-0.1 + 0.045), abs=0.02)
+
+
+def test_an_outline_of_too_many_corners_is_refused_by_their_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    corners = tuple((0.05 * math.cos(0.3 * number), 0.05 * math.sin(0.3 * number)) for number in range(20))
+    round_one = dataclasses.replace(OPPONENTS["flat-light"], outline=Outline(corners))
+    monkeypatch.setitem(OPPONENTS, "flat-light", round_one)
+    with pytest.raises(ValueError, match="at most 16 corners in the kernel, not 20"):
+        KernelWorld()
 
 
 # --- what it is made of ----------------------------------------------------------------------------------------------
