@@ -29,7 +29,8 @@ _SECOND = 1
 class KernelWorld(World):
     """Junior, its opponent and the referee, in the kernel; arguments and attributes as of `World`, without a choice of board.
 
-    Who has asked for `table` once sees everything on it move and may move it, at the price of most of the speed.
+    Who has asked for `table` once sees everything on it move and may move it, at the price of most of the speed. While one
+    thread lets it live, others may look at its wheels and do nothing to it.
     """
 
     device: KernelDevice
