@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import hil
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.messages import RobotStatus
-from hil.clock import MonotonicClock
+from hil.bridge.clock import MonotonicClock
 from simdevice.crowd import Crowd
 from simdevice.endpoints import Endpoint, TcpEndpoint
 from simdevice.server import Server
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from hil import RobotAddress
-    from hil.junior import Junior
-    from hil.robots import Robots
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Robots
 
 COUNT = 10
 LOST = 4

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.failures import FailureType, FailureUnit
+from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.generate.meanings import meaning
 from firmware_protocol.messages import (
     AckResult,
@@ -25,7 +25,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import Action, Outcome, Stimulus
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import EnumType
+    from firmware_protocol.wire.fields import EnumType
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ from firmware_protocol.messages.standard import (
 )
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 PROTOCOL_MAJOR: Final = 2
 """A robot or host with another major version can't be spoken to."""

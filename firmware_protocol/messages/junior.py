@@ -9,7 +9,7 @@ from typing import Annotated, Final
 from firmware_protocol.messages.fields import Asker, AskerComponent, Sequence, Session, Target, TargetComponent
 from firmware_protocol.messages.robot import Reason
 from firmware_protocol.vocabulary import MAX_ACTIONS, Action, Outcome
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 
 class SensorFlag(IntFlag):

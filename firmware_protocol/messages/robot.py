@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Annotated, Final
 
 from firmware_protocol.messages.fields import Asker, AskerComponent, Sequence, Session, Target, TargetComponent
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 
 class State(IntEnum):

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Annotated, Final
 
 from firmware_protocol.messages.fields import Target, TargetComponent
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 PARAM_TYPE_REAL32: Final = 9
 """MAV_PARAM_TYPE_REAL32: every parameter of ours has this type."""

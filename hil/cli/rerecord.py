@@ -11,9 +11,9 @@ from hil.cli import common
 from hil.cli.log_tables import print_comparison
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
+from hil.files.outputs import check_output
 from hil.mcaplog.compare import compare_logs
 from hil.mcaplog.reader import LogReader
-from hil.outputs import check_output
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape
 

@@ -6,8 +6,7 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import LAST_NODE
-from firmware_protocol.failures import FailureType, FailureUnit
+from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
@@ -30,7 +29,8 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.fields import CAN
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require

@@ -12,16 +12,16 @@ from rich.table import Table
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
-from hil.suspending import around_stop
+from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from rich.console import Console
 
-    from hil.bouts import Bout
-    from hil.junior import Junior
-    from hil.ring import Engagement
+    from hil.sumo.bouts import Bout
+    from hil.sumo.junior import Junior
+    from hil.sumo.ring import Engagement
     from pal_advisor.maneuvers import Credit, GenerationRecord, Pal, PalSettings, Performance, Trial
 
 RECENT = 20

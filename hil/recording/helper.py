@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from hil.files.outputs import Output
 from hil.mcaplog.writer import LogWriter
-from hil.outputs import Output
-from hil.recorder import FLUSH, Recorder
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
+from hil.recording.recorder import FLUSH, Recorder
 
 if TYPE_CHECKING:
     from typing import BinaryIO

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
+from hil.bridge.operator import INTERRUPT
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
-from hil.operator import INTERRUPT
 
 if TYPE_CHECKING:
     from collections.abc import Callable

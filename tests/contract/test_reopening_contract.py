@@ -16,8 +16,8 @@ import hil
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
 from firmware_protocol.links import SerialPort
-from hil.clock import MonotonicClock
-from hil.connecting import connect
+from hil.bridge.clock import MonotonicClock
+from hil.connecting.connecting import connect
 from simdevice.endpoints import Endpoint, open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
@@ -115,7 +115,7 @@ def test_what_is_pulled_and_put_back_works_again(
     kind: str, faults: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if kind in SILENT:
-        monkeypatch.setattr("firmware_protocol.peer.SILENCE", 0.3)
+        monkeypatch.setattr("firmware_protocol.peer.peer.SILENCE", 0.3)
     told: list[Event] = []
     with (
         plugged(kind, tmp_path) as plug,

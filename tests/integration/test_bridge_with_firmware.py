@@ -9,7 +9,6 @@ import pytest
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, StreamBack, StreamStopped
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -28,18 +27,19 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.peer import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
 from simdevice.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.exchange import Ticket
     from firmware_protocol.link import Link
-    from firmware_protocol.peer import Peer
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.wire.fields import Message
 
 T = TypeVar("T")
 SPIN = Maneuver((Action.R, Action.L), period=0.05, floor_reflex=False)

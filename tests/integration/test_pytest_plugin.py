@@ -12,13 +12,13 @@ import pytest
 
 # Loaded before the inner runs, which forget what they have loaded themselves.
 import firmware_protocol.links.faulty  # noqa: F401
-import hil.ring
+import hil.sumo.ring
 import simdevice.server
 import simdevice.world
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
-from firmware_protocol.signing import SigningKey
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.signing import SigningKey
+from hil.bridge.clock import MonotonicClock
 from simdevice.endpoints import TcpEndpoint
 
 if TYPE_CHECKING:

@@ -21,9 +21,9 @@ import hil
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
 from hil.cli.app import run
-from hil.coaching import Coaching, load_checkpoint, new_pal
 from hil.mcaplog import LogReader
-from hil.ring import open_ring
+from hil.sumo.coaching import Coaching, load_checkpoint, new_pal
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.endpoints import TcpEndpoint
 from simdevice.world import junior_world

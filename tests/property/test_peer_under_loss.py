@@ -11,10 +11,10 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.events import Received
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import JuniorManeuverResult
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
 
 QUICK = Maneuver((Action.F,), period=0.03, floor_reflex=False)
 

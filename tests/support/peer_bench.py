@@ -18,13 +18,13 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.peer import Peer
+from firmware_protocol.peer.peer import Peer
 
 if TYPE_CHECKING:
-    from firmware_protocol.connection import PeerState
     from firmware_protocol.events import Event
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.connection import PeerState
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
 

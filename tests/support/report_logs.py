@@ -25,15 +25,15 @@ from firmware_protocol.messages import (
     SensorFlag,
 )
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
-from hil.bouts import Bout
-from hil.recorder import Recorder
-from hil.ring import Engagement
+from hil.recording.recorder import Recorder
+from hil.sumo.bouts import Bout
+from hil.sumo.ring import Engagement
 from pal_advisor.maneuvers import Pal, PalSettings, Performance
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 RUN = {"command": "hil coach --seed 3", "started": "2025-01-02T03:04:05+00:00"}
 CONFIG = {"version": "0.1.0", "protocol": "1.0", "seed": "3", "opponent": "flat-light", "objective": "outcome"}

@@ -13,12 +13,10 @@ from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkTimeoutError, VersionError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
@@ -37,18 +35,20 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
 )
-from firmware_protocol.peer import KEEP_ALIVE
+from firmware_protocol.peer.connection import PeerState
+from firmware_protocol.peer.peer import KEEP_ALIVE
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.clock import MonotonicClock
-from hil.sessions import random_session
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import MonotonicClock
+from hil.bridge.sessions import random_session
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances
 
 T = TypeVar("T")
 QUICK = Maneuver((Action.F, Action.R), period=0.05, floor_reflex=False)

@@ -10,28 +10,28 @@ import pytest
 from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
-import hil.pump as pump_module
+import hil.bridge.pump as pump_module
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.commands import CommandExchange, RequestExchange
 from firmware_protocol.events import LinkNews, PeerLost, Received
-from firmware_protocol.exchange import Exchanges, Retry
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandAck, CommandLong, CommandResult, Heartbeat, JuniorSensors, RobotStatus
-from firmware_protocol.quality import Counters
-from hil.bridge import Bridge
-from hil.networks import Networks
-from hil.operator import Operator
-from hil.pump import SLICE
+from firmware_protocol.peer.commands import CommandExchange, RequestExchange
+from firmware_protocol.peer.exchange import Exchanges, Retry
+from firmware_protocol.peer.quality import Counters
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
+from hil.bridge.operator import Operator
+from hil.bridge.pump import SLICE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Event
-    from firmware_protocol.peer import Peer
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances
 
 NOISE = random.Random(1).randbytes(5 * SLICE + 1000).replace(b"\xfd", b"\xfc")
 BEAT = Heartbeat(10, 0, 0, 0, 4)

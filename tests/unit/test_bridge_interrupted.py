@@ -10,10 +10,10 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import JuniorManeuver, RobotSession, Statustext
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
 
 QUICK = Maneuver((Action.F, Action.R), period=0.05, floor_reflex=False)
 

@@ -12,11 +12,11 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Heartbeat, Ping, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.reopening import Reopening
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.reopening import Reopening
 
 if TYPE_CHECKING:
     from collections.abc import Callable

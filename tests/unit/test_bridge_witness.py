@@ -7,10 +7,10 @@ from scripted_robot import ScriptedRobot
 
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.wire import MAVLINK
-from hil.bridge import Bridge
-from hil.diagnosis import Kind, judge, lost
-from hil.junior import Junior
+from firmware_protocol.wire.fields import MAVLINK
+from hil.bridge.bridge import Bridge
+from hil.connecting.diagnosis import Kind, judge, lost
+from hil.sumo.junior import Junior
 
 
 class Line:

@@ -14,21 +14,21 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import LinkNews, Received, Rejected
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat, JuniorManeuverResult, Ping
-from firmware_protocol.signing import Signing, SigningKey, setup_signing
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.pump import Back, Lost
-from hil.reopening import Reopening
-from hil.taps import NOTHING, Circumstances, Opening
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import Signing, SigningKey, setup_signing
+from hil.bridge.bridge import Bridge
+from hil.bridge.pump import Back, Lost
+from hil.bridge.reopening import Reopening
+from hil.bridge.taps import NOTHING, Circumstances, Opening
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.events import Event
     from firmware_protocol.link import Link
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 BEAT = MavlinkCodec(system=3, component=1).encode(Heartbeat(10, 0, 0, 0, 4))
 GONE = LinkClosedError("nowhere:", "pulled")

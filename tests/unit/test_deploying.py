@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from firmware_protocol.memory_table import MemorySlot, memory_checksum
 from firmware_protocol.vocabulary import ANY_STIMULUS, BASIC_ACTIONS, Action, Maneuver
-from hil import deploying
-from hil.connecting import connect
-from hil.deploying import DeployError, deploy, plan_memory, read_memory
+from hil.connecting.connecting import connect
+from hil.sumo import deploying
+from hil.sumo.deploying import DeployError, deploy, plan_memory, read_memory
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 EYES = 3
 MANY = 300

@@ -11,12 +11,9 @@ from quiet_tap import QuietTap
 
 import hil
 from firmware_protocol.address import parse_address
-from firmware_protocol.commands import CommandExchange
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, Received
-from firmware_protocol.exchange import Exchanges
-from firmware_protocol.faults import FaultSpec
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -32,7 +29,9 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.pacing import (
+from firmware_protocol.peer.commands import CommandExchange
+from firmware_protocol.peer.exchange import Exchanges
+from firmware_protocol.peer.pacing import (
     ROBOT_DEFAULTS,
     SLOWEST_SENSORS,
     SPARED,
@@ -43,14 +42,15 @@ from firmware_protocol.pacing import (
     least_capacity,
     pace_for,
 )
-from firmware_protocol.quality import Counters
-from firmware_protocol.streams import JUNIOR_STREAMS
-from hil.lines import capacity_of, need_full_rate, pace_of
+from firmware_protocol.peer.quality import Counters
+from firmware_protocol.peer.streams import JUNIOR_STREAMS
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.connecting.lines import capacity_of, need_full_rate, pace_of
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 
 class Overheard(QuietTap):

@@ -9,7 +9,6 @@ import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
 from scripted_robot import result
 
-from firmware_protocol.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
 from firmware_protocol.errors import PeerError, RefusedError
 from firmware_protocol.messages import (
     Command,
@@ -23,10 +22,11 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
+from firmware_protocol.peer.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 QUICK = Maneuver((Action.F,), period=0.1)
 OTHERS = [(254, 190), (255, 1), (254, 1), (254, 0), (0, 1)]

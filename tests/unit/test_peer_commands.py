@@ -35,11 +35,11 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.quality import ClockComparison, Counters
+from firmware_protocol.peer.quality import ClockComparison, Counters
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
 

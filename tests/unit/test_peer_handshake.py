@@ -7,10 +7,8 @@ import itertools
 import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
 
-from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
-from firmware_protocol.exchange import HOLD
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -25,7 +23,9 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer import SILENCE
+from firmware_protocol.peer.connection import TRANSITIONS, Input, PeerState
+from firmware_protocol.peer.exchange import HOLD
+from firmware_protocol.peer.peer import SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
 
 GIVE_UP = 3.4

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from peer_bench import Bench, failed
 
-from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkClosedError, PeerLostError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.messages import (
@@ -20,11 +19,12 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
 )
-from firmware_protocol.peer import SILENCE
+from firmware_protocol.peer.connection import PeerState
+from firmware_protocol.peer.peer import SILENCE
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 GONE = LinkClosedError("serial:///dev/ttyACM0", "the port is gone")
 UID = 0x1122334455667788

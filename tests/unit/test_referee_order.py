@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.errors import PeerError
 from firmware_protocol.messages import BoutOutcome, Phase, RefereeState
-from hil.referee import LOOKS, NOBODY, Referee
+from hil.sumo.referee import LOOKS, NOBODY, Referee
 
 RUNNING = replace(NOBODY, time=10.0, bout=3, elapsed=2.0, phase=Phase.RUNNING)
 OVER = replace(RUNNING, time=11.0, elapsed=3.0, phase=Phase.OVER, outcome=BoutOutcome.WIN)

@@ -14,9 +14,9 @@ from firmware_protocol.errors import LinkClosedError, LinkOpenError, NoRobotErro
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, Reason, RobotSession
-from hil.bridge import Bridge
-from hil.networks import Networks, RobotAddress
-from hil.robots import Robots
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks, RobotAddress
+from hil.sumo.robots import Robots
 from simdevice.crowd import Crowd
 
 if TYPE_CHECKING:
