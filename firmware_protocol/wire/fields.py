@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from enum import Enum, IntEnum, IntFlag
+from functools import reduce
+from operator import or_
 from typing import Any, ClassVar, Final, Literal, get_args, get_type_hints
 
 MAVLINK: Final = "mavlink"
@@ -40,9 +42,10 @@ class Wire:
         unit: Unit of the *Python* value (SI, or a count); empty for none.
         scale: Python value of one wire unit; the wire integer is the value divided by this, rounded to nearest.
         minimum: Least Python value accepted in either direction; None is the least the type can carry.
-        maximum: Greatest, likewise.
+        maximum: Greatest, likewise. Of an enumerated field it is the enumeration's own, and is not given.
         count: Number of elements; 0 is a scalar, more is a tuple (or text, for `char`).
-        enum: Enumeration or flags the value belongs to; documentation on the wire, and the Python type's own business.
+        enum: Enumeration or flags the value belongs to: nothing above its greatest member, or beside its flags, is accepted.
+        newer: With `enum`: values that it does not have are accepted, too, since who says them may be newer than we are.
         extension: Added after the first version: MAVLink extension field, not sorted, not in the checksum seed.
         text: What it means, in a phrase.
         invalid: Wire value that says "not available"; the Python value is then None.
@@ -62,6 +65,31 @@ class Wire:
     invalid: int | None = None
     nan: bool = False
     secret: bool = False
+    newer: bool = False
+
+    def __post_init__(self) -> None:
+        """Take the range of an enumerated field from the enumeration.
+
+        Raises:
+            TypeError: It was given beside the enumeration, or there is none for `newer` to speak of.
+        """
+        if self.enum is None:
+            if self.newer:
+                raise TypeError("`newer` is said of an enumerated field")
+            return
+        if self.maximum is not None:
+            raise TypeError(f"the range of a field of {self.enum.__name__} follows from it")
+        if not self.newer:
+            object.__setattr__(self, "maximum", greatest(self.enum))
+
+
+def greatest(enum: EnumType) -> int:
+    """The greatest value that an enumeration has: of flags, all of them together.
+
+    Args:
+        enum: The enumeration.
+    """
+    return reduce(or_, enum) if issubclass(enum, IntFlag) else max(enum)
 
 
 class Message:
