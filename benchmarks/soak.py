@@ -448,9 +448,9 @@ class Stopwatch:
     def checkpoint(self, used: int, digest: str) -> None:
         """A checkpoint was due."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
         """A maneuver was performed."""
-        del trial, engagement, performance
+        del trial, engagement, performance, fitness
         self.maneuvers += 1
         self._begun = self._meter.time if self._begun is None else self._begun
         if self._meter.time - self._begun >= self._seconds:

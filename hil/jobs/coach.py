@@ -194,7 +194,7 @@ class _Run:
             pal,
             seed=self.seed,
             checkpoint=job.outputs.checkpoint,
-            observers=(*session.observers(pal.settings), self._display),
+            observers=(*session.observers(), self._display),
             progress=progress,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,

@@ -82,7 +82,13 @@ class CoachingDisplay:
     def checkpoint(self, used: int, digest: str) -> None:
         """Show nothing."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,  # noqa: ARG002
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         """Count a maneuver."""
         self._used += 1
         self._counts[trial.category] = self._counts.get(trial.category, 0) + 1

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hil.sumo.coaching import Observer
     from hil.sumo.junior import Junior
     from hil.sumo.robots import Robots
-    from pal_advisor.maneuvers import Advice, PalSettings
+    from pal_advisor.maneuvers import Advice
 
 OTHERS_WAIT = 0.25
 """How long to listen for other robots on the link, in s: each says something many times a second."""
@@ -58,16 +58,9 @@ class Session:
         """Time passes only while we wait: as fast as the machine can, and repeatable."""
         return self.junior.bridge.link.lockstep
 
-    def observers(self, settings: PalSettings) -> tuple[Observer, ...]:
-        """Who takes coaching down in the log.
-
-        Args:
-            settings: How Pal rates.
-        """
-        if self.recorder is None:
-            return ()
-        self.recorder.learning(settings)
-        return (self.recorder,)
+    def observers(self) -> tuple[Observer, ...]:
+        """Who takes coaching down in the log."""
+        return () if self.recorder is None else (self.recorder,)
 
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""

@@ -188,7 +188,7 @@ class Playback:
         self.recorder.sent(time, _message(number, values))
 
     def _record(self, topic: str, number: int, values: Item, time: float) -> None:
-        self.recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
+        self.recorder.record(topic, RECORDS[number](*values), time)
 
     def _note(self, kind: str, text: str, particulars: str, time: float) -> None:
         self.recorder.now = time

@@ -11,7 +11,8 @@ from hil.files.outputs import Output
 from hil.mcaplog.writer import LogWriter
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
-from hil.recording.recorder import FLUSH, Recorder
+from hil.recording.recorder import Recorder
+from hil.recording.wire_log import FLUSH
 
 if TYPE_CHECKING:
     from typing import BinaryIO

@@ -15,7 +15,8 @@ from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
 from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, plain
 from hil.recording.pipe import HelperPipe, can_start
-from hil.recording.recorder import Network, OneOfSeveral, Recorder
+from hil.recording.recorder import Recorder
+from hil.recording.wire_log import Network, OneOfSeveral
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -81,7 +82,6 @@ class RecorderProcess(Recorder):
         self.lost = 0
         self._network = _Network(self, link, OWN)
         self.now = 0.0
-        self._settings = None
         self._networks = 0
         self._closed = False
         self._told = False
@@ -217,7 +217,8 @@ class RecorderProcess(Recorder):
     def _noted(self, kind: str, text: str, particulars: str) -> None:
         self.feed.keep((kinds.NOTE, str(kind), str(text), particulars, self.now))
 
-    def _record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+    def record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+        """See `WireLog.record`."""
         number, values = RECORD_VALUES[kind or type(record)]
         self.feed.keep((kinds.RECORD, topic, number, values(record), time))
 

@@ -68,8 +68,8 @@ class Observer(Protocol):
         """A checkpoint was due: maneuvers performed by then, and the digest of the adviser's whole state."""
         ...
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
-        """A maneuver was performed and rated."""
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+        """A maneuver was performed and rated: the fitness is what the adviser found it worth."""
         ...
 
     def generation(self, record: GenerationRecord) -> None:
@@ -319,7 +319,7 @@ class Coaching:
             raise RingError(str(error)) from error
         self.progress.robot_seconds += engagement.duration
         for observer in self._observers:
-            observer.trial(trial, engagement, performance)
+            observer.trial(trial, engagement, performance, self.pal.rating)
         self._note(records)
 
     def _discard(self, trial: Trial) -> None:

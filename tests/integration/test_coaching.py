@@ -42,7 +42,13 @@ class CutAfter:
     def checkpoint(self, used: int, digest: str) -> None:
         pass
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,  # noqa: ARG002
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,  # noqa: ARG002
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         self.left -= 1
         if self.left == 0:
             raise Cut

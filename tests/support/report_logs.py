@@ -91,7 +91,6 @@ def coaching_log(path: Path, budget: int = 240, seed: int = 3, *, close: bool = 
     pal = Pal(settings, rng)
     recorder = open_recorder(path)
     recorder.metadata("robot", {"uid": "42", "SPD_FAST": "1.0", "SPD_MODERATE": "0.7", "SPD_SLOW": "0.4", "SPD_TURN": "0.35"})
-    recorder.learning(settings)
     recorder.event(PeerFound(1, 0.0))
     recorder.series("coaching")
     wire = Wire(recorder)
@@ -143,7 +142,7 @@ def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:
         report = ManeuverReport(Outcome.COMPLETED, Reason.NONE, 4, (tally,) * 4, Stimulus(current), Stimulus(current))
         engagement = Engagement(report, Stimulus(current), outcome, elapsed, ox - start, 0.8)
         records = pal.tell(trial, performance)
-        recorder.trial(trial, engagement, performance)
+        recorder.trial(trial, engagement, performance, pal.rating)
         assert pal.credited is not None
         recorder.credit(pal.credited)
         for record in records:

@@ -50,7 +50,13 @@ class Notes:
     def checkpoint(self, used: int, digest: str) -> None:
         self.checkpoints.append((used, digest))
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,  # noqa: ARG002
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         self.trials.append(performance)
 
     def generation(self, record: GenerationRecord) -> None:
