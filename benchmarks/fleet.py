@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 import hil
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.messages import RobotStatus
+from firmware_protocol.roles.junior import drive
 from hil.bridge.clock import MonotonicClock
 from simdevice.crowd import Crowd
 from simdevice.endpoints import Endpoint, TcpEndpoint
@@ -158,7 +159,7 @@ class Bench:
         for junior in self._robots:
             if junior.armed and now >= self._drive_at[junior.address]:
                 self._drive_at[junior.address] = now + AGAIN
-                junior.peer.drive(EFFORT, -EFFORT, 5 * AGAIN)
+                drive(junior.peer, EFFORT, -EFFORT, 5 * AGAIN)
 
     def _step(self) -> None:
         self._keep_driving()

@@ -13,19 +13,13 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorManeuver,
-    JuniorManeuverResult,
-    JuniorMemoryEntry,
-    JuniorWheels,
     Ping,
     Reason,
     RobotAck,
     RobotSession,
-    RobotStatus,
     State,
 )
 from firmware_protocol.peer.exchange import NEVER, Exchange
-from firmware_protocol.vocabulary import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -43,10 +37,6 @@ LONGEST_PROGRESS: Final = 30.0
 """After so long IN_PROGRESS prolongs nothing any more, in s."""
 STATE_WAIT: Final = 2.0
 """A robot that has not said within this that it is stopped, or disarmed, is not taken to be, in s."""
-MOST_REPETITIONS: Final = 10
-"""A maneuver whose repetitions were acknowledged so often, and still no result came, is given up after the usual tries."""
-RESULT_MARGIN: Final = 0.3
-"""How much later than expected the result of a maneuver may come before it is asked for again, in s."""
 
 REASONS: Final[dict[int, str]] = {
     Reason.NONE: "it gave no reason",
@@ -333,20 +323,6 @@ class NumberedExchange(Exchange[T]):
         return ack.sequence == self.sequence and ack.session == self.session and ack.message == self.question.ID
 
 
-class DriveExchange(NumberedExchange[RobotAck]):
-    """JUNIOR_WHEELS: a newer one makes it pointless.
-
-    Args:
-        name: What is asked, in words.
-        message: The message.
-        numbering: Gives session and sequence.
-    """
-
-    def __init__(self, name: str, message: JuniorWheels, numbering: Numbering) -> None:
-        super().__init__(name, message, numbering)
-        self.urgent = not any(message.speed)
-
-
 class SessionExchange(NumberedExchange[RobotAck]):
     """ROBOT_SESSION, which brings its own number.
 
@@ -359,72 +335,6 @@ class SessionExchange(NumberedExchange[RobotAck]):
         super().__init__("opening a session", message, numbering)
         self.lane = ("session", message.target_component)
         self.session, self.sequence = message.session, message.sequence
-
-
-class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
-    """JUNIOR_MANEUVER: accepted first, then performed, then JUNIOR_MANEUVER_RESULT.
-
-    Once it is accepted the next of its lane may go. If the result does not come in time, the same message is sent again:
-    the robot repeats its answer, not the motion.
-
-    Args:
-        message: The maneuver.
-        numbering: Gives session and sequence.
-        extra: How long the floor reflex may prolong it, in s.
-    """
-
-    def __init__(self, message: JuniorManeuver, numbering: Numbering, extra: float) -> None:
-        super().__init__("the maneuver", message, numbering)
-        self._duration = message.period * message.count + extra
-        self._repetitions = 0
-
-    @property
-    def waits_for(self) -> str:
-        """What has not come."""
-        return "did not answer the maneuver" if self.blocking else "never sent the result of the maneuver"
-
-    def accepted(self, ack: RobotAck, time: float) -> None:  # noqa: ARG002
-        """It has begun: the result comes when it is over."""
-        if self.blocking:
-            self.blocking = False
-            self.rest(time + self._duration + RESULT_MARGIN)
-        elif self.tries and self._repetitions < MOST_REPETITIONS:
-            # The answer to a repetition: the robot is there, and the result, if there is one, is repeated too.
-            self._repetitions += 1
-            self.tries = 1
-
-    def answer(self, received: Received) -> bool:
-        """Take ROBOT_ACK, the result, or a status that says it is over."""
-        message = received.message
-        if type(message) is JuniorManeuverResult:
-            if message.sequence != self.sequence or message.session != self.session:
-                return False
-            if message.outcome == Outcome.REFUSED:
-                self.refuse(*reason_in_words(message.reason))
-            else:
-                self.finish(message)
-            return True
-        if type(message) is RobotStatus:
-            over = message.session == self.session and message.sequence == self.sequence and message.state != State.PERFORMING
-            if over and not self.blocking and self.tries == 0:
-                self.due = received.time
-            return False  # others may want the status, too
-        return super().answer(received)
-
-
-class MemoryReadExchange(NumberedExchange[JuniorMemoryEntry]):
-    """JUNIOR_MEMORY_READ: answered by the entry, or by a refusal."""
-
-    def accepted(self, ack: RobotAck, time: float) -> None:
-        """Accepted is not yet answered: the entry is."""
-
-    def answer(self, received: Received) -> bool:
-        """Take the entry, or the refusal."""
-        message = received.message
-        if type(message) is JuniorMemoryEntry and (message.session, message.sequence) == (self.session, self.sequence):
-            self.finish(message)
-            return True
-        return super().answer(received)
 
 
 class PingExchange(Exchange[Ping]):

@@ -6,28 +6,26 @@ of a connection is the table in `connection.py`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.messages import (
+    ARMED_FLAG,
+    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
-    REFEREE_COMPONENT,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
-    JuniorManeuverResult,
-    JuniorSensors,
     Ping,
     Reason,
     RobotAck,
     RobotResultAck,
     RobotSession,
     RobotStatus,
-    State,
     Timesync,
 )
 from firmware_protocol.peer.answers import for_another
@@ -35,15 +33,16 @@ from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionE
 from firmware_protocol.peer.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.peer.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
-from firmware_protocol.peer.requests import ARMED_FLAG, Requests
-from firmware_protocol.peer.streams import JUNIOR_STREAMS, MOST_REQUESTS, Streams
+from firmware_protocol.peer.requests import Requests
+from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.versions import other_version
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Event, Received
     from firmware_protocol.peer.pacing import Pace
+    from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
 
 SILENCE: Final = 3.0
@@ -54,13 +53,12 @@ KEEP_ALIVE: Final = 0.04
 """Time between two ROBOT_ALIVE while a robot of the network is armed, in s: the watchdog allows 0.25."""
 TIMESYNC_PERIOD: Final = 1.0
 """Between comparisons of the clocks, in s."""
-_GROUND_STATION: Final = 6
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
 
-HOST_HEARTBEAT: Final = Heartbeat(type=_GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
+HOST_HEARTBEAT: Final = Heartbeat(type=GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 
 
 class Peer(Requests):
@@ -75,11 +73,12 @@ class Peer(Requests):
         host: Number of the host's program, 1..65535: robots tell by it who keeps them moving.
         host_system: System id of the host.
         host_component: Its component id. An answer that is for another system or component is none to us.
-        streams: What the robot is to send by itself, and the intervals in s.
+        roles: What kinds of robots there are; it is taken for the first until it has said what it is (`product_id`).
         retry: When to ask again.
-        pace: On a slow line, what to ask of the robot, instead of `streams` and `retry`; None: it need not be spared.
+        pace: On a slow line, what to ask of the robot, instead of its role's streams and `retry`; None: it need not be spared.
 
     Attributes:
+        role: What kind of robot it is, as far as is known.
         state: Where the connection stands.
         failure: Why it can't be spoken to, in state REFUSED.
         version: What the robot said about itself.
@@ -98,19 +97,20 @@ class Peer(Requests):
         session: Callable[[], int],
         now: float,
         host: int,
+        roles: Sequence[Role],
         open_session: bool = True,
         host_system: int = HOST_SYSTEM,
         host_component: int = HOST_COMPONENT,
-        streams: Mapping[type[Message], float] = JUNIOR_STREAMS,
         retry: Retry = Retry(),  # noqa: B008 - frozen
         pace: Pace | None = None,
     ) -> None:
+        role = roles[0]
         if pace is not None:
-            streams, retry = pace.streams, pace.retry
+            retry = pace.retry
         self.counters = Counters()
         label = f"robot {system}"
         exchanges = Exchanges(label, self.counters, retry)
-        super().__init__(system, host_system, host, exchanges, Numbering(), open_session=open_session, pace=pace)
+        super().__init__(system, host_system, host, exchanges, Numbering(), role=role, open_session=open_session, pace=pace)
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
         self.failure: HilError | None = None
@@ -118,9 +118,11 @@ class Peer(Requests):
         self.heartbeat: Heartbeat | None = None
         self.status: RobotStatus | None = None
         self.armed: bool | None = None
-        self.streams = Streams(streams)
+        self.streams = self._streams_of(role)
         self.clock = ClockComparison()
         self._label = label
+        self._roles = roles
+        self._readings, self._results = role.readings, role.results
         self._us = (host_system, host_component)
         self._new_session = session
         self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
@@ -177,7 +179,7 @@ class Peer(Requests):
     @property
     def session(self) -> int | None:
         """The open session."""
-        return self._numbering.session
+        return self.numbering.session
 
     # --- In ----------------------------------------------------------------------------------------------------------
 
@@ -196,8 +198,8 @@ class Peer(Requests):
             self._heard = received.time
             if self.state is PeerState.LOST:
                 self._move(Input.HEARD, received.time)
-        elif self._pace is not None and self.state is PeerState.READY and received.component == REFEREE_COMPONENT:
-            self._ease_referee()
+        elif self._pace is not None and self.state is PeerState.READY:
+            self._ease_companion(received.component)
         if not self._frames.count(received):
             return self._take()
         if for_another(message, *self._us):
@@ -206,15 +208,15 @@ class Peer(Requests):
         if from_robot:
             if self.streams.heard(type(message), received.time):
                 self._events.append(StreamBack(self.system, received.time, message.NAME))
-            if type(message) is JuniorSensors:
-                self._watch_clock(message.time, received.time)
+            if type(message) is self._readings:
+                self._watch_clock(cast("Any", message).time, received.time)
             else:
                 self._note(message, received)
         if self._exchanges.active and not self._doubtful(message):
             wanted = self._exchanges.answer(received)
             self._follow(received.time)
-            show = wanted or type(message) is not JuniorManeuverResult
-        elif type(message) is JuniorManeuverResult:
+            show = wanted or type(message) not in self._results
+        elif type(message) in self._results:
             show = False
         if not self._events:
             return (received,) if show else ()
@@ -411,8 +413,6 @@ class Peer(Requests):
                 self._move(Input.HEARD, received.time)
             case RobotStatus():
                 self._on_status(message, received.time)
-            case JuniorManeuverResult():
-                self._outbox.append(RobotResultAck(message.session, message.sequence, self.system, ROBOT_COMPONENT))
             case Timesync() if message.tc1 == 0:
                 asked_by = (received.system, received.component)
                 self._outbox.append(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
@@ -420,6 +420,9 @@ class Peer(Requests):
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
                 self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
+            case _ if type(message) in self._results:
+                result = cast("Any", message)
+                self._outbox.append(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
     def _on_status(self, status: RobotStatus, now: float) -> None:
         """Look whether the robot has restarted."""
@@ -430,7 +433,7 @@ class Peer(Requests):
             return
         self._watch_clock(status.time, now)
         if self.state is PeerState.CHECKING:
-            forgotten = self._numbering.session is not None and status.session == 0
+            forgotten = self.numbering.session is not None and status.session == 0
             same = Input.TAKEN if self._open_session and self.session is None else Input.SAME_BOOT
             self._move(Input.RESTARTED if before is None or forgotten else same, now)
         elif self.state is PeerState.COMPARING:
@@ -480,6 +483,7 @@ class Peer(Requests):
             self._move(Input.STRANGER, now)
             return
         if major == PROTOCOL_MAJOR:
+            self._recognise(version.product_id)
             self._uid = version.uid or self._uid
             if self._cut_off is not None and self.status is not None:
                 self._move(Input.RECOGNISED, now)
@@ -487,11 +491,23 @@ class Peer(Requests):
                 self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
             return
         if major == 0:
-            text = f"system {self.system} speaks MAVLink but is no Junior: it names no version of our protocol"
+            text = f"system {self.system} speaks MAVLink but is no {self.role.name}: it names no version of our protocol"
         else:
             text = f"{self._label} {other_version(f'{major}.{minor}')}"
         self.failure = VersionError(text)
         self._move(Input.VERSION_BAD, now)
+
+    def _streams_of(self, role: Role) -> Streams:
+        """What a robot of this role is to send by itself."""
+        return Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
+
+    def _recognise(self, product: int) -> None:
+        """It has said what kind of robot it is; one that says nothing that we know is what it was taken for."""
+        role = next((role for role in self._roles if role.product == product), self.role)
+        if role is not self.role:
+            self.role = role
+            self._readings, self._results = role.readings, role.results
+            self.streams = self._streams_of(role)
 
     def _move(self, happened: Input, now: float) -> None:
         """Follow the table, and do what the new state begins with."""
@@ -507,12 +523,12 @@ class Peer(Requests):
                 self.failure = None
                 question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(question)
-                self._ease_sensors()
+                self._ease_readings()
             case PeerState.OPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
                 opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
-                self._handshake = self._exchanges.add(SessionExchange(opening, self._numbering))
+                self._handshake = self._exchanges.add(SessionExchange(opening, self.numbering))
             case PeerState.CHECKING | PeerState.COMPARING:
                 check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(check)
@@ -534,10 +550,11 @@ class Peer(Requests):
         """The robot can be used."""
         self.unavailable = None
         self._cut_off = self._doubt = None
-        self._had_session = self._referee_eased = False
+        self._had_session = False
+        self._eased_companions.clear()
         if happened is Input.OPENED:
-            self._numbering.open(self._candidate)
-            self.armed = self._in_contest()
+            self.numbering.open(self._candidate)
+            self.armed = self.heartbeat is not None and self.heartbeat.custom_mode in self.role.undisturbed
             for message, interval in self.streams.intervals.items():
                 self._ask_for_stream(message, interval)
             self._ease_rest()
@@ -554,10 +571,6 @@ class Peer(Requests):
         self._restarted = False
         if self.status is None:  # the count of its starts, to compare later ones with
             self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False))
-
-    def _in_contest(self) -> bool:
-        """A session disarms the robot unless it plays."""
-        return self.heartbeat is not None and self.heartbeat.custom_mode in {State.COUNTDOWN, State.CONTEST}
 
     def _gone(self, cause: str, now: float) -> None:
         """Tell that the robot is lost, if it was there."""
@@ -580,7 +593,7 @@ class Peer(Requests):
         self._restarted = self._known
         self._cut_off = None
         self._handshake = self._arming = None
-        self._numbering.session = None
+        self.numbering.session = None
         self.armed = None
         self.streams.end()
         self.clock.reset()
@@ -590,8 +603,8 @@ class Peer(Requests):
     def _suspend(self) -> None:
         """Nothing can be said, and nothing is heard."""
         self._handshake = self._arming = None
-        self._had_session = self._had_session or self._numbering.session is not None
-        self._numbering.session = None
+        self._had_session = self._had_session or self.numbering.session is not None
+        self.numbering.session = None
         self.armed = None
         self.streams.end()
         self.clock.reset()

@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import JuniorSensors, RobotStatus
 from firmware_protocol.peer.exchange import NEVER
 
 if TYPE_CHECKING:
@@ -25,9 +24,6 @@ ASK_AGAIN: Final = 5.0
 """Least time between two requests for a stream that has stopped, in s."""
 MOST_REQUESTS: Final = 3
 """Requests for a stream that does not come back; then it is left at that."""
-
-JUNIOR_STREAMS: Final[Mapping[type[Message], float]] = {JuniorSensors: 0.02, RobotStatus: 1.0}
-"""What the host of a Junior needs, and its interval in s."""
 
 
 @dataclass(slots=True)

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Final, Self
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
+    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     ROBOT_COMPONENT,
+    SEVERITY_ERROR,
     Heartbeat,
-    JuniorSensors,
     RobotAlive,
-    RobotStatus,
     Statustext,
 )
 from firmware_protocol.peer.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
+from firmware_protocol.roles.table import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.signing import trouble
 from hil.bridge.clock import LastReading
@@ -44,14 +45,10 @@ if TYPE_CHECKING:
     from hil.bridge.reopening import Reopening
     from hil.bridge.taps import Circumstances, Tap
 
-_GROUND_STATION: Final = 6
-"""MAV_TYPE_GCS: not a robot."""
 _NEWS_PERIOD: Final = 1.0
 """Shortest time between two pieces of news of bytes that were dropped, in s."""
 _GAP: Final = 0.1
 """A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
-_ERROR: Final = 3
-"""MAV_SEVERITY_ERROR; what is worse is less."""
 _LAST_WORDS: Final = 1.0
 """An error that was told so shortly before the end of a link is taken for its reason, in s."""
 
@@ -384,7 +381,7 @@ class Bridge:
                 events.append(item)
                 self._blame(item)
                 continue
-            if type(item.message) is Statustext and item.message.severity <= _ERROR:
+            if type(item.message) is Statustext and item.message.severity <= SEVERITY_ERROR:
                 self._complaint = (item.time, item.message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
@@ -410,8 +407,8 @@ class Bridge:
         message, system = received.message, received.system
         if system in self._shunned or system in {0, self._system} or received.component != ROBOT_COMPONENT:
             return None
-        heartbeat = isinstance(message, Heartbeat) and message.type != _GROUND_STATION
-        if not heartbeat and not isinstance(message, JuniorSensors | RobotStatus):
+        heartbeat = isinstance(message, Heartbeat) and message.type != GROUND_STATION
+        if not heartbeat and type(message) not in SIGNS:
             return None
         self._heard.add(system)
         if self._robots is not None and system not in self._robots:
@@ -424,6 +421,7 @@ class Bridge:
             session=self._session,
             now=received.time,
             host=self.host,
+            roles=ROLES,
             open_session=self._open_sessions,
             host_system=self._system,
             host_component=self._component,

@@ -7,22 +7,27 @@ from typing import TYPE_CHECKING, Final
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received, RejectReason
-from firmware_protocol.messages import HOST_SYSTEM, MESSAGES, ROBOT_COMPONENT, Heartbeat, JuniorSensors, RobotStatus, Statustext
+from firmware_protocol.messages import (
+    GROUND_STATION,
+    HOST_SYSTEM,
+    MESSAGES,
+    ROBOT_COMPONENT,
+    SEVERITY_ERROR,
+    Heartbeat,
+    Statustext,
+)
+from firmware_protocol.roles.table import SIGNS
 from firmware_protocol.wire.mavlink_layout import crc_extra
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Rejected
 
-GROUND_STATION: Final = 6
-"""MAV_TYPE_GCS: not a robot."""
 EVERYBODY: Final = 0
 """No system has this id: it means all of them."""
 _KEPT: Final = 512
 """Bytes kept of what comes, to see what it is."""
 _OURS: Final = 4096
 """Bytes kept of what we say, to know it again."""
-_ERROR: Final = 3
-"""MAV_SEVERITY_ERROR; what is worse is less."""
 _MARKERS: Final = ((0xFD, 12, 2), (0xFE, 8, 1))
 """Start marker, bytes of a frame around its payload, version of MAVLink."""
 _MARKER_1: Final = 0xFE
@@ -56,8 +61,8 @@ class Witness:
         received: Bytes that have come.
         good: Good messages heard.
         damaged: Pieces of what came that were no good message.
-        juniors: Systems that say what only a Junior says.
-        vehicles: Systems that say that they are a vehicle, Juniors among them.
+        robots: Systems that say what only a robot with a role of ours says.
+        vehicles: Systems that say that they are a vehicle, those robots among them.
         hosts: Systems that say that they are a ground station.
         misnumbered: Ids under which robots speak that no robot may have.
         echo: What we have said comes back.
@@ -70,7 +75,7 @@ class Witness:
         self.received = 0
         self.good = 0
         self.damaged = 0
-        self.juniors: set[int] = set()
+        self.robots: set[int] = set()
         self.vehicles: set[int] = set()
         self.hosts: set[int] = set()
         self.misnumbered: set[int] = set()
@@ -123,17 +128,17 @@ class Witness:
 
     def _look(self, event: Received) -> None:
         message, system = event.message, event.system
-        if isinstance(message, Statustext) and message.severity <= _ERROR:
+        if isinstance(message, Statustext) and message.severity <= SEVERITY_ERROR:
             self.told = message.text
         if isinstance(message, Heartbeat) and message.type == GROUND_STATION:
             self.hosts.add(system)
-        elif event.component == ROBOT_COMPONENT and isinstance(message, Heartbeat | JuniorSensors | RobotStatus):
+        elif event.component == ROBOT_COMPONENT and (isinstance(message, Heartbeat) or type(message) in SIGNS):
             if system in {EVERYBODY, HOST_SYSTEM}:
                 self.misnumbered.add(system)
                 return
             self.vehicles.add(system)
             if not isinstance(message, Heartbeat):
-                self.juniors.add(system)
+                self.robots.add(system)
 
     def rate(self, now: float) -> float:
         """Bytes that have come in a second, on the average.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
+from firmware_protocol.messages import GROUND_STATION, HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
 from firmware_protocol.peer.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.wire.can_frame import pack_frames
 from firmware_protocol.wire.codec import open_codec
@@ -26,7 +26,7 @@ from hil.bridge.pump import open_pump
 from hil.bridge.redaction import Redaction
 from hil.bridge.surroundings import Surroundings
 from hil.bridge.taps import Opening
-from hil.bridge.witness import EVERYBODY, GROUND_STATION, Witness
+from hil.bridge.witness import EVERYBODY, Witness
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.connecting.diagnosis import Seen, nobody

@@ -151,7 +151,7 @@ def _robots(seen: Seen) -> Diagnosis | None:
         others = f"others are there: {ids}" if seen.wanted is not None else f"systems heard: {ids}"
         option = "node" if seen.wire == CAN else "system"
         return Diagnosis(Kind.OTHERS, others, f"Ask for one of them: ?{option}={min(heard)}")
-    juniors = wanted & witness.juniors - set(seen.unusable)
+    juniors = wanted & witness.robots - set(seen.unusable)
     if not juniors:
         many = len(wanted) > 1
         speak = f"systems {_ids(wanted)} speak MAVLink but are no Juniors" if many else ""

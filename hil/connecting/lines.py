@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.peer.pacing import BITS_PER_BYTE, Pace, baud_of, full_capacity, least_capacity, pace_for
+from firmware_protocol.roles.table import ROLES
 
 if TYPE_CHECKING:
     from firmware_protocol.address import Address
@@ -43,9 +44,9 @@ def pace_of(address: Address, faults: FaultSpec | None = None, *, signed: bool) 
     capacity = capacity_of(address, faults)
     if capacity is None:
         return None
-    if capacity < least_capacity(signed=signed):
-        raise LinkOpenError(address.url, *too_slow(address, capacity, least_capacity(signed=signed), "driving a robot"))
-    return pace_for(capacity, signed=signed)
+    if capacity < (least := least_capacity(ROLES[0], signed=signed)):
+        raise LinkOpenError(address.url, *too_slow(address, capacity, least, "driving a robot"))
+    return pace_for(ROLES[0], capacity, signed=signed)
 
 
 def need_full_rate(address: Address, faults: FaultSpec | None = None, *, signed: bool) -> None:
@@ -59,7 +60,7 @@ def need_full_rate(address: Address, faults: FaultSpec | None = None, *, signed:
     Raises:
         LinkOpenError: It does not.
     """
-    capacity, least = capacity_of(address, faults), full_capacity(signed=signed)
+    capacity, least = capacity_of(address, faults), full_capacity(ROLES[0], signed=signed)
     if capacity is not None and capacity < least:
         raise LinkOpenError(address.url, *too_slow(address, capacity, least, "checking all that a robot says"))
 

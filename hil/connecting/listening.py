@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Received, RejectReason
 from firmware_protocol.messages import (
+    ARMED_FLAG,
+    GENERIC_AUTOPILOT,
+    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
@@ -34,7 +37,7 @@ from firmware_protocol.wire.can_layout import FUNCTION_SHIFT
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
-from hil.bridge.witness import EVERYBODY, GROUND_STATION, Witness
+from hil.bridge.witness import EVERYBODY, Witness
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -47,9 +50,6 @@ HEARTBEATS: Final = 1.3
 _HELLO_PERIOD: Final = 1.0
 _ASK_PERIOD: Final = 0.3
 _ASK_TIMES: Final = 3
-_ARMED: Final = 128
-_GENERIC: Final = 0
-"""MAV_AUTOPILOT_GENERIC: what a Junior is."""
 _AT_FLAGS: Final = 2
 
 
@@ -140,11 +140,11 @@ class _Heard:
 
     @property
     def armed(self) -> bool:
-        return bool(self.heartbeat.base_mode & _ARMED)
+        return bool(self.heartbeat.base_mode & ARMED_FLAG)
 
     def robot(self, system: int) -> Robot:
         junior, version = self.is_junior, self.version
-        if version is not None and self.heartbeat.autopilot == _GENERIC and version.middleware_sw_version >> 24:
+        if version is not None and self.heartbeat.autopilot == GENERIC_AUTOPILOT and version.middleware_sw_version >> 24:
             junior = True
         known = {int(state) for state in State}
         mode = self.heartbeat.custom_mode

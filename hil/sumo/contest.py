@@ -10,6 +10,7 @@ from firmware_protocol.errors import LinkError, PeerError, RefusedError
 from firmware_protocol.events import PeerLost, Received
 from firmware_protocol.messages import ROBOT_COMPONENT, BoutOutcome, ContestCommand, Heartbeat, Phase, Reason, State
 from firmware_protocol.peer.connection import PeerState
+from firmware_protocol.roles.junior import contest
 from hil.sumo.junior import WAIT
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def start_contest(junior: Junior, countdown: float = COUNTDOWN) -> None:
         LinkError: The link is gone.
     """
     junior.arm()
-    ticket = junior.peer.contest(ContestCommand.START, countdown)
+    ticket = contest(junior.peer, ContestCommand.START, countdown)
     try:
         junior.finish(ticket)
     except RefusedError as error:

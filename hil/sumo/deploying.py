@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.errors import HilError, RefusedError
 from firmware_protocol.memory_table import MemorySlot, memory_checksum
 from firmware_protocol.messages import Reason
+from firmware_protocol.roles import junior as verbs
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
 
 if TYPE_CHECKING:
@@ -127,9 +128,9 @@ def deploy(junior: Junior, advice: Advice) -> Deployment:
     stale = [key for key in here if key not in goal]
     due = [slot for key, slot in goal.items() if here.get(key) != slot]
     for key in stale:
-        junior.finish(junior.peer.erase_memory(*key))
+        junior.finish(verbs.erase_memory(junior.peer, *key))
     for slot in due:
-        junior.finish(junior.peer.write_memory(slot.previous, slot.current, slot.maneuver))
+        junior.finish(verbs.write_memory(junior.peer, slot.previous, slot.current, slot.maneuver))
     found, checksum = read_memory(junior)
     _compare(junior, plan.slots, found, checksum)
     return Deployment(plan, len(due), len(stale), len(goal) - len(due), checksum)
@@ -151,7 +152,7 @@ def read_memory(junior: Junior) -> tuple[list[MemorySlot], int]:
     """
     entries: list[JuniorMemoryEntry] = []
     while not entries or len(entries) < entries[-1].used:
-        ticket = junior.peer.read_memory(len(entries))
+        ticket = verbs.read_memory(junior.peer, len(entries))
         try:
             entries.append(junior.finish(ticket))
         except RefusedError:

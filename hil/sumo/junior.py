@@ -18,6 +18,7 @@ from firmware_protocol.messages import (
     SensorFlag,
     State,
 )
+from firmware_protocol.roles.junior import SLOW_REFEREE, drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.bridge.networks import RobotAddress
 from hil.connecting.finding import find_robot
@@ -164,7 +165,7 @@ class Junior:
     def _look_for_referee(self) -> None:
         referee = Referee(self)
         pace = self.bridge.pace  # on a slow line a referee that was asked to says less
-        deadline = self.now() + (REFEREE_WAIT if pace is None else REFEREE_WAIT + 2 * pace.referee)
+        deadline = self.now() + (REFEREE_WAIT if pace is None else REFEREE_WAIT + 2 * SLOW_REFEREE)
         while self.now() < deadline and REFEREE_COMPONENT not in self.peer.components:
             self._step(min(WAIT, deadline - self.now()))
         if REFEREE_COMPONENT in self.peer.components:
@@ -324,7 +325,7 @@ class Junior:
 
     def stop(self) -> None:
         """Stop the wheels and whatever it is performing; it stays armed. Raises as `drive` does."""
-        self.finish(self.peer.drive(0.0, 0.0, 0.0))
+        self.finish(drive(self.peer, 0.0, 0.0, 0.0))
 
     def drive(self, left: float, right: float, duration: float = 0.25) -> tuple[float, float, float]:
         """Turn the wheels for a while; repeat it to go on (a dead-man's handle).
@@ -344,7 +345,7 @@ class Junior:
             LinkError: The link is gone.
         """
         sent = self.limits.wheels(left, right, duration)
-        self.finish(self.peer.drive(*sent))
+        self.finish(drive(self.peer, *sent))
         return sent
 
     def perform(
@@ -389,7 +390,7 @@ class Junior:
         while not ticket.done:
             self._step(WAIT)
             if until is not None and not broken_off and not ticket.done and until():
-                self.peer.drive(0.0, 0.0, 0.0)
+                drive(self.peer, 0.0, 0.0, 0.0)
                 broken_off = True
         if ticket.reason is Reason.DISARMED and self._armed_in not in {None, self.peer.session}:
             raise PeerLostError(f"robot {self.peer.system} was lost since it was armed, and is back: it is disarmed")
@@ -409,7 +410,7 @@ class Junior:
             maneuver = maneuver.split()
         if not isinstance(maneuver, Maneuver):
             maneuver = Maneuver(tuple(_action(one) for one in maneuver), period=period)
-        return self.peer.perform(self.limits.bounded(maneuver))
+        return perform(self.peer, self.limits.bounded(maneuver))
 
     # --- parameters --------------------------------------------------------------------------------------------------
 

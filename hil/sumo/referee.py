@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import PeerError
 from firmware_protocol.messages import REFEREE_COMPONENT, BoutOutcome, OpponentCode, Phase, RefereeState
+from firmware_protocol.roles.referee import reset_bout
 
 if TYPE_CHECKING:
     from hil.sumo.junior import Junior
@@ -68,7 +69,7 @@ class Referee:
             PeerError: The referee refused or did not answer.
         """
         before = self.latest.bout
-        self._junior.finish(self._junior.peer.reset_bout(seed, opponent))
+        self._junior.finish(reset_bout(self._junior.peer, seed, opponent))
         for _ in range(LOOKS):  # the first may have been on its way before the reset
             state = self.state()
             if state.bout != before:

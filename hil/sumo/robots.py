@@ -10,6 +10,7 @@ from firmware_protocol.errors import HilError, LinkClosedError, LinkError, NoRob
 from firmware_protocol.events import PeerFound, Received
 from firmware_protocol.maneuver_fields import to_report
 from firmware_protocol.messages import REFEREE_COMPONENT, ROBOT_COMPONENT, Command, CommandLong
+from firmware_protocol.roles.junior import drive
 from firmware_protocol.vocabulary import Maneuver
 from hil.bridge.networks import Networks, RobotAddress
 from hil.connecting.diagnosis import nobody
@@ -343,7 +344,7 @@ class Robots:
 
     def stop(self) -> Answers[RobotAck]:
         """Stop all wheels and what is being performed; all stay armed."""
-        return self.ask(lambda junior: junior.peer.drive(0.0, 0.0, 0.0))
+        return self.ask(lambda junior: drive(junior.peer, 0.0, 0.0, 0.0))
 
     def emergency_stop(self) -> Answers[CommandAck]:
         """Stop everything that hears us at once, robots of others on the same links included, until disarmed and armed again.

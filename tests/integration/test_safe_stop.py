@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
     ManualControl,
     State,
 )
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
 from simdevice.world import junior_world
@@ -96,7 +97,7 @@ def performing(watched: Watched) -> hil.Junior:
     """Connected, armed, and 0.4 s into a maneuver of four."""
     junior = connect(watched)
     junior.arm()
-    junior.peer.perform(AHEAD)
+    perform(junior.peer, AHEAD)
     junior.wait(0.4)
     assert watched.wheels == (1.0, 1.0)
     return junior

@@ -19,6 +19,7 @@ from firmware_protocol.messages import Command, CommandAck, CommandLong, Command
 from firmware_protocol.peer.commands import CommandExchange, RequestExchange
 from firmware_protocol.peer.exchange import Exchanges, Retry
 from firmware_protocol.peer.quality import Counters
+from firmware_protocol.roles.junior import drive
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks
@@ -171,8 +172,8 @@ def test_the_urgent_goes_first() -> None:
     [
         (lambda peer: peer.disarm(), True),
         (lambda peer: peer.emergency_stop(), True),
-        (lambda peer: peer.drive(0.0, 0.0, 0.0), True),
-        (lambda peer: peer.drive(0.1, 0.0, 0.2), False),
+        (lambda peer: drive(peer, 0.0, 0.0, 0.0), True),
+        (lambda peer: drive(peer, 0.1, 0.0, 0.2), False),
         (lambda peer: peer.arm(), False),
         (lambda peer: peer.request(RobotStatus), False),
     ],
@@ -187,8 +188,8 @@ def test_what_is_urgent(ask: Callable[[Peer], object], urgent: bool) -> None:  #
 
 def test_an_urgent_question_that_failed_unsent_is_urgent_no_more() -> None:
     rig = Flooded()
-    rig.peer.drive(0.0, 0.0, 0.0)
-    rig.peer.drive(0.1, 0.1, 0.1)
+    drive(rig.peer, 0.0, 0.0, 0.0)
+    drive(rig.peer, 0.1, 0.1, 0.1)
     assert not rig.bridge.urgent
 
 

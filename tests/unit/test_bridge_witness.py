@@ -49,7 +49,7 @@ def test_nothing_is_taken_down_while_a_robot_can_be_used() -> None:
     with connected(line) as junior:
         junior.find()
         witness = junior.bridge.witness
-        assert witness.vehicles == witness.juniors == {1}
+        assert witness.vehicles == witness.robots == {1}
         before = witness.received
         junior.wait(1.0)
         assert junior.bridge.witness is witness

@@ -15,6 +15,7 @@ from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutErro
 from firmware_protocol.events import LinkNews, Received, Rejected
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Heartbeat, JuniorManeuverResult, Ping
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.vocabulary import Action, Maneuver
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.signing import Signing, SigningKey, setup_signing
@@ -262,7 +263,7 @@ def test_beginning_anew_comes_before_anything_is_taken_in_or_sent() -> None:
     with Bridge(MemoryLink(robot), robot, taps=[tap], session=iter(range(100, 200)).__next__) as bridge:
         while not (bridge.peers and bridge.peers[1].ready):
             bridge.step(0.1)
-        ticket = bridge.peers[1].perform(Maneuver((Action.F,), period=0.05, floor_reflex=False))
+        ticket = perform(bridge.peers[1], Maneuver((Action.F,), period=0.05, floor_reflex=False))
         while robot._result is None or robot.now() < robot._result_due - 1.5 * PERIOD:
             bridge.step(PERIOD)
         assert not ticket.done  # its result comes with the next bytes

@@ -26,6 +26,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.peer.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.peer.exchange import HOLD
 from firmware_protocol.peer.peer import SILENCE
+from firmware_protocol.roles.junior import drive, perform, read_memory
 from firmware_protocol.vocabulary import Action, Maneuver
 
 GIVE_UP = 3.4
@@ -93,7 +94,7 @@ def test_another_version_is_refused_with_a_clear_message(bench: Bench, major: in
     assert bench.take(RobotSession) == []
     bench.heartbeat()
     assert bench.state() is PeerState.REFUSED
-    assert said in failed(bench.peer.drive(0, 0, 0.1))
+    assert said in failed(drive(bench.peer, 0, 0, 0.1))
 
 
 def test_a_vehicle_that_knows_no_such_request_is_refused(bench: Bench) -> None:
@@ -165,12 +166,12 @@ def test_watching_opens_no_session() -> None:
     assert bench.peer.ready
     assert bench.events == [PeerFound(1, 10.0)]
     assert bench.take(RobotSession) == []
-    assert "only being watched" in failed(bench.peer.perform(Maneuver((Action.F,))))
+    assert "only being watched" in failed(perform(bench.peer, Maneuver((Action.F,))))
     assert not bench.peer.read_parameter("SPD_FAST").done
 
 
 def test_silence_loses_a_robot_and_all_that_was_asked(ready: Bench) -> None:
-    ticket = ready.peer.perform(Maneuver((Action.F,)))
+    ticket = perform(ready.peer, Maneuver((Action.F,)))
     ready.wait(SILENCE - 0.02)
     assert ready.peer.ready
     ready.wait(0.03)
@@ -178,7 +179,7 @@ def test_silence_loses_a_robot_and_all_that_was_asked(ready: Bench) -> None:
     assert [type(event) for event in ready.events] == [PeerLost]
     assert "fell silent" in failed(ticket)
     assert isinstance(ticket.error, PeerLostError)
-    assert "fell silent" in failed(ready.peer.drive(0, 0, 0.1))
+    assert "fell silent" in failed(drive(ready.peer, 0, 0, 0.1))
 
 
 def test_a_robot_is_back_if_it_has_not_restarted(ready: Bench) -> None:
@@ -206,7 +207,7 @@ def test_a_robot_that_is_back_and_has_restarted_gets_a_new_session(ready: Bench)
 
 @pytest.mark.parametrize("sign", ["boots", "status time", "sensor time"])
 def test_a_restart_without_silence_is_noticed(ready: Bench, sign: str) -> None:
-    ticket = ready.peer.perform(Maneuver((Action.F,)))
+    ticket = perform(ready.peer, Maneuver((Action.F,)))
     if sign == "boots":
         ready.status(boots=2)
     elif sign == "status time":
@@ -263,7 +264,7 @@ def test_the_link_closing_loses_the_robot_with_that_cause(ready: Bench) -> None:
     events = ready.peer.closed(error, 11.0)
     assert events == [PeerLost(1, 11.0, "serial:///dev/ttyACM0: the port is gone")]
     assert ticket.error is error
-    assert ready.peer.perform(Maneuver((Action.F,))).error is error
+    assert perform(ready.peer, Maneuver((Action.F,))).error is error
     assert ready.peer.closed(error, 12.0) == []
 
 
@@ -272,7 +273,7 @@ def test_the_link_closing_before_the_handshake_is_no_loss(bench: Bench) -> None:
 
 
 def test_numbered_messages_need_the_handshake_and_say_so(bench: Bench) -> None:
-    for ticket in (bench.peer.drive(0, 0, 0.1), bench.peer.perform(Maneuver((Action.F,))), bench.peer.read_memory(0)):
+    for ticket in (drive(bench.peer, 0, 0, 0.1), perform(bench.peer, Maneuver((Action.F,))), read_memory(bench.peer, 0)):
         assert isinstance(ticket.error, PeerError)
         assert "handshake" in failed(ticket)
         with pytest.raises(PeerError, match="handshake"):

@@ -21,6 +21,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.connection import PeerState
 from firmware_protocol.peer.peer import SILENCE
+from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
@@ -53,13 +54,13 @@ def plug_in(bench: Bench, after: float = 2.0) -> None:
 def test_everything_open_fails_at_once_and_so_does_what_is_asked_meanwhile(ready: Bench) -> None:
     open_tickets: list[Ticket[Any]] = [
         ready.peer.ping(),
-        ready.peer.perform(Maneuver((Action.F,))),
+        perform(ready.peer, Maneuver((Action.F,))),
         ready.peer.list_parameters(),
     ]
     ready.wait(0.005)
     unplug(ready)
     assert ready.events == [PeerLost(1, ready.clock.now(), str(GONE))]
-    later: list[Ticket[Any]] = [ready.peer.ping(), ready.peer.drive(0, 0, 0.1), ready.peer.arm()]
+    later: list[Ticket[Any]] = [ready.peer.ping(), drive(ready.peer, 0, 0, 0.1), ready.peer.arm()]
     for ticket in open_tickets + later:
         assert isinstance(ticket.error, PeerLostError)
         assert "nobody knows whether" in failed(ticket)
@@ -95,7 +96,7 @@ def test_the_robot_is_recognised_compared_and_gets_a_new_session(ready: Bench) -
     assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=False)]
     assert ready.peer.ready
     assert not ready.peer.armed
-    ticket = ready.peer.drive(0, 0, 0.1)
+    ticket = drive(ready.peer, 0, 0, 0.1)
     ready.wait(0.005)
     assert not ticket.done
 
@@ -120,7 +121,7 @@ def test_another_robot_is_refused_without_a_session(ready: Bench) -> None:
     assert f"{UID:016x}" in str(ready.peer.failure)
     assert f"{UID + 1:016x}" in str(ready.peer.failure)
     assert ready.take(RobotSession) == []
-    assert isinstance(ready.peer.drive(0, 0, 0.1).error, WrongRobotError)
+    assert isinstance(drive(ready.peer, 0, 0, 0.1).error, WrongRobotError)
     unplug(ready)
     plug_in(ready)
     ready.version(uid=UID)
@@ -198,7 +199,7 @@ def test_the_end_of_patience_fails_what_is_asked_with_the_links_error(ready: Ben
 
 
 def test_a_robot_that_does_not_know_the_session_and_has_restarted_is_lost_and_has_not_refused(ready: Bench) -> None:
-    ticket = ready.peer.drive(1.0, 1.0, 0.1)
+    ticket = drive(ready.peer, 1.0, 1.0, 0.1)
     ready.wait(0.005)
     ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)
     ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)
