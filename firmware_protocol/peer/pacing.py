@@ -93,7 +93,8 @@ def by_itself(role: Role) -> dict[type[Message], float]:
     Args:
         role: What kind of robot it is.
     """
-    return {Heartbeat: 1.0, SysStatus: 1.0, **role.streams}
+    found: dict[type[Message], float] = {Heartbeat: 1.0, SysStatus: 1.0}
+    return found | dict(role.streams)
 
 
 def spared(role: Role) -> dict[type[Message], float]:
@@ -102,7 +103,7 @@ def spared(role: Role) -> dict[type[Message], float]:
     Args:
         role: What kind of robot it is.
     """
-    found = {Heartbeat: 1.0, **role.streams, SysStatus: SLOW_SYS_STATUS, Timesync: TIMESYNC_PERIOD}
+    found = by_itself(role) | {SysStatus: SLOW_SYS_STATUS, Timesync: TIMESYNC_PERIOD}
     del found[role.readings]
     for slow in role.companions.values():
         found |= slow

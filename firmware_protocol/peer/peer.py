@@ -30,7 +30,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.answers import for_another
 from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
-from firmware_protocol.peer.connection import TRANSITIONS, Input, PeerState
+from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
 from firmware_protocol.peer.requests import Requests
@@ -131,7 +131,6 @@ class Peer(Requests):
         self._present = False
         self._restarted = False
         self._uid = 0
-        self._cut_off: HilError | None = None
         self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
@@ -148,7 +147,7 @@ class Peer(Requests):
     @property
     def ready(self) -> bool:
         """The handshake is done and the robot is there."""
-        return self.state is PeerState.READY
+        return self.state in USABLE
 
     @property
     def components(self) -> set[int]:
@@ -173,8 +172,7 @@ class Peer(Requests):
         """
         if not self._open_session:
             self._open_session = True
-            if self.state is PeerState.READY:
-                self._move(Input.TAKEN, now)
+            self._move(Input.TAKEN, now)
 
     @property
     def session(self) -> int | None:
@@ -198,7 +196,7 @@ class Peer(Requests):
             self._heard = received.time
             if self.state is PeerState.LOST:
                 self._move(Input.HEARD, received.time)
-        elif self._pace is not None and self.state is PeerState.READY:
+        elif self._pace is not None and self.ready:
             self._ease_companion(received.component)
         if not self._frames.count(received):
             return self._take()
@@ -335,7 +333,7 @@ class Peer(Requests):
     def _timers(self, now: float) -> list[Message]:
         """Heartbeat, comparison of clocks and a look at the streams, when they are due."""
         out: list[Message] = []
-        if self.state is PeerState.READY and now >= self._timesync_due:
+        if self.ready and now >= self._timesync_due:
             self._timesync_due = now + TIMESYNC_PERIOD
             out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
         if now >= self.streams.next_due:
@@ -349,7 +347,7 @@ class Peer(Requests):
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
         self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
-        if self.state is PeerState.READY:
+        if self.ready:
             self._timer_due = min(self._timer_due, self._timesync_due)
 
     def _watch_streams(self, now: float) -> None:
@@ -380,8 +378,8 @@ class Peer(Requests):
             told: What everything that is open fails with.
             now: Time in s.
         """
-        self._cut_off = told
         self._gone(str(cause), now)
+        self.unavailable = told
         self._move(Input.LINK_GONE, now)
         return self._take()
 
@@ -434,7 +432,7 @@ class Peer(Requests):
         self._watch_clock(status.time, now)
         if self.state is PeerState.CHECKING:
             forgotten = self.numbering.session is not None and status.session == 0
-            same = Input.TAKEN if self._open_session and self.session is None else Input.SAME_BOOT
+            same = Input.SAME_BOOT if self.session is not None else Input.NO_SESSION if self._open_session else Input.WATCH_ONLY
             self._move(Input.RESTARTED if before is None or forgotten else same, now)
         elif self.state is PeerState.COMPARING:
             same = Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY
@@ -460,10 +458,9 @@ class Peer(Requests):
         if ticket is None or not ticket.done:
             return
         self._handshake = None
-        refused = isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY
-        if refused and self.state is not PeerState.CHECKING:
+        if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
             self.failure = ticket.error
-            self._move(Input.VERSION_BAD if self.state is PeerState.IDENTIFYING else Input.TURNED_DOWN, now)
+            self._move(Input.TURNED_DOWN, now)
         elif ticket.error is not None:
             self._move(Input.NO_ANSWER, now)
         elif isinstance(ticket.result, AutopilotVersion):
@@ -485,9 +482,7 @@ class Peer(Requests):
         if major == PROTOCOL_MAJOR:
             self._recognise(version.product_id)
             self._uid = version.uid or self._uid
-            if self._cut_off is not None and self.status is not None:
-                self._move(Input.RECOGNISED, now)
-            else:
+            if self.status is None or not self._move(Input.RECOGNISED, now):
                 self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
             return
         if major == 0:
@@ -509,22 +504,25 @@ class Peer(Requests):
             self._readings, self._results = role.readings, role.results
             self.streams = self._streams_of(role)
 
-    def _move(self, happened: Input, now: float) -> None:
-        """Follow the table, and do what the new state begins with."""
-        before = self.state
-        after = TRANSITIONS.get((before, happened))
+    def _move(self, happened: Input, now: float) -> bool:
+        """Follow the table, and do what the new state begins with.
+
+        Returns:
+            The table has such a transition.
+        """
+        after = TRANSITIONS.get((self.state, happened))
         if after is None:
-            return
+            return False
         self.state = after
         if happened is Input.RESTARTED:
             self._forget(now)
         match after:
-            case PeerState.IDENTIFYING:
+            case PeerState.IDENTIFYING | PeerState.RECOGNISING:
                 self.failure = None
                 question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(question)
                 self._ease_readings()
-            case PeerState.OPENING:
+            case PeerState.OPENING | PeerState.REOPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
                 opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
@@ -532,24 +530,25 @@ class Peer(Requests):
             case PeerState.CHECKING | PeerState.COMPARING:
                 check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
                 self._handshake = self._exchanges.add(check)
-            case PeerState.READY:
+            case PeerState.READY | PeerState.WATCHING:
                 self._begin(happened, now)
             case PeerState.LOST:
                 self._lose(now)
-            case PeerState.SILENT:
+            case PeerState.SILENT | PeerState.AWAITED:
                 self._handshake = self._arming = None
                 self.armed = None
                 self._gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
-            case PeerState.REFUSED:
+            case PeerState.REFUSED | PeerState.UNUSABLE:
                 self.unavailable = self.failure
             case PeerState.UNPLUGGED:
                 self._suspend()
+        return True
 
     def _begin(self, happened: Input, now: float) -> None:
         """The robot can be used."""
         self.unavailable = None
-        self._cut_off = self._doubt = None
+        self._doubt = None
         self._had_session = False
         self._eased_companions.clear()
         if happened is Input.OPENED:
@@ -558,7 +557,7 @@ class Peer(Requests):
             for message, interval in self.streams.intervals.items():
                 self._ask_for_stream(message, interval)
             self._ease_rest()
-        elif not self._open_session:
+        elif self.state is PeerState.WATCHING:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self.streams.begin(now)
         self._timesync_due = now
@@ -582,7 +581,7 @@ class Peer(Requests):
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
         self._handshake = self._arming = None
-        self.armed = None
+        self.armed = self.failure = None
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)
@@ -591,7 +590,6 @@ class Peer(Requests):
         """The robot has restarted: what it knew of us is gone."""
         self._gone("it has restarted", now)
         self._restarted = self._known
-        self._cut_off = None
         self._handshake = self._arming = None
         self.numbering.session = None
         self.armed = None
@@ -610,6 +608,6 @@ class Peer(Requests):
         self.clock.reset()
         self._outbox.clear()
         self._timer_due = self._silence_due = NEVER
-        self.unavailable = self._exchanges.shut = self._cut_off
-        if self._cut_off is not None:
-            self._exchanges.fail_all(self._cut_off)
+        self._exchanges.shut = self.unavailable
+        if self.unavailable is not None:
+            self._exchanges.fail_all(self.unavailable)

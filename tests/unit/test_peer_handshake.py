@@ -23,7 +23,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer.connection import TRANSITIONS, Input, PeerState
+from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import HOLD
 from firmware_protocol.peer.peer import SILENCE
 from firmware_protocol.roles.junior import drive, perform, read_memory
@@ -400,6 +400,31 @@ def test_clocks_are_compared_once_a_second(ready: Bench) -> None:
             ready.clock.advance(0.01)
             ready.heard(Timesync(question.ts1 + 5_000_000 + 7_000_000_000, question.ts1))
     assert ready.peer.clock.offset == pytest.approx(-7.0)
+
+
+def test_a_watched_robot_that_is_taken_while_it_is_looked_at_again_is_first_looked_at() -> None:
+    bench = Bench(open_session=False)
+    bench.heartbeat()
+    bench.version()
+    assert bench.state() is PeerState.WATCHING
+    bench.status()
+    bench.wait(SILENCE + 0.1)
+    bench.heartbeat()
+    bench.peer.take(bench.clock.now())
+    assert bench.state() is PeerState.CHECKING
+    bench.status()
+    assert bench.state() is PeerState.OPENING
+    bench.ack()
+    assert bench.state() is PeerState.READY
+
+
+def test_what_is_known_of_a_robot_counts_from_its_link_back_until_it_is_ready_or_has_restarted() -> None:
+    known = {PeerState.AWAITED, PeerState.RECOGNISING, PeerState.COMPARING, PeerState.REOPENING, PeerState.UNUSABLE}
+    for (before, happened), after in TRANSITIONS.items():
+        if after in known:
+            assert before in known or happened is Input.LINK_BACK
+        if before in known:
+            assert after in known or after in USABLE or happened in {Input.RESTARTED, Input.LINK_GONE}
 
 
 def test_every_transition_leads_somewhere_and_none_leaves_the_robot_stuck() -> None:

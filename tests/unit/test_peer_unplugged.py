@@ -83,14 +83,14 @@ def test_the_robot_is_recognised_compared_and_gets_a_new_session(ready: Bench) -
     before = ready.peer.session
     unplug(ready)
     plug_in(ready)
-    assert ready.state() is PeerState.IDENTIFYING
+    assert ready.state() is PeerState.RECOGNISING
     assert {type(message) for message in ready.sent} == {CommandLong, Heartbeat}
     assert ready.requests() == [AutopilotVersion.ID]
     ready.version(uid=UID)
     assert ready.state() is PeerState.COMPARING
     assert ready.requests() == [RobotStatus.ID]
     ready.status()
-    assert ready.state() is PeerState.OPENING
+    assert ready.state() is PeerState.REOPENING
     assert ready.last(RobotSession).session != before
     ready.ack()
     assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=False)]
@@ -116,7 +116,7 @@ def test_another_robot_is_refused_without_a_session(ready: Bench) -> None:
     unplug(ready)
     plug_in(ready)
     ready.version(uid=UID + 1)
-    assert ready.state() is PeerState.REFUSED
+    assert ready.state() is PeerState.UNUSABLE
     assert isinstance(ready.peer.failure, WrongRobotError)
     assert f"{UID:016x}" in str(ready.peer.failure)
     assert f"{UID + 1:016x}" in str(ready.peer.failure)
@@ -144,6 +144,23 @@ def test_a_robot_that_names_no_id_is_taken_for_the_same(ready: Bench) -> None:
     assert ready.state() is PeerState.COMPARING
 
 
+def test_one_that_fell_silent_before_its_session_was_open_is_compared_again(ready: Bench) -> None:
+    unplug(ready)
+    plug_in(ready)
+    ready.version(uid=UID)
+    ready.status()
+    assert ready.state() is PeerState.REOPENING
+    ready.wait(4.0)
+    assert ready.state() is PeerState.AWAITED
+    ready.heartbeat()
+    ready.version(uid=UID)
+    assert ready.state() is PeerState.COMPARING
+    ready.status(boots=2)
+    ready.version(uid=UID)
+    ready.ack()
+    assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=True)]
+
+
 @pytest.mark.parametrize("answers", [0, 1])
 def test_a_link_that_is_back_without_the_robot_waits_for_its_heartbeat(ready: Bench, answers: int) -> None:
     unplug(ready)
@@ -151,7 +168,7 @@ def test_a_link_that_is_back_without_the_robot_waits_for_its_heartbeat(ready: Be
     if answers:
         ready.version(uid=UID)
     ready.wait(4.0)
-    assert ready.state() is PeerState.SILENT
+    assert ready.state() is PeerState.AWAITED
     ready.heartbeat()
     ready.version(uid=UID)
     ready.status()
