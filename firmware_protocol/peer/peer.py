@@ -12,7 +12,6 @@ from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostErr
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.messages import (
     ARMED_FLAG,
-    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
@@ -35,6 +34,7 @@ from firmware_protocol.peer.exchange import NEVER, NOW, Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
 from firmware_protocol.versions import other_version
 
 if TYPE_CHECKING:
@@ -45,20 +45,10 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
 
-SILENCE: Final = 3.0
-"""A robot not heard for this long is lost, in s."""
-HEARTBEAT_PERIOD: Final = 1.0
-"""Between our heartbeats, in s."""
-KEEP_ALIVE: Final = 0.04
-"""Time between two ROBOT_ALIVE while a robot of the network is armed, in s: the watchdog allows 0.25."""
-TIMESYNC_PERIOD: Final = 1.0
-"""Between comparisons of the clocks, in s."""
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 _CLOCK_SLACK: Final = 1.0
 """Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
-
-HOST_HEARTBEAT: Final = Heartbeat(type=GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 
 
 class Peer(Requests):
@@ -118,11 +108,10 @@ class Peer(Requests):
         self.heartbeat: Heartbeat | None = None
         self.status: RobotStatus | None = None
         self.armed: bool | None = None
-        self.streams = self._streams_of(role)
         self.clock = ClockComparison()
         self._label = label
         self._roles = roles
-        self._readings, self._results = role.readings, role.results
+        self._play(role)
         self._us = (host_system, host_component)
         self._new_session = session
         self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
@@ -459,7 +448,8 @@ class Peer(Requests):
             return
         self._handshake = None
         if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
-            self.failure = ticket.error
+            if self.state is not PeerState.CHECKING:
+                self.failure = ticket.error
             self._move(Input.TURNED_DOWN, now)
         elif ticket.error is not None:
             self._move(Input.NO_ANSWER, now)
@@ -480,7 +470,9 @@ class Peer(Requests):
             self._move(Input.STRANGER, now)
             return
         if major == PROTOCOL_MAJOR:
-            self._recognise(version.product_id)
+            role = next((role for role in self._roles if role.product == version.product_id), self.role)
+            if role is not self.role:  # one that names no product that we know is what it was taken for
+                self._play(role)
             self._uid = version.uid or self._uid
             if self.status is None or not self._move(Input.RECOGNISED, now):
                 self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
@@ -492,17 +484,10 @@ class Peer(Requests):
         self.failure = VersionError(text)
         self._move(Input.VERSION_BAD, now)
 
-    def _streams_of(self, role: Role) -> Streams:
-        """What a robot of this role is to send by itself."""
-        return Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
-
-    def _recognise(self, product: int) -> None:
-        """It has said what kind of robot it is; one that says nothing that we know is what it was taken for."""
-        role = next((role for role in self._roles if role.product == product), self.role)
-        if role is not self.role:
-            self.role = role
-            self._readings, self._results = role.readings, role.results
-            self.streams = self._streams_of(role)
+    def _play(self, role: Role) -> None:
+        """It is of this kind."""
+        self.role, self._readings, self._results = role, role.readings, role.results
+        self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
 
     def _move(self, happened: Input, now: float) -> bool:
         """Follow the table, and do what the new state begins with.
@@ -581,7 +566,7 @@ class Peer(Requests):
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
         self._handshake = self._arming = None
-        self.armed = self.failure = None
+        self.armed = None
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)

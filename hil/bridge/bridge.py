@@ -16,7 +16,8 @@ from firmware_protocol.messages import (
     RobotAlive,
     Statustext,
 )
-from firmware_protocol.peer.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE, Peer
+from firmware_protocol.peer.peer import Peer
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.table import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.signing import trouble

@@ -18,7 +18,7 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.peer.peer import HOST_HEARTBEAT, KEEP_ALIVE
+from firmware_protocol.peer.timing import HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.vocabulary import Outcome
 from firmware_protocol.wire.fields import MAVLINK
 from hil.conformance.numbering import STAY

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.messages import GROUND_STATION, HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
-from firmware_protocol.peer.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.wire.can_frame import pack_frames
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.dbc import CanCodec

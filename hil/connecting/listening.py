@@ -30,7 +30,7 @@ from firmware_protocol.messages import (
     State,
     SysStatus,
 )
-from firmware_protocol.peer.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.versions import other_version
 from firmware_protocol.wire.can_frame import CanFrame, split_records
 from firmware_protocol.wire.can_layout import FUNCTION_SHIFT

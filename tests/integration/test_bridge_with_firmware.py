@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.peer.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.roles.junior import drive, erase_memory, perform, read_memory, write_memory
 from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome

@@ -15,7 +15,7 @@ import hil
 from firmware_protocol.errors import HilError
 from firmware_protocol.links.serial import SerialLink
 from firmware_protocol.messages import HOST_COMPONENT, ROBOT_COMPONENT, Heartbeat, JuniorSensors, RobotStatus, State
-from firmware_protocol.peer.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run

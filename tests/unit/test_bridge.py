@@ -36,7 +36,7 @@ from firmware_protocol.messages import (
     RobotStatus,
 )
 from firmware_protocol.peer.connection import PeerState
-from firmware_protocol.peer.peer import KEEP_ALIVE
+from firmware_protocol.peer.timing import KEEP_ALIVE
 from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import Action, Maneuver

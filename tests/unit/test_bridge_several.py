@@ -12,7 +12,7 @@ from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Heartbeat, Ping, RobotAlive, RobotSession
-from firmware_protocol.peer.peer import KEEP_ALIVE
+from firmware_protocol.peer.timing import KEEP_ALIVE
 from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.bridge import Bridge

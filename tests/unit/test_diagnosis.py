@@ -16,7 +16,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     Statustext,
 )
-from firmware_protocol.peer.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.bridge.witness import Witness, speaks_mavlink_1

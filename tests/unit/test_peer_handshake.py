@@ -25,7 +25,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import HOLD
-from firmware_protocol.peer.peer import SILENCE
+from firmware_protocol.peer.timing import SILENCE
 from firmware_protocol.roles.junior import drive, perform, read_memory
 from firmware_protocol.vocabulary import Action, Maneuver
 

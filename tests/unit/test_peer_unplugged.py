@@ -20,7 +20,7 @@ from firmware_protocol.messages import (
     RobotStatus,
 )
 from firmware_protocol.peer.connection import PeerState
-from firmware_protocol.peer.peer import SILENCE
+from firmware_protocol.peer.timing import SILENCE
 from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
