@@ -21,15 +21,15 @@ from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
 from firmware_protocol.firmware._host import ffi, lib
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, JuniorWheels, RobotSession, RobotStatus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 HEADER, TRAILER = 10, 2
 BATCH: Final = 10_000

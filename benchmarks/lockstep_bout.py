@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 
 import hil
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
-from hil.bouts import play
-from hil.recorder import Recorder
-from hil.ring import open_ring
+from hil.recording.recorder import Recorder
+from hil.sumo.bouts import play
+from hil.sumo.ring import open_ring
 from simdevice.period import PERIOD
 from simdevice.sumo import Table
 

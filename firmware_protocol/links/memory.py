@@ -6,7 +6,7 @@ from typing import Final, Protocol
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 
 _EPSILON: Final = 1e-9
 """Slack for sums of control periods, in s."""

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from firmware_protocol.firmware._host import ffi, lib
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import Command, CommandLong, Ping, State
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,8 +9,6 @@ from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
 from firmware_protocol.firmware._host import ffi, lib
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     AckResult,
     Command,
@@ -33,13 +31,15 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from firmware_protocol.wire import wire_order
+from firmware_protocol.wire.fields import wire_order
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import crc_extra
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.codec import Codec
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.codec import Codec
+    from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
 

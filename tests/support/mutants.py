@@ -15,7 +15,7 @@ import cffi
 
 from firmware_protocol.firmware import _host
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

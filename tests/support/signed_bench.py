@@ -6,9 +6,9 @@ from firmware_bench import BLANK, FirmwareBench
 from signed_pair import KEY, NOW, signed_codec
 
 from firmware_protocol.firmware._host import ffi, lib
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Ping, RobotStatus
-from firmware_protocol.signing import SigningKey, setup_signing
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import SigningKey, setup_signing
 
 AHEAD = 458 << 16
 """How far ahead the robot stores its time, in 10 us."""

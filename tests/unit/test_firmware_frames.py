@@ -9,7 +9,6 @@ from firmware_bench import HOST, FirmwareBench
 
 from firmware_protocol.firmware._host import ffi
 from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -19,7 +18,8 @@ from firmware_protocol.messages import (
     Ping,
     RobotStatus,
 )
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 
 INBOUND = [vector for vector in vectors() if vector.message.DIRECTION is not Direction.UP and vector.message.ID < 47300]
 

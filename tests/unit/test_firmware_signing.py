@@ -9,7 +9,6 @@ from signed_bench import AHEAD, SignedBench
 from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
 from firmware_protocol.firmware._host import ffi, lib
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandAck,
@@ -21,8 +20,9 @@ from firmware_protocol.messages import (
     SetupSigning,
     State,
 )
-from firmware_protocol.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
 
 FAR = [END, TIME_LIMIT, TIME_LIMIT + (1 << 16), (END >> 16) - 458 << 16]
 """Times that are none: the last one, the first one, and what a reckoning in 32 bits may take for less."""

@@ -8,9 +8,9 @@ from signed_bench import AHEAD, SignedBench
 from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
 from firmware_protocol.firmware._host import ffi, lib
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Command, Heartbeat, JuniorSensors, ParamSet, Ping, RobotStatus, SysStatus
-from firmware_protocol.signing import setup_signing
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from firmware_protocol.wire.signing import setup_signing
 
 SLOT = 35
 """Bytes of a copy of the key: key, checksum, mark."""
