@@ -14,11 +14,11 @@ from time import perf_counter
 from typing import TYPE_CHECKING, cast
 
 import hil
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorWheels, RobotSession
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
-from hil.bouts import play
-from hil.ring import open_ring
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.sumo.bouts import play
+from hil.sumo.ring import open_ring
 from simdevice.avr_board import AvrBoard
 from simdevice.board import Board
 from simdevice.period import PERIOD, PERIOD_US

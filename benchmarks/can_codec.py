@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from cantools.database import load_file
 from cantools.database.can import Database
 
-from firmware_protocol.dbc import CanCodec
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, Ping
+from firmware_protocol.wire.dbc import CanCodec
 
 if TYPE_CHECKING:
     from collections.abc import Callable

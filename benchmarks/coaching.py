@@ -13,11 +13,11 @@ import json
 from statistics import mean, stdev
 
 import hil
-from hil.bouts import Tally, play
-from hil.coaching import Coaching, new_pal
-from hil.controllers import AdviceController
-from hil.ring import open_ring
 from hil.seeds import Branch, bout_seed
+from hil.sumo.bouts import Tally, play
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.controllers import AdviceController
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 
 DUMMIES = "flat-light,flat-heavy,curved-light,corner-light,point-light"

@@ -19,7 +19,6 @@ from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec
 from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
@@ -32,12 +31,13 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.signing import Signing, SigningKey
+from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec
+from firmware_protocol.wire.signing import Signing, SigningKey
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 KEY = SigningKey(bytes(range(1, 33)))
 ROOT = Path(__file__).resolve().parents[1]

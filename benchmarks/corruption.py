@@ -20,8 +20,8 @@ import numpy as np
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, JuniorWheels, RobotSession, RobotStatus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 HEADER, TRAILER = 10, 2
 BATCH: Final = 10_000

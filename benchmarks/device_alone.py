@@ -15,13 +15,14 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import pymunk
-from lockstep_bout import FourActions, physics
+from any_checkout import FourActions
+from lockstep_bout import physics
 
 from firmware_protocol.links.memory import MemoryLink
-from hil.bouts import play
-from hil.bridge import Bridge
-from hil.junior import Junior
-from hil.ring import open_ring
+from hil.bridge.bridge import Bridge
+from hil.sumo.bouts import play
+from hil.sumo.junior import Junior
+from hil.sumo.ring import open_ring
 from simdevice.kernel.rings import Rings
 from simdevice.period import PERIOD
 from simdevice.world import World, junior_world

@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING
 import hil
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.messages import RobotStatus
-from hil.clock import MonotonicClock
+from firmware_protocol.roles.junior import drive
+from hil.bridge.clock import MonotonicClock
 from simdevice.crowd import Crowd
 from simdevice.endpoints import Endpoint, TcpEndpoint
 from simdevice.server import Server
@@ -35,8 +36,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from hil import RobotAddress
-    from hil.junior import Junior
-    from hil.robots import Robots
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Robots
 
 COUNT = 10
 LOST = 4
@@ -158,7 +159,7 @@ class Bench:
         for junior in self._robots:
             if junior.armed and now >= self._drive_at[junior.address]:
                 self._drive_at[junior.address] = now + AGAIN
-                junior.peer.drive(EFFORT, -EFFORT, 5 * AGAIN)
+                drive(junior.peer, EFFORT, -EFFORT, 5 * AGAIN)
 
     def _step(self) -> None:
         self._keep_driving()

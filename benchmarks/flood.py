@@ -31,10 +31,10 @@ from typing import TYPE_CHECKING, Final
 
 import hil
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, Heartbeat, RobotStatus
-from hil.clock import MonotonicClock
-from hil.recorder import Recorder
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.clock import MonotonicClock
+from hil.recording.recorder import Recorder
 from simdevice.endpoints import TcpEndpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from multiprocessing.connection import Connection
 
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 ROBOT: Final = 1
 BUSY: Final = 10.0

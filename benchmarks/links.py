@@ -26,15 +26,15 @@ import can
 import serial
 from link_ends import UP, Answer, echo, echo_frames, far_end, firmware
 
-from firmware_protocol.can_frame import CanFrame, split_records
-from firmware_protocol.codec import open_codec
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.links.can_multicast import MulticastBus
 from firmware_protocol.messages import JuniorSensors, Ping
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.bridge import Bridge
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import MonotonicClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable

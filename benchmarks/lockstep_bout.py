@@ -21,14 +21,15 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from time import perf_counter, process_time
+from time import perf_counter
 from typing import TYPE_CHECKING
 
+from any_checkout import FourActions
+
 import hil
-from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
-from hil.bouts import play
-from hil.recorder import Recorder
-from hil.ring import open_ring
+from hil.recording.recorder import Recorder
+from hil.sumo.bouts import play
+from hil.sumo.ring import open_ring
 from simdevice.period import PERIOD
 from simdevice.sumo import Table
 
@@ -36,20 +37,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 FLOOR = "floor: the pymunk world, nothing around it"
-REACTIONS = {
-    0: (Action.LBRF, Action.LBRF, Action.MF, Action.S),
-    1: (Action.LBRF, Action.MF, Action.MF, Action.FF),
-    2: (Action.LFRB, Action.MF, Action.MF, Action.FF),
-    3: (Action.FF, Action.FF, Action.FF, Action.FF),
-}
-
-
-class FourActions:
-    """Plays as a coached robot does: maneuvers of four actions of 200 ms each."""
-
-    def choose(self, current: Stimulus, previous: Stimulus | None) -> Maneuver:  # noqa: ARG002
-        """The same maneuver for the same eyes."""
-        return Maneuver(REACTIONS[current & 3], period=0.2)
 
 
 def bouts(opponent: str, count: int, *, recorded: bool) -> tuple[float, float]:
@@ -101,18 +88,11 @@ def beside(checkout: Path, opponent: str, count: int, rounds: int) -> None:
         rounds: How often each is measured, in turns.
     """
     here = Path(__file__).resolve().parents[1]
+    program = here / "benchmarks" / "any_checkout.py"
     speeds: dict[Path, list[float]] = {here: [], checkout.resolve(): []}
     for _ in range(rounds):
         for folder, measured in speeds.items():
-            command = [
-                sys.executable,
-                str(Path(__file__).resolve()),
-                "--measure",
-                "--bouts",
-                str(count),
-                "--opponent",
-                opponent,
-            ]
+            command = [sys.executable, str(program), opponent, str(count)]
             environment = {**os.environ, "PYTHONPATH": str(folder)}
             done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)  # noqa: S603
             measured.append(float(done.stdout))
@@ -131,19 +111,12 @@ def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("checkout", nargs="?", type=Path, help="another checkout, to be compared with")
-    parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--bouts", type=int, default=60, help="bouts a round")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--opponent", default="flat-light")
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     options = parser.parse_args()
     opponent, count = options.opponent, options.bouts
-    if options.measure:
-        bouts(opponent, 1, recorded=False)  # loads what is loaded when it is wanted
-        since = process_time()
-        seconds, _ = bouts(opponent, count, recorded=False)
-        print(seconds / (process_time() - since))
-        return
     if options.checkout is not None:
         beside(options.checkout, opponent, count, options.rounds)
         return

@@ -19,11 +19,11 @@ from time import perf_counter
 from typing import Final
 
 from firmware_protocol.messages import Heartbeat, JuniorSensors, RefereeState
+from hil.bridge.taps import NOTHING
 from hil.mcaplog import LogWriter
 from hil.mcaplog.encode import compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import BridgeStep, EventRecord, WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.taps import NOTHING
 
 TOPIC: Final = "/junior/sensors"
 SENSORS, STATE, BEAT = (message_schema(kind) for kind in (JuniorSensors, RefereeState, Heartbeat))

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import PeerLost
 from firmware_protocol.links import SerialPort
-from hil.clock import MonotonicClock
-from hil.connecting import connect
+from hil.bridge.clock import MonotonicClock
+from hil.connecting.connecting import connect
 from simdevice.endpoints import Endpoint, open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from firmware_protocol.events import Event
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 KINDS: Final = {
     "pty": "pty",

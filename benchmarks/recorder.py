@@ -26,10 +26,10 @@ from hil.mcaplog import LogReader
 from hil.mcaplog.records import BridgeStep, WireBytes
 from hil.mcaplog.schemas import Schema, message_schema, record_schema
 from hil.mcaplog.writer import CHUNK_SIZE
-from hil.recorder import Recorder
+from hil.recording.recorder import Recorder
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 FRAME = bytes(range(48))
 

@@ -29,11 +29,11 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
 import hil
-from hil.bouts import play
-from hil.controllers import ChaseController
-from hil.recorder import Recorder
 from hil.recording.process import RecorderProcess
-from hil.ring import open_ring
+from hil.recording.recorder import Recorder
+from hil.sumo.bouts import play
+from hil.sumo.controllers import ChaseController
+from hil.sumo.ring import open_ring
 
 if TYPE_CHECKING:
     from collections.abc import Callable

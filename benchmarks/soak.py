@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Final
 
 import hil
 from firmware_protocol.events import Event, PeerBack, PeerLost, Received, Rejected
-from firmware_protocol.faults import (
+from firmware_protocol.faults.spec import (
     SENSORS,
     SIDES,
     Brownout,
@@ -43,15 +43,15 @@ from firmware_protocol.faults import (
     WeakWheel,
 )
 from firmware_protocol.links import FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, AckResult, JuniorManeuver, RobotAck, RobotStatus
-from hil.bouts import Tally, play
-from hil.bridge import Bridge
-from hil.coaching import Coaching, new_pal
-from hil.controllers import AdviceController
-from hil.reopening import Reopening
-from hil.ring import open_ring
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.reopening import Reopening
 from hil.seeds import Branch, bout_seed, generator
+from hil.sumo.bouts import Tally, play
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.controllers import AdviceController
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import Advice, PalSettings
 from simdevice.world import World, junior_world
 
@@ -60,10 +60,10 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import LinkError
     from firmware_protocol.link import Link
-    from firmware_protocol.wire import Message
-    from hil.bouts import Bout
-    from hil.ring import Engagement
-    from hil.taps import Circumstances, Opening, Tap
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances, Opening, Tap
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Engagement
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 PATIENCE: Final = 30.0
@@ -297,7 +297,7 @@ class Meter:
 
 
 class Line:
-    """A line with faults to a robot in this process, that can be opened again: see `hil.reopening.Opener`.
+    """A line with faults to a robot in this process, that can be opened again: see `hil.bridge.reopening.Opener`.
 
     Args:
         witness: The robot, and who watches it.
@@ -448,9 +448,9 @@ class Stopwatch:
     def checkpoint(self, used: int, digest: str) -> None:
         """A checkpoint was due."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
         """A maneuver was performed."""
-        del trial, engagement, performance
+        del trial, engagement, performance, fitness
         self.maneuvers += 1
         self._begun = self._meter.time if self._begun is None else self._begun
         if self._meter.time - self._begun >= self._seconds:

@@ -15,7 +15,6 @@ import pstats
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -25,6 +24,7 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.period import PERIOD
 from simdevice.sumo import Table, opponent_code
 from simdevice.world import junior_world
@@ -32,7 +32,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 SESSION = 7
 ALIVE_PERIODS = 8

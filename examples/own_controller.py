@@ -15,9 +15,9 @@ import argparse
 
 import hil
 from hil import Action, Maneuver, Stimulus
-from hil.bouts import Tally, play
-from hil.controllers import ChaseController, Controller
-from hil.ring import open_ring
+from hil.sumo.bouts import Tally, play
+from hil.sumo.controllers import ChaseController, Controller
+from hil.sumo.ring import open_ring
 
 EYES = Stimulus.EYE_LEFT | Stimulus.EYE_RIGHT
 ARMS = Stimulus.ARM_LEFT | Stimulus.ARM_RIGHT

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from firmware_protocol.address import Address, parse_address
     from firmware_protocol.clock import Clock, ManualClock
-    from firmware_protocol.connection import PeerState
     from firmware_protocol.events import (
         Event,
         PeerBack,
@@ -21,11 +20,12 @@ if TYPE_CHECKING:
         StreamBack,
         StreamStopped,
     )
-    from firmware_protocol.exchange import Retry, Ticket
     from firmware_protocol.link import Link, open_link
-    from firmware_protocol.mavlink import MavlinkCodec
-    from firmware_protocol.peer import Peer
+    from firmware_protocol.peer.connection import PeerState
+    from firmware_protocol.peer.exchange import Retry, Ticket
+    from firmware_protocol.peer.peer import Peer
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
+    from firmware_protocol.wire.mavlink import MavlinkCodec
 
 _HOMES: Final = {
     "Action": "vocabulary",
@@ -35,21 +35,21 @@ _HOMES: Final = {
     "Link": "link",
     "Maneuver": "vocabulary",
     "ManualClock": "clock",
-    "MavlinkCodec": "mavlink",
+    "MavlinkCodec": "wire.mavlink",
     "Outcome": "vocabulary",
-    "Peer": "peer",
+    "Peer": "peer.peer",
     "PeerBack": "events",
     "PeerFound": "events",
     "PeerLost": "events",
-    "PeerState": "connection",
+    "PeerState": "peer.connection",
     "Received": "events",
     "RejectReason": "events",
     "Rejected": "events",
-    "Retry": "exchange",
+    "Retry": "peer.exchange",
     "Stimulus": "vocabulary",
     "StreamBack": "events",
     "StreamStopped": "events",
-    "Ticket": "exchange",
+    "Ticket": "peer.exchange",
     "open_link": "link",
     "parse_address": "address",
 }

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 
 from firmware_protocol.address import EXAMPLES, parse_address
 from firmware_protocol.errors import AddressError
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 
 if TYPE_CHECKING:
     from types import TracebackType

@@ -11,30 +11,30 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
-    from hil.connecting import connect
-    from hil.connecting_all import connect_all
-    from hil.junior import Junior
-    from hil.networks import RobotAddress
+    from hil.bridge.networks import RobotAddress
+    from hil.connecting.connecting import connect
+    from hil.connecting.connecting_all import connect_all
     from hil.replaying.difference import ReplayDiverged
     from hil.replaying.host import ReplayReport, replay
-    from hil.robots import Answers, Robots
     from hil.safety import Limits
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Answers, Robots
 
 _HOMES: Final = {
-    "Answers": "hil.robots",
+    "Answers": "hil.sumo.robots",
     "Action": "firmware_protocol.vocabulary",
-    "Junior": "hil.junior",
+    "Junior": "hil.sumo.junior",
     "Limits": "hil.safety",
     "Maneuver": "firmware_protocol.vocabulary",
     "ManeuverReport": "firmware_protocol.maneuver_fields",
     "Outcome": "firmware_protocol.vocabulary",
     "ReplayDiverged": "hil.replaying.difference",
     "ReplayReport": "hil.replaying.host",
-    "RobotAddress": "hil.networks",
-    "Robots": "hil.robots",
+    "RobotAddress": "hil.bridge.networks",
+    "Robots": "hil.sumo.robots",
     "Stimulus": "firmware_protocol.vocabulary",
-    "connect": "hil.connecting",
-    "connect_all": "hil.connecting_all",
+    "connect": "hil.connecting.connecting",
+    "connect_all": "hil.connecting.connecting_all",
     "replay": "hil.replaying.host",
 }
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hil.coaching import CheckpointError, load_checkpoint
 from hil.runs import RUNNING
+from hil.sumo.coaching import CheckpointError, load_checkpoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hil.coaching import Checkpoint
     from hil.runs import Run
+    from hil.sumo.coaching import Checkpoint
 
 
 def saved_by(run: Run) -> Checkpoint | None:

@@ -22,8 +22,8 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from firmware_protocol.faults import FaultSpec
-    from hil.junior import Junior
+    from firmware_protocol.faults.spec import FaultSpec
+    from hil.sumo.junior import Junior
     from simdevice.world import World
 
 pytest_plugins = ("hil.pytest_replay",)
@@ -126,7 +126,7 @@ def junior_world(junior_emulation: Emulation) -> World:
 @pytest.fixture(scope="session")
 def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
     """The robot at `--hil-link`, connected once for the whole run: opening a port resets many boards."""
-    from hil.connecting import connect  # noqa: PLC0415
+    from hil.connecting.connecting import connect  # noqa: PLC0415
 
     with connect(request.config.getoption("--hil-link"), signing_key=request.config.getoption("--hil-signing-key")) as robot:
         yield robot
@@ -165,7 +165,7 @@ def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
     pseudo-terminals.
     """
     from firmware_protocol.errors import LinkOpenError  # noqa: PLC0415
-    from hil.clock import MonotonicClock  # noqa: PLC0415
+    from hil.bridge.clock import MonotonicClock  # noqa: PLC0415
     from simdevice.endpoints import PtyEndpoint  # noqa: PLC0415
     from simdevice.server import serve  # noqa: PLC0415
 
@@ -211,7 +211,7 @@ def _world(wanted: Emulation) -> World:
 
 def _faults(wanted: Emulation) -> FaultSpec:
     """What is to go wrong; something wrong in that fails the test."""
-    from hil.fault_file import read_faults  # noqa: PLC0415
+    from hil.files.fault_file import read_faults  # noqa: PLC0415
 
     try:
         return read_faults(wanted.faults)
@@ -224,10 +224,10 @@ def _connect(world: World, wanted: Emulation) -> Junior:
     """Connect to the robot in a world, in lock-step."""
     from firmware_protocol.links.faulty import FaultyLink  # noqa: PLC0415
     from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415
-    from firmware_protocol.mavlink import split_frames  # noqa: PLC0415
-    from hil.bridge import Bridge  # noqa: PLC0415
-    from hil.junior import Junior  # noqa: PLC0415
+    from firmware_protocol.wire.mavlink import split_frames  # noqa: PLC0415
+    from hil.bridge.bridge import Bridge  # noqa: PLC0415
     from hil.seeds import Branch, generator  # noqa: PLC0415
+    from hil.sumo.junior import Junior  # noqa: PLC0415
 
     spec = _faults(wanted)
     link = FaultyLink(MemoryLink(world, "sim://junior"), spec, seed=wanted.seed, clock=world, split=split_frames)
@@ -243,7 +243,7 @@ def _connect(world: World, wanted: Emulation) -> Junior:
 
 def _place(robot: Junior, wanted: Emulation) -> None:
     """Begin a bout, where there is a referee: without one nobody says how it ends, and a person sets up the ring."""
-    from hil.ring import open_ring  # noqa: PLC0415
+    from hil.sumo.ring import open_ring  # noqa: PLC0415
 
     if robot.referee is not None:
         open_ring(robot, wanted.opponent).begin(wanted.seed)
@@ -269,7 +269,6 @@ def _check_rest(world: World, *, left_armed: bool) -> None:
     Its state is asked for on the wire, as a host would.
     """
     from firmware_protocol.events import Received  # noqa: PLC0415
-    from firmware_protocol.mavlink import MavlinkCodec  # noqa: PLC0415
     from firmware_protocol.messages import (  # noqa: PLC0415
         HOST_COMPONENT,
         HOST_SYSTEM,
@@ -279,6 +278,7 @@ def _check_rest(world: World, *, left_armed: bool) -> None:
         Heartbeat,
         State,
     )
+    from firmware_protocol.wire.mavlink import MavlinkCodec  # noqa: PLC0415
 
     deadline = world.now() + REST_TIME
     while world.device.wheels != (0.0, 0.0) and world.now() < deadline:

@@ -127,8 +127,8 @@ def hil_replay(request: pytest.FixtureRequest) -> HilReplay:
 def _replayed(log: Path, shown: str, *, strict: bool = False, key: Path | str | None = None) -> ReplayReport:
     """Replay a log; fail the running test at the first difference, or with why it can't be replayed."""
     from firmware_protocol.errors import HilError  # noqa: PLC0415 - all of this takes a moment to load
-    from hil.key_file import load_key  # noqa: PLC0415
     from hil.replaying.host import replay  # noqa: PLC0415
+    from hil.signing.key_file import load_key  # noqa: PLC0415
 
     try:
         report = replay(log, strict=strict, signing_key=None if key is None else load_key(Path(key)))

@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.doors import Door
-from hil.json_text import json_text
-from hil.outputs import overwrite_file, replace_file
+from hil.files.json_text import json_text
+from hil.files.outputs import overwrite_file, replace_file
 from hil.processes import is_running
 
 if TYPE_CHECKING:

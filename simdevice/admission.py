@@ -10,12 +10,12 @@ import socket
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec
-from firmware_protocol.mavlink_layout import FLAG_SIGNED, HEADER_LENGTH, MARKER
 from firmware_protocol.messages import ROBOT_COMPONENT, Statustext
+from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec
+from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED, HEADER_LENGTH, MARKER
 
 if TYPE_CHECKING:
-    from firmware_protocol.signing import Signing
+    from firmware_protocol.wire.signing import Signing
 
 SILENT: Final = 10.0
 """A client that holds a stream and has said nothing for this long loses its place when another asks for it, in s."""

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final
 import cffi
 
 from firmware_protocol.errors import LinkOpenError
-from firmware_protocol.mavlink import frame_size
-from firmware_protocol.mavlink_layout import MARKER
+from firmware_protocol.wire.mavlink import frame_size
+from firmware_protocol.wire.mavlink_layout import MARKER
 from simdevice.avr_build import SHIM, AvrFirmware, build, shim_hash
 from simdevice.board import NVM_SIZE
 from simdevice.sensors import ADC_MAX

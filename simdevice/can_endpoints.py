@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import AddressError, LinkTimeoutError
 from firmware_protocol.links.can import open_can
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.fields import CAN
 from simdevice.endpoints import Endpoint, PtyEndpoint
 from simdevice.slcan import SlcanAdapter
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import LAST_NODE
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, ParamSet
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.board import NVM_SIZE
 from simdevice.device import VirtualDevice
 from simdevice.emulation import run_single_periods
@@ -25,9 +25,9 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
     from simdevice.junior import JuniorProfile

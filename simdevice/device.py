@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import NODE_MASK
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.can_layout import NODE_MASK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.board import Board
 from simdevice.faults import DeviceFaults
 from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults import FaultSpec
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.faults.spec import FaultSpec
+    from firmware_protocol.wire.signing import SigningKey
     from simdevice.arena import Piece
     from simdevice.board import Host
     from simdevice.board_interface import BoardInterface, BoardMaker

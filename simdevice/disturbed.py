@@ -6,17 +6,17 @@ import contextlib
 from math import inf
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.codec import SPLITTERS
+from firmware_protocol.wire.fields import MAVLINK
 from simdevice.emulation import run_single_periods
 from simdevice.period import PERIOD
 from simdevice.server import Patient
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.faulty import FaultCounts
     from firmware_protocol.links.memory import Stamped
 

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.address import FASTEST_BAUD, Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.links.tcp import notice_half_open
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 from simdevice.admission import HELD, INVITED, SILENT, TAKEN_OVER, Farewells, Interpreter
 
 if TYPE_CHECKING:
-    from firmware_protocol.signing import Signing
+    from firmware_protocol.wire.signing import Signing
 
 BITS_PER_BYTE: Final = 10
 """On a serial line: start bit, eight data bits, stop bit."""

@@ -10,11 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_frame import split_records
-from firmware_protocol.can_layout import FUNCTION_SHIFT, REFEREE_DOWN_FUNCTION
-from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     AckResult,
@@ -31,16 +27,20 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotSession,
 )
-from firmware_protocol.payload import PAYLOADS
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.can_frame import split_records
+from firmware_protocol.wire.can_layout import FUNCTION_SHIFT, REFEREE_DOWN_FUNCTION
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
+from firmware_protocol.wire.payload import PAYLOADS
 from simdevice.period import PERIOD
 from simdevice.sumo import opponent_code
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.signing import Signing
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.signing import Signing
     from simdevice.sumo import Table
 
 REPORT_PERIODS: Final = 10

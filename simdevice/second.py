@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -24,9 +23,10 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action, Stimulus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 _SYSTEM: Final = 1
 _HOST: Final = 1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.signing import Signing, virtual_time
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
+from firmware_protocol.wire.signing import Signing, virtual_time
 from simdevice.device import VirtualDevice
 from simdevice.emulation import check_periods
 from simdevice.junior import JuniorProfile
@@ -15,9 +15,9 @@ from simdevice.second import Keeper
 from simdevice.sumo import Stream, Table, stream
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
     from simdevice.sumo import Robot

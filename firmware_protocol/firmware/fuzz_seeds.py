@@ -19,11 +19,11 @@ from firmware_protocol.messages import (
     JuniorMemoryWrite,
     RobotSession,
 )
-from firmware_protocol.payload import PAYLOADS
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 MODES: Final = {"line": 0, "can": 1, "key": 2, "slow": 4, "key-slow": 6, "key-busy": 10}
 MESSAGE, SIGNED, TIME, SENSORS = 0, 1, 4, 5

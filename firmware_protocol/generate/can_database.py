@@ -11,10 +11,10 @@ from __future__ import annotations
 from enum import IntFlag
 from typing import Final
 
-from firmware_protocol.can_layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
-from firmware_protocol.mavlink_layout import INTEGER_LIMITS, raw_limits
 from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
-from firmware_protocol.wire import SIZES, Direction, Wire, wire_order
+from firmware_protocol.wire.can_layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
+from firmware_protocol.wire.fields import SIZES, Direction, Wire, wire_order
+from firmware_protocol.wire.mavlink_layout import INTEGER_LIMITS, raw_limits
 
 _LONG_NAME: Final = 32
 """Longest name the DBC format knows; longer ones go into an attribute."""

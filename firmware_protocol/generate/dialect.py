@@ -6,9 +6,9 @@ from typing import Final
 from xml.etree import ElementTree as ET
 
 from firmware_protocol.generate.names import OUR_ENUMS, STANDARD_FIELDS, enumerations
-from firmware_protocol.mavlink_layout import C_TYPES, INTEGER_LIMITS, raw_limits
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire import Message, Wire, wire_fields
+from firmware_protocol.wire.fields import Message, Wire, wire_fields
+from firmware_protocol.wire.mavlink_layout import C_TYPES, INTEGER_LIMITS, raw_limits
 
 _RAW_UNITS: Final[dict[tuple[str, float], str]] = {
     ("s", 1e-3): "ms", ("s", 1e-6): "us", ("m", 1e-3): "mm", ("V", 1e-3): "mV",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.failures import FailureType, FailureUnit
+from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
     AckResult,
     BoutOutcome,
@@ -20,7 +20,7 @@ from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
 if TYPE_CHECKING:
     from enum import IntEnum, IntFlag
 
-    from firmware_protocol.wire import EnumType
+    from firmware_protocol.wire.fields import EnumType
 
 _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
     State: {

@@ -7,9 +7,13 @@ from dataclasses import dataclass
 from enum import IntFlag
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.failures import FailureType, FailureUnit
+from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.generate.meanings import meaning
 from firmware_protocol.messages import (
+    ARMED_FLAG,
+    GENERIC_AUTOPILOT,
+    GROUND_STATION,
+    ROVER,
     AckResult,
     BoutOutcome,
     Command,
@@ -25,7 +29,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import Action, Outcome, Stimulus
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import EnumType
+    from firmware_protocol.wire.fields import EnumType
 
 
 @dataclass(frozen=True)
@@ -80,12 +84,19 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
     Enumeration(
         "MAV_TYPE",
         "Kind of vehicle or component.",
-        (("MAV_TYPE_GENERIC", 0, ""), ("MAV_TYPE_GCS", 6, "Ground station"), ("MAV_TYPE_GROUND_ROVER", 10, "Robot")),
+        (
+            ("MAV_TYPE_GENERIC", 0, ""),
+            ("MAV_TYPE_GCS", GROUND_STATION, "Ground station"),
+            ("MAV_TYPE_GROUND_ROVER", ROVER, "Robot"),
+        ),
     ),
     Enumeration(
         "MAV_AUTOPILOT",
         "Kind of autopilot.",
-        (("MAV_AUTOPILOT_GENERIC", 0, "Robot"), ("MAV_AUTOPILOT_INVALID", 8, "Not an autopilot: the host, the referee")),
+        (
+            ("MAV_AUTOPILOT_GENERIC", GENERIC_AUTOPILOT, "Robot"),
+            ("MAV_AUTOPILOT_INVALID", 8, "Not an autopilot: the host, the referee"),
+        ),
     ),
     Enumeration(
         "MAV_MODE_FLAG",
@@ -98,7 +109,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
             ("MAV_MODE_FLAG_STABILIZE_ENABLED", 16, ""),
             ("MAV_MODE_FLAG_HIL_ENABLED", 32, ""),
             ("MAV_MODE_FLAG_MANUAL_INPUT_ENABLED", 64, "Takes MANUAL_CONTROL"),
-            ("MAV_MODE_FLAG_SAFETY_ARMED", 128, "Armed: the wheels may turn"),
+            ("MAV_MODE_FLAG_SAFETY_ARMED", ARMED_FLAG, "Armed: the wheels may turn"),
         ),
         bitmask=True,
     ),

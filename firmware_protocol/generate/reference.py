@@ -5,20 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import (
-    FUNCTION_SHIFT,
-    REFEREE_DOWN_FUNCTION,
-    REFEREE_UP_FUNCTION,
-    TRANSFER_DOWN_FUNCTION,
-    TRANSFER_UP_FUNCTION,
-    long_identifier,
-    single_frames,
-)
-from firmware_protocol.dbc import PART_TIMEOUT
 from firmware_protocol.generate.dialect import field_enum
 from firmware_protocol.generate.names import enumerations
-from firmware_protocol.mavlink import HOLD_BACK, MavlinkCodec
-from firmware_protocol.mavlink_layout import C_TYPES, INTEGER_LIMITS, crc_extra, offsets, payload_length, raw_limits
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -32,12 +20,24 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ACTIONS, MAX_ACTIONS
-from firmware_protocol.wire import Direction, wire_fields
+from firmware_protocol.wire.can_layout import (
+    FUNCTION_SHIFT,
+    REFEREE_DOWN_FUNCTION,
+    REFEREE_UP_FUNCTION,
+    TRANSFER_DOWN_FUNCTION,
+    TRANSFER_UP_FUNCTION,
+    long_identifier,
+    single_frames,
+)
+from firmware_protocol.wire.dbc import PART_TIMEOUT
+from firmware_protocol.wire.fields import Direction, wire_fields
+from firmware_protocol.wire.mavlink import HOLD_BACK, MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import C_TYPES, INTEGER_LIMITS, crc_extra, offsets, payload_length, raw_limits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.wire import Message, Wire
+    from firmware_protocol.wire.fields import Message, Wire
 
 _HEAD: Final = Path(__file__).with_name("protocol_head.md")
 _UNITS: Final[dict[tuple[str, float], str]] = {

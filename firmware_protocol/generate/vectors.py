@@ -13,9 +13,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.dbc import CanCodec
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import raw_limits
 from firmware_protocol.messages import (
     BYTE_LINKS_ONLY,
     HOST_COMPONENT,
@@ -27,11 +24,14 @@ from firmware_protocol.messages import (
     JuniorSensors,
     JuniorWheels,
 )
-from firmware_protocol.wire import Direction, wire_fields
+from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.fields import Direction, wire_fields
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import raw_limits
 
 if TYPE_CHECKING:
-    from firmware_protocol.can_frame import CanFrame
-    from firmware_protocol.wire import Message, Wire
+    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.fields import Message, Wire
 
 LARGEST_FLOAT: Final = (2 - 2**-23) * 2.0**127
 """Largest finite single-precision number."""

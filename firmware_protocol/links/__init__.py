@@ -1,6 +1,6 @@
 """Where bytes travel: serial ports, TCP, UDP, in-process memory, and faults on any of them."""
 
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.links.faulty import FaultCounts, FaultyLink
 from firmware_protocol.links.memory import MemoryLink, Steppable
 from firmware_protocol.links.reopen import LinkOpener

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.fields import CAN
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.clock import Clock
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
 
 HEADER: Final = 10
 """Bytes of a frame before its payload (MAVLink 2), which corruption leaves alone."""
@@ -179,7 +179,7 @@ class FaultyLink(Link):
         up: What happens on the way back; None is the same as `down`.
         seed: The same seed does the same to the same frames.
         clock: Tells the time: the device's own for a lock-step link.
-        split: Cuts bytes into frames (`firmware_protocol.mavlink.split_frames`), so that faults befall frames, and damage
+        split: Cuts bytes into frames (`firmware_protocol.wire.mavlink.split_frames`), so that faults befall frames, and damage
             their payload; None treats every piece of bytes as one frame and damages it anywhere.
     """
 

@@ -7,7 +7,7 @@ from typing import Final, Protocol, runtime_checkable
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 
 Stamped = tuple[float, bytes]
 """What a device has sent, and when, in s of its time."""

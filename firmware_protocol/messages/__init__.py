@@ -49,7 +49,12 @@ from firmware_protocol.messages.robot import (
     State,
 )
 from firmware_protocol.messages.standard import (
+    ARMED_FLAG,
+    GENERIC_AUTOPILOT,
+    GROUND_STATION,
     PARAM_TYPE_REAL32,
+    ROVER,
+    SEVERITY_ERROR,
     STANDARD_MESSAGES,
     AutopilotVersion,
     Command,
@@ -73,7 +78,7 @@ from firmware_protocol.messages.standard import (
 )
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 PROTOCOL_MAJOR: Final = 2
 """A robot or host with another major version can't be spoken to."""
@@ -88,7 +93,10 @@ BYTE_LINKS_ONLY: Final[frozenset[type[Message]]] = frozenset({SetupSigning})
 """Messages that CAN has no place for: nothing is signed there."""
 
 __all__ = [
+    "ARMED_FLAG",
     "BYTE_LINKS_ONLY",
+    "GENERIC_AUTOPILOT",
+    "GROUND_STATION",
     "HOST_COMPONENT",
     "HOST_SYSTEM",
     "JUNIOR_MESSAGES",
@@ -100,6 +108,8 @@ __all__ = [
     "REFEREE_MESSAGES",
     "ROBOT_COMPONENT",
     "ROBOT_MESSAGES",
+    "ROVER",
+    "SEVERITY_ERROR",
     "STANDARD_MESSAGES",
     "AckResult",
     "Asker",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final
 
-from firmware_protocol.wire import Wire
+from firmware_protocol.wire.fields import Wire
 
 ROBOT_COMPONENT: Final = 1
 """MAV_COMP_ID_AUTOPILOT1: the robot itself."""

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 from firmware_protocol.messages.fields import Asker, AskerComponent, Sequence, Session, Target, TargetComponent
 from firmware_protocol.messages.robot import Reason
 from firmware_protocol.vocabulary import MAX_ACTIONS, Action, Outcome
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 
 class SensorFlag(IntFlag):
@@ -53,7 +53,9 @@ class JuniorSensors(Message, id=47100, direction=Direction.UP):
     eye: Annotated[tuple[int, ...], Wire("u16", count=2, text="ADC counts of the left, right eye")]
     floor: Annotated[tuple[int, ...], Wire("u16", count=2, text="ADC counts of the left, right floor sensor")]
     battery: Annotated[float, Wire("u16", "V", 1e-3, text="Battery voltage")]
-    flags: Annotated[int, Wire("u16", enum=SensorFlag, text="Switches and decisions; the lowest four bits are the stimulus")]
+    flags: Annotated[
+        int, Wire("u16", enum=SensorFlag, newer=True, text="Switches and decisions; the lowest four bits are the stimulus")
+    ]
 
 
 @dataclass(frozen=True)
@@ -75,11 +77,11 @@ class JuniorManeuver(Message, id=47102, direction=Direction.DOWN, numbered=True)
     session: Session
     sequence: Sequence
     period: Annotated[float, Wire("u16", "s", 1e-3, 0.02, 5.0, text="Time an action lasts")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=31, text="Reflex, end on change, what is stimulus, hold")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, text="Reflex, end on change, what is stimulus, hold")]
     target_system: Target
     target_component: TargetComponent
     count: Annotated[int, Wire("u8", minimum=1, maximum=MAX_ACTIONS, text="Number of actions")]
-    actions: Annotated[tuple[int, ...], Wire("u8", maximum=16, count=MAX_ACTIONS, enum=Action, text="Action codes")]
+    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action, text="Action codes")]
 
 
 @dataclass(frozen=True)
@@ -101,8 +103,8 @@ class JuniorManeuverResult(Message, id=47103, direction=Direction.UP):
     edges_right: Annotated[tuple[int, ...], Wire("u8", count=8, text="Likewise, right arm")]
     target_system: Asker
     target_component: AskerComponent
-    outcome: Annotated[int, Wire("u8", enum=Outcome, maximum=5, text="How it ended")]
-    reason: Annotated[int, Wire("u8", enum=Reason, text="Why, where it was refused or stopped")]
+    outcome: Annotated[int, Wire("u8", enum=Outcome, text="How it ended")]
+    reason: Annotated[int, Wire("u8", enum=Reason, newer=True, text="Why, where it was refused or stopped")]
     done: Annotated[int, Wire("u8", maximum=8, text="Actions performed to the end of their period")]
     stimulus_before: Annotated[int, Wire("u8", maximum=15, text="Eyes and arms when it began")]
     stimulus_after: Annotated[int, Wire("u8", maximum=15, text="Eyes and arms when it ended")]
@@ -115,13 +117,13 @@ class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=Tr
     session: Session
     sequence: Sequence
     period: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 5.0, text="Time an action lasts; 0.02 s or more unless erasing")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, maximum=31, text="As in JUNIOR_MANEUVER")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, text="As in JUNIOR_MANEUVER")]
     target_system: Target
     target_component: TargetComponent
     previous: Annotated[int, Wire("u8", text="Previous stimulus; 255 is any. 255 here and in current, with count 0: erase all")]
     current: Annotated[int, Wire("u8", text="Current stimulus")]
     count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS, text="Number of actions; 0 erases")]
-    actions: Annotated[tuple[int, ...], Wire("u8", maximum=16, count=MAX_ACTIONS, enum=Action, text="Action codes")]
+    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action, text="Action codes")]
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP):
     sequence: Sequence
     checksum: Annotated[int, Wire("u16", text="CRC-16/MCRF4XX of the used slots, in order, as stored")]
     period: Annotated[float, Wire("u16", "s", 1e-3, text="Time an action lasts")]
-    options: Annotated[int, Wire("u16", enum=ManeuverOption, text="As in JUNIOR_MANEUVER")]
+    options: Annotated[int, Wire("u16", enum=ManeuverOption, newer=True, text="As in JUNIOR_MANEUVER")]
     target_system: Asker
     target_component: AskerComponent
     used: Annotated[int, Wire("u8", text="Slots in use")]
@@ -153,7 +155,7 @@ class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP):
     previous: Annotated[int, Wire("u8", text="Previous stimulus; 255 is any")]
     current: Annotated[int, Wire("u8", text="Current stimulus")]
     count: Annotated[int, Wire("u8", maximum=MAX_ACTIONS, text="Number of actions")]
-    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action, text="Action codes")]
+    actions: Annotated[tuple[int, ...], Wire("u8", count=MAX_ACTIONS, enum=Action, newer=True, text="Action codes")]
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,7 @@ class JuniorContest(Message, id=47107, direction=Direction.DOWN, numbered=True):
     countdown: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 60.0, text="Time to the first move; sumo rules ask for 5 s")]
     target_system: Target
     target_component: TargetComponent
-    command: Annotated[int, Wire("u8", maximum=1, enum=ContestCommand, text="Start or stop")]
+    command: Annotated[int, Wire("u8", enum=ContestCommand, text="Start or stop")]
 
 
 JUNIOR_MESSAGES: Final[tuple[type[Message], ...]] = (

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Annotated, Final
 
 from firmware_protocol.messages.fields import Sequence, Session, Target, TargetComponent
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 
 class Phase(IntEnum):
@@ -53,7 +53,7 @@ class RefereeReset(Message, id=47300, direction=Direction.DOWN, numbered=True):
     sequence: Sequence
     target_system: Target
     target_component: TargetComponent
-    opponent: Annotated[int, Wire("u8", maximum=6, enum=OpponentCode, text="0 keeps the present one")]
+    opponent: Annotated[int, Wire("u8", enum=OpponentCode, text="0 keeps the present one")]
 
 
 @dataclass(frozen=True)
@@ -68,9 +68,9 @@ class RefereeState(Message, id=47301, direction=Direction.UP):
     opponent: Annotated[tuple[float, ...], Wire("i16", "m", 1e-4, count=2, text="Position of the opponent's centre: x, y")]
     opponent_heading: Annotated[float, Wire("i16", "rad", 1e-4, text="-pi..pi")]
     clearance: Annotated[float, Wire("i16", "m", 1e-4, text="From the opponent's centre to the border; negative outside")]
-    phase: Annotated[int, Wire("u8", maximum=2, enum=Phase, text="Phase of the bout")]
-    outcome: Annotated[int, Wire("u8", maximum=3, enum=BoutOutcome, text="How it ended, for Junior")]
-    opponent_code: Annotated[int, Wire("u8", maximum=6, enum=OpponentCode, text="Who the opponent is")]
+    phase: Annotated[int, Wire("u8", enum=Phase, text="Phase of the bout")]
+    outcome: Annotated[int, Wire("u8", enum=BoutOutcome, text="How it ended, for Junior")]
+    opponent_code: Annotated[int, Wire("u8", enum=OpponentCode, text="Who the opponent is")]
 
 
 REFEREE_MESSAGES: Final[tuple[type[Message], ...]] = (RefereeReset, RefereeState)

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Annotated, Final
 
 from firmware_protocol.messages.fields import Asker, AskerComponent, Sequence, Session, Target, TargetComponent
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 
 class State(IntEnum):
@@ -100,8 +100,8 @@ class RobotAck(Message, id=47108, direction=Direction.UP):
     sequence: Sequence
     target_system: Asker
     target_component: AskerComponent
-    result: Annotated[int, Wire("u8", maximum=1, enum=AckResult, text="Accepted or refused")]
-    reason: Annotated[int, Wire("u8", enum=Reason, text="Why it was refused")]
+    result: Annotated[int, Wire("u8", enum=AckResult, text="Accepted or refused")]
+    reason: Annotated[int, Wire("u8", enum=Reason, newer=True, text="Why it was refused")]
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ class RobotStatus(Message, id=47109, direction=Direction.UP):
     boot_count: Annotated[int, Wire("u16", text="Times the robot has started; survives power-off")]
     session: Session
     sequence: Annotated[int, Wire("u16", text="Last numbered message accepted")]
-    state: Annotated[int, Wire("u8", enum=State, maximum=6, text="What the robot is doing")]
+    state: Annotated[int, Wire("u8", enum=State, text="What the robot is doing")]
     not_signed: Annotated[int, Wire("u16", extension=True, text="Frames refused for want of a signature; stops at 65535")] = 0
     bad_signature: Annotated[int, Wire("u16", extension=True, text="Likewise, for a wrong one")] = 0
     replayed: Annotated[int, Wire("u16", extension=True, text="Likewise, for the time in it: replayed, or too old")] = 0

@@ -7,10 +7,20 @@ from enum import IntEnum
 from typing import Annotated, Final
 
 from firmware_protocol.messages.fields import Target, TargetComponent
-from firmware_protocol.wire import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Wire
 
 PARAM_TYPE_REAL32: Final = 9
 """MAV_PARAM_TYPE_REAL32: every parameter of ours has this type."""
+GROUND_STATION: Final = 6
+"""MAV_TYPE_GCS, of HEARTBEAT.type: a host, and no robot."""
+ROVER: Final = 10
+"""MAV_TYPE_GROUND_ROVER, of HEARTBEAT.type: a robot of ours."""
+GENERIC_AUTOPILOT: Final = 0
+"""MAV_AUTOPILOT_GENERIC, of HEARTBEAT.autopilot: a robot of ours."""
+ARMED_FLAG: Final = 128
+"""MAV_MODE_FLAG_SAFETY_ARMED, of HEARTBEAT.base_mode."""
+SEVERITY_ERROR: Final = 3
+"""MAV_SEVERITY_ERROR, of STATUSTEXT.severity; what is worse is less."""
 
 
 class Command(IntEnum):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 from typer.core import TyperCommand
 
-from hil import config_file
+from hil.files import config_file
 
 if TYPE_CHECKING:
     from collections.abc import Callable

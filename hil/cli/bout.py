@@ -9,15 +9,15 @@ import typer
 from rich.table import Table
 
 from hil import runs
-from hil.advice_file import load_advice
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.bout import BoutJob, ControllerName
 from hil.jobs.options import OPPONENTS
+from hil.sumo.advice_file import load_advice
 
 if TYPE_CHECKING:
-    from hil.bouts import Tally
+    from hil.sumo.bouts import Tally
 
 
 def bout(

@@ -8,12 +8,12 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.conformance import CHECKS, LAST, Check, Outcome, Verdict
-from hil.connecting import DEFAULT_URL
+from hil.connecting.connecting import DEFAULT_URL
 from hil.jobs.check import CheckJob, chosen_checks
 
 if TYPE_CHECKING:

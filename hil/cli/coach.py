@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil import runs
-from hil.advice_file import AdviceFileError, advice_text, save_advice
+from hil.bridge.clock import MonotonicClock
 from hil.cli import common
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
-from hil.clock import MonotonicClock
-from hil.coaching import DOOR, Checkpoint, load_checkpoint
+from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
 from hil.jobs.options import OPPONENTS
 from hil.mcaplog import LogError
-from hil.outputs import free_folder
-from hil.summary import coaching_summary
+from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
+from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
+from hil.sumo.summary import coaching_summary
 from pal_advisor.maneuvers import Objective, PalSettings
 from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.coaching import Coaching
+    from hil.sumo.coaching import Coaching
     from pal_advisor.maneuvers import Advice
 
 DEFAULTS = PalSettings()

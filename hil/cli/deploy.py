@@ -10,17 +10,17 @@ from rich.table import Table
 
 from firmware_protocol.address import parse_address
 from hil import runs
-from hil.advice_file import load_advice
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
-from hil.contest import COUNTDOWN, Contest, Ending
 from hil.jobs.deploy import DeployJob
+from hil.sumo.advice_file import load_advice
+from hil.sumo.contest import COUNTDOWN, Contest, Ending
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from hil.deploying import Deployment
+    from hil.sumo.deploying import Deployment
 
 ENDINGS = {
     Ending.ROBOT: "The robot has ended the contest: its time is over, or somebody stopped it.",

@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from firmware_protocol.errors import FaultSpecError, LinkOpenError
-from firmware_protocol.faults import FaultSpec
-from firmware_protocol.signing import Signing
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.faults.spec import FaultSpec
+from firmware_protocol.wire.fields import MAVLINK
+from firmware_protocol.wire.signing import Signing
+from hil.bridge.clock import MonotonicClock
 from hil.cli import common
-from hil.clock import MonotonicClock
-from hil.connecting import board_maker, with_system
-from hil.fault_file import read_faults
-from hil.interrupts import interrupts
-from hil.key_file import calendar, load_key, no_signatures
-from hil.memory_file import load_memory
-from hil.outputs import replace_file
+from hil.connecting.connecting import board_maker, with_system
+from hil.files.fault_file import read_faults
+from hil.files.memory_file import load_memory
+from hil.files.outputs import replace_file
+from hil.signing.key_file import calendar, load_key, no_signatures
+from hil.terminal.interrupts import interrupts
 
 if TYPE_CHECKING:
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from simdevice.endpoints import Endpoint
     from simdevice.world import World
 

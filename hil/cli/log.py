@@ -11,6 +11,7 @@ from hil.cli import common
 from hil.cli.arguments import Command
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OutLogOption, OverwriteOption, find
 from hil.cli.log_tables import csv, diff
+from hil.files.outputs import check_output
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
@@ -20,7 +21,6 @@ from hil.mcaplog.recovery import CopiedLog, recover
 from hil.mcaplog.slimming import SLIM, kept_of, slim
 from hil.mcaplog.walking import shown
 from hil.mcaplog.writer import CUT, RUN, SIZES
-from hil.outputs import check_output
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -11,11 +11,11 @@ from rich.table import Table
 
 from hil.cli import common
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OverwriteOption, find
+from hil.files.outputs import OutputError
 from hil.mcaplog.compare import LogComparison, TopicComparison, compare_logs
 from hil.mcaplog.flattening import write_tables
 from hil.mcaplog.limits import lifted
 from hil.mcaplog.walking import shown
-from hil.outputs import OutputError
 from hil.replaying.difference import parting
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from firmware_protocol.errors import RefusedError
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
+from hil.files.outputs import OutputError, check_output, write_output
+from hil.files.parameter_loading import KNOWN, read_parameters
 from hil.jobs.param import ParamJob
-from hil.outputs import OutputError, check_output, write_output
-from hil.parameter_loading import KNOWN, read_parameters
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

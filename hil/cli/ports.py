@@ -10,14 +10,14 @@ import typer
 
 from firmware_protocol.address import DEFAULT_BAUD
 from hil.cli import common
-from hil.discovery import Finding, Status, survey
-from hil.key_file import load_key
-from hil.listening import Signed
-from hil.places import named, present
+from hil.connecting.discovery import Finding, Status, survey
+from hil.connecting.listening import Signed
+from hil.connecting.places import named, present
+from hil.signing.key_file import load_key
 
 if TYPE_CHECKING:
-    from hil.listening import Robot
-    from hil.places import Place
+    from hil.connecting.listening import Robot
+    from hil.connecting.places import Place
 
 
 def ports(

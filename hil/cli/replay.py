@@ -11,8 +11,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hil import runs
 from hil.cli import common
-from hil.key_file import load_key
 from hil.mcaplog.limits import lifted
+from hil.signing.key_file import load_key
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -10,8 +10,8 @@ from hil.cli import common
 from hil.cli.log_tables import print_comparison, require_compared
 from hil.cli.running import ActiveRun
 from hil.cli.stage import LiveStage
+from hil.files.outputs import OutputError, check_output
 from hil.mcaplog.compare import compare_logs
-from hil.outputs import OutputError, check_output
 from hil.replaying.again import why_not_again
 from hil.replaying.host import recorded_job
 from hil.replaying.tape import ReplayError, Tape

@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.address import parse_address
 from hil import runs
 from hil.cli import common
-from hil.connecting import fault_option
+from hil.connecting.connecting import fault_option
+from hil.files.outputs import check_distinct, check_output
 from hil.jobs.session import WITHOUT_A_WORD
-from hil.key_file import load_key
-from hil.outputs import check_distinct, check_output
 from hil.processes import process_identity
+from hil.signing.key_file import load_key
 from hil.versions import versions
 
 if TYPE_CHECKING:

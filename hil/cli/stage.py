@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
-from hil.clock import MonotonicClock
-from hil.connecting import AddressOpener, fault_file, fault_option
-from hil.interrupts import interrupts
+from hil.bridge.clock import MonotonicClock
+from hil.connecting.connecting import AddressOpener, fault_file, fault_option
 from hil.jobs.session import BEGUN_WITH
 from hil.jobs.stage import Job, Stage
-from hil.key_file import load_key
-from hil.keys import pressed_keys
 from hil.mcaplog.media import media_type_of
 from hil.recording.process import begin_log
+from hil.signing.key_file import load_key
+from hil.terminal.interrupts import interrupts
+from hil.terminal.keys import pressed_keys
 from hil.versions import versions
 
 if TYPE_CHECKING:
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.address import Address
     from hil.cli.running import ActiveRun
-    from hil.connecting import NetworkOpener
-    from hil.recorder import Recorder
+    from hil.connecting.connecting import NetworkOpener
+    from hil.recording.recorder import Recorder
 
 
 class LiveStage(Stage):

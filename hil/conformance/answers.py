@@ -24,7 +24,7 @@ from firmware_protocol.messages import (
     Timesync,
 )
 from firmware_protocol.vocabulary import Action
-from firmware_protocol.wire import Message
+from firmware_protocol.wire.fields import Message
 from hil.conformance.keeping import NO_SLOT
 from hil.conformance.numbering import STAY
 from hil.conformance.probe import HOST, TRIES

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Final
 
 from fastcrc.crc16 import mcrf4xx
 
-from firmware_protocol import can_layout as layout
-from firmware_protocol.can_frame import CanFrame
-from firmware_protocol.mavlink_layout import STRUCT_CODES, crc_extra, offsets
-from firmware_protocol.payload import PAYLOADS
-from firmware_protocol.wire import SIZES, wire_fields
+from firmware_protocol.wire import can_layout as layout
+from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.fields import SIZES, wire_fields
+from firmware_protocol.wire.mavlink_layout import STRUCT_CODES, crc_extra, offsets
+from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 UNKNOWN_ID: Final = 49_999
 """No message of this protocol, nor of MAVLink's own sets."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol import can_layout as layout
-from firmware_protocol.can_frame import MAX_DATA, CanFrame, split_records
 from firmware_protocol.events import RejectReason
 from firmware_protocol.messages import (
     ROBOT_COMPONENT,
@@ -18,7 +16,9 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire import can_layout as layout
+from firmware_protocol.wire.can_frame import MAX_DATA, CanFrame, split_records
+from firmware_protocol.wire.fields import CAN
 from hil.conformance.can_frames import STOP, identifier, readdressed, resized
 from hil.conformance.can_transfers import question
 from hil.conformance.keeping import expect_not_kept

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from fastcrc.crc16 import mcrf4xx
 
-from firmware_protocol.mavlink_layout import (
+from firmware_protocol.wire.fields import SIZES, wire_fields
+from firmware_protocol.wire.mavlink_layout import (
     CHECKSUM_LENGTH,
     FLAG_SIGNED,
     HEADER_LENGTH,
@@ -16,10 +17,9 @@ from firmware_protocol.mavlink_layout import (
     offsets,
     payload_length,
 )
-from firmware_protocol.wire import SIZES, wire_fields
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 UNKNOWN_ID: Final = 49_999
 """No message of this protocol, nor of MAVLink's own sets."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.mavlink_layout import payload_length
 from firmware_protocol.messages import CommandLong, Ping, Timesync
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
+from firmware_protocol.wire.mavlink_layout import payload_length
 from hil.conformance.frames import checksum_at, damaged, foreign, header, untrimmed, version_1
 from hil.conformance.probe import PATIENCE, QUIET
 from hil.conformance.registry import ANY_WIRE, Group, require

@@ -18,9 +18,9 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.peer import HOST_HEARTBEAT, KEEP_ALIVE
+from firmware_protocol.peer.timing import HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.vocabulary import Outcome
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 from hil.conformance.numbering import STAY
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET

@@ -23,7 +23,7 @@ from firmware_protocol.messages import (
     Timesync,
 )
 from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.wire import Message
+from firmware_protocol.wire.fields import Message
 from hil.conformance.probe import TRIES, Probe
 from hil.conformance.registry import CheckFailedError, require
 

@@ -6,7 +6,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Final
 
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.conformance.suite import CHECKS, LAST
 
 PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "check.md"

@@ -6,10 +6,10 @@ import math
 import struct
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import LAST_NODE
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
 from firmware_protocol.parameters import PARAMETERS, Parameter
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.fields import CAN
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, require
 

@@ -9,38 +9,38 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
-from firmware_protocol.can_frame import pack_frames
-from firmware_protocol.codec import open_codec
-from firmware_protocol.dbc import CanCodec
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import FLAG_SIGNED
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
-from firmware_protocol.peer import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.signing import trouble
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.clock import LastReading
+from firmware_protocol.messages import GROUND_STATION, HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
+from firmware_protocol.wire.can_frame import pack_frames
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
+from firmware_protocol.wire.signing import trouble
+from hil.bridge.clock import LastReading
+from hil.bridge.operator import INTERRUPT, Operator
+from hil.bridge.pump import open_pump
+from hil.bridge.redaction import Redaction
+from hil.bridge.surroundings import Surroundings
+from hil.bridge.taps import Opening
+from hil.bridge.witness import EVERYBODY, Witness
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
-from hil.diagnosis import Seen, nobody
-from hil.operator import INTERRUPT, Operator
-from hil.pump import open_pump
-from hil.redaction import Redaction
-from hil.surroundings import Surroundings
-from hil.taps import Opening
-from hil.witness import EVERYBODY, GROUND_STATION, Witness
+from hil.connecting.diagnosis import Seen, nobody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
 
-    from firmware_protocol.can_frame import CanFrame
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.signing import Signing
-    from firmware_protocol.wire import Message
-    from hil.pump import Chunk, Pump
-    from hil.taps import Tap
+    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.signing import Signing
+    from hil.bridge.pump import Chunk, Pump
+    from hil.bridge.taps import Tap
 
 M = TypeVar("M", bound="Message")
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.conformance.registry import ANY_WIRE, CheckFailedError, NotRunError
 
 if TYPE_CHECKING:

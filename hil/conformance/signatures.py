@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import ROBOT_COMPONENT, Command, CommandLong, Ping, State
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 from hil.conformance.frames import damaged, unsigned
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, require

@@ -6,12 +6,14 @@ import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.can_layout import LAST_NODE
-from firmware_protocol.failures import FailureType, FailureUnit
+from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
+    ARMED_FLAG,
+    GENERIC_AUTOPILOT,
     PROTOCOL_MAJOR,
     PROTOCOL_MINOR,
     ROBOT_COMPONENT,
+    ROVER,
     AutopilotVersion,
     Command,
     CommandAck,
@@ -30,7 +32,8 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.fields import CAN
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
@@ -39,7 +42,7 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("identity and commands")
-_ARMED, _STANDBY, _ACTIVE, _EMERGENCY = 128, 3, 4, 6
+_STANDBY, _ACTIVE, _EMERGENCY = 3, 4, 6
 _MAVLINK_2, _PARAM_FLOAT = 8192, 2
 _NO_COMMAND: Final = 31_010
 """MAV_CMD_USER_1: nothing of ours."""
@@ -62,8 +65,8 @@ def heartbeat_state(robot: Subject) -> str:
     def look(state: State, *, armed: bool, status: int) -> None:
         beat = given(robot.requested(Heartbeat), "no HEARTBEAT on request")
         who = (beat.type, beat.autopilot, beat.mavlink_version)
-        require(who == (10, 0, 3), f"type, autopilot and MAVLink version are {who}, not (10, 0, 3)")
-        found = (beat.custom_mode, bool(beat.base_mode & _ARMED), beat.system_status)
+        require(who == (ROVER, GENERIC_AUTOPILOT, 3), f"type, autopilot and MAVLink version are {who}, not (10, 0, 3)")
+        found = (beat.custom_mode, bool(beat.base_mode & ARMED_FLAG), beat.system_status)
         require(found == (state, armed, status), f"{state.name}: (custom_mode, armed, system_status) is {found}")
 
     look(State.DISARMED, armed=False, status=_STANDBY)

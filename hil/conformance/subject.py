@@ -32,22 +32,22 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.versions import other_version
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
-from firmware_protocol.wire import Message
+from firmware_protocol.wire.fields import Message
 from hil.conformance.orders import Orders, named
 from hil.conformance.probe import PATIENCE
 from hil.conformance.registry import CheckFailedError, require
-from hil.diagnosis import nobody
+from hil.connecting.diagnosis import nobody
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.signing import Signing
+    from firmware_protocol.wire.signing import Signing
+    from hil.bridge.operator import Operator
+    from hil.bridge.pump import Pump
+    from hil.bridge.taps import Tap
     from hil.conformance.probe import Codec
-    from hil.operator import Operator
-    from hil.pump import Pump
-    from hil.taps import Tap
 
 M = TypeVar("M", bound=Message)
 

@@ -20,7 +20,7 @@ from hil.conformance.registry import Group, given, require
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("values out of range")

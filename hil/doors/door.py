@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hil.doors.parsing import DocumentError, decode, parse_json, parse_toml
-from hil.field_lines import line_of
+from hil.files.field_lines import line_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hil.advice_file import advice_of, advice_text
-from hil.bouts import Bout, Tally, play
-from hil.controllers import AdviceController, ChaseController, Controller, RandomController
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of, opponent_of, wanted_file
 from hil.jobs.session import Session, open_session
-from hil.ring import Ring, RingError, open_ring
 from hil.seeds import Branch, bout_seed, generator
-from hil.suspending import around_stop
+from hil.sumo.advice_file import advice_of, advice_text
+from hil.sumo.bouts import Bout, Tally, play
+from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.sumo.ring import Ring, RingError, open_ring
+from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

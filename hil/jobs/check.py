@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.address import parse_address
-from hil.clock import LastReading
+from hil.bridge.clock import LastReading
 from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
-from hil.connecting import asked_for
+from hil.connecting.connecting import asked_for
+from hil.connecting.lines import need_full_rate
 from hil.jobs.options import MOST_SEED, none_or
 from hil.jobs.session import begin_log, nothing_said
 from hil.jobs.words import tell_others
-from hil.key_file import open_signing
-from hil.lines import need_full_rate
+from hil.signing.key_file import open_signing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
-from hil.advice_file import advice_text
-from hil.bouts import Tally, play
-from hil.coaching import Coaching, check_objective, checkpoint_of, new_pal
-from hil.controllers import AdviceController, Controller, RandomController
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
 from hil.jobs.progress import CoachingDisplay
 from hil.jobs.session import Session, open_session
-from hil.ring import Ring, open_ring
 from hil.seeds import Branch, bout_seed, generator
-from hil.summary import per_stimulus
+from hil.sumo.advice_file import advice_text
+from hil.sumo.bouts import Tally, play
+from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
+from hil.sumo.controllers import AdviceController, Controller, RandomController
+from hil.sumo.ring import Ring, open_ring
+from hil.sumo.summary import per_stimulus
 from pal_advisor.maneuvers import Objective, PalSettings
 from pal_advisor.maneuvers.settings import SettingsError
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Self
 
-    from hil.coaching import Checkpoint
     from hil.jobs.stage import Stage
+    from hil.sumo.coaching import Checkpoint
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -194,7 +194,7 @@ class _Run:
             pal,
             seed=self.seed,
             checkpoint=job.outputs.checkpoint,
-            observers=(*session.observers(pal.settings), self._display),
+            observers=(*session.observers(), self._display),
             progress=progress,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,

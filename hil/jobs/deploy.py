@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.messages import State
-from hil import deploying
-from hil.advice_file import advice_of, advice_text
-from hil.contest import Contest, Ending, follow_contest, start_contest
 from hil.jobs.options import MOST_SEED, wanted_file
 from hil.jobs.session import Session, open_session
+from hil.sumo import deploying
+from hil.sumo.advice_file import advice_of, advice_text
+from hil.sumo.contest import Contest, Ending, follow_contest, start_contest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Self
 
-    from hil.deploying import Deployment
     from hil.jobs.stage import Stage
-    from hil.junior import Junior
+    from hil.sumo.deploying import Deployment
+    from hil.sumo.junior import Junior
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 

@@ -16,14 +16,14 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import PeerError, PeerLostError, RefusedError
 from firmware_protocol.messages import SensorFlag, State
 from firmware_protocol.vocabulary import Stimulus
-from hil.connecting import asked_for
+from hil.bridge.operator import KEY
+from hil.connecting.connecting import asked_for
 from hil.jobs.options import DAY, MOST_SEED, none_or
 from hil.jobs.overview import Overview
 from hil.jobs.session import Session, open_session, open_watch
 from hil.jobs.stage import keys_taken_in
-from hil.junior import STIMULUS_BITS
-from hil.operator import KEY
-from hil.suspending import around_stop
+from hil.sumo.junior import STIMULUS_BITS
+from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from firmware_protocol.messages import JuniorSensors
+    from hil.bridge.operator import Operator
     from hil.jobs.stage import Stage
-    from hil.junior import Junior
-    from hil.operator import Operator
-    from hil.robots import Robots
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Robots
     from pal_advisor.fields import Fields
 
 DRIVE_TIME: Final = 0.3

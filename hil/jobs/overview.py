@@ -14,8 +14,8 @@ from firmware_protocol.messages import SensorFlag, State
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hil.junior import Junior
-    from hil.robots import Robots
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Robots
 
 NEXT, BEFORE, STOP_ALL = "n", "p", "E"
 NEEDS_SESSION = "a^v<> "

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
+from hil.files.parameter_loading import Wanted, load, parameters_of, shortest
 from hil.jobs.options import none_or
 from hil.jobs.session import open_session
-from hil.parameter_loading import Wanted, load, parameters_of, shortest
 from pal_advisor.fields import Fields
 
 if TYPE_CHECKING:

@@ -12,16 +12,16 @@ from rich.table import Table
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
-from hil.suspending import around_stop
+from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
     from types import TracebackType
 
     from rich.console import Console
 
-    from hil.bouts import Bout
-    from hil.junior import Junior
-    from hil.ring import Engagement
+    from hil.sumo.bouts import Bout
+    from hil.sumo.junior import Junior
+    from hil.sumo.ring import Engagement
     from pal_advisor.maneuvers import Credit, GenerationRecord, Pal, PalSettings, Performance, Trial
 
 RECENT = 20
@@ -82,7 +82,13 @@ class CoachingDisplay:
     def checkpoint(self, used: int, digest: str) -> None:
         """Show nothing."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,  # noqa: ARG002
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         """Count a maneuver."""
         self._used += 1
         self._counts[trial.category] = self._counts.get(trial.category, 0) + 1

@@ -9,26 +9,26 @@ from typing import TYPE_CHECKING
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
-from hil.connecting import asked_for, connect
-from hil.connecting_all import connect_all
-from hil.diagnosis import lost
+from hil.connecting.connecting import asked_for, connect
+from hil.connecting.connecting_all import connect_all
+from hil.connecting.diagnosis import lost
 from hil.jobs.words import tell_others
 from hil.mcaplog.media import media_type_of
-from hil.suspending import Suspension
+from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from firmware_protocol.address import Address
     from firmware_protocol.events import Event
-    from hil.bouts import Bout
-    from hil.bridge import Bridge
-    from hil.coaching import Observer
+    from hil.bridge.bridge import Bridge
     from hil.jobs.stage import Stage
-    from hil.junior import Junior
-    from hil.recorder import Recorder
-    from hil.robots import Robots
-    from pal_advisor.maneuvers import Advice, PalSettings
+    from hil.recording.recorder import Recorder
+    from hil.sumo.bouts import Bout
+    from hil.sumo.coaching import Observer
+    from hil.sumo.junior import Junior
+    from hil.sumo.robots import Robots
+    from pal_advisor.maneuvers import Advice
 
 OTHERS_WAIT = 0.25
 """How long to listen for other robots on the link, in s: each says something many times a second."""
@@ -58,16 +58,9 @@ class Session:
         """Time passes only while we wait: as fast as the machine can, and repeatable."""
         return self.junior.bridge.link.lockstep
 
-    def observers(self, settings: PalSettings) -> tuple[Observer, ...]:
-        """Who takes coaching down in the log.
-
-        Args:
-            settings: How Pal rates.
-        """
-        if self.recorder is None:
-            return ()
-        self.recorder.learning(settings)
-        return (self.recorder,)
+    def observers(self) -> tuple[Observer, ...]:
+        """Who takes coaching down in the log."""
+        return () if self.recorder is None else (self.recorder,)
 
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from hil.operator import KEY, Input, Operator
+from hil.bridge.operator import KEY, Input, Operator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from firmware_protocol.address import Address
-    from firmware_protocol.signing import SigningKey
-    from hil.connecting import NetworkOpener
-    from hil.recorder import Recorder
+    from firmware_protocol.wire.signing import SigningKey
+    from hil.connecting.connecting import NetworkOpener
+    from hil.recording.recorder import Recorder
     from pal_advisor.fields import Fields
 
 

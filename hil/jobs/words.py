@@ -6,7 +6,7 @@ import shlex
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
-from hil.connecting import asked_for, with_system
+from hil.connecting.connecting import asked_for, with_system
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection

@@ -15,9 +15,9 @@ from struct import Struct
 from typing import Any, Final
 
 from firmware_protocol.errors import bare_text
+from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import BridgeStep, WireBytes
 from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, Field, FieldType, Schema, record_schema
-from hil.taps import NOTHING, Circumstances
 
 Encoder = Callable[[object], bytes]
 """Object with the schema's fields as attributes -> protobuf."""

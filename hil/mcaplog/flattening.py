@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from google.protobuf.message import Message
 
+from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
 from hil.mcaplog.walking import shown
-from hil.outputs import Output
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator

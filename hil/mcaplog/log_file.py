@@ -10,10 +10,10 @@ from __future__ import annotations
 from struct import Struct
 from typing import TYPE_CHECKING, Final
 
-from hil.outputs import is_special
+from hil.files.outputs import is_special
 
 if TYPE_CHECKING:
-    from hil.outputs import Output
+    from hil.files.outputs import Output
 
 _FILLER: Final = Struct("<BQ")
 _PRIVATE: Final = 0x80

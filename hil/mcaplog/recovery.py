@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from mcap.opcode import Opcode
 from mcap.records import Header
 
+from hil.files.outputs import Output, OutputError
 from hil.mcaplog.attachments import read_attachment
 from hil.mcaplog.copying import LogCopy
 from hil.mcaplog.errors import LogError, UnreadableLogError
@@ -17,7 +18,6 @@ from hil.mcaplog.reader import LogReader
 from hil.mcaplog.unpacking import DAMAGE, stream
 from hil.mcaplog.walking import read_metadata
 from hil.mcaplog.writer import CUT
-from hil.outputs import Output, OutputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,7 +15,7 @@ from typing import Any, Final, Literal, get_args, get_origin, get_type_hints
 
 from google.protobuf import descriptor_pb2 as pb
 
-from firmware_protocol.wire import Message, Wire, wire_fields
+from firmware_protocol.wire.fields import Message, Wire, wire_fields
 
 PACKAGE: Final = "hil"
 SENDER_FIELDS: Final = ("sender_system", "sender_component", "frame")

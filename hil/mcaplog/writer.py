@@ -33,9 +33,9 @@ from mcap.records import (
 )
 from mcap.records import Schema as SchemaRecord
 
+from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.log_file import LogFile
-from hil.outputs import Output
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

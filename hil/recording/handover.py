@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, SetupSigning
-from firmware_protocol.wire import wire_fields
+from firmware_protocol.wire.fields import wire_fields
+from hil.bridge.operator import Input
+from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import RECORDS
-from hil.operator import Input
-from hil.taps import NOTHING, Circumstances
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.wire import Message
-    from hil.recorder import Recorder
-    from hil.taps import Tap
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Tap
+    from hil.recording.recorder import Recorder
 
 Item = tuple[Any, ...]
 """A kind, and what belongs to it."""
@@ -188,7 +188,7 @@ class Playback:
         self.recorder.sent(time, _message(number, values))
 
     def _record(self, topic: str, number: int, values: Item, time: float) -> None:
-        self.recorder._record(topic, RECORDS[number](*values), time)  # noqa: SLF001 - the same, once it is a record
+        self.recorder.record(topic, RECORDS[number](*values), time)
 
     def _note(self, kind: str, text: str, particulars: str, time: float) -> None:
         self.recorder.now = time

@@ -7,11 +7,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from hil.files.outputs import Output
 from hil.mcaplog.writer import CUT, LogWriter
-from hil.outputs import Output
-from hil.recorder import FLUSH, Recorder
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
+from hil.recording.recorder import Recorder
+from hil.recording.wire_log import FLUSH
 
 if TYPE_CHECKING:
     from typing import BinaryIO

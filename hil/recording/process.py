@@ -8,23 +8,24 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from hil.bridge.taps import NOTHING
+from hil.files.outputs import Output, OutputExistsError, is_special
 from hil.mcaplog.errors import LogError
-from hil.outputs import Output, OutputExistsError, is_special
-from hil.recorder import Network, OneOfSeveral, Recorder
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
 from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, plain
 from hil.recording.pipe import HelperPipe, can_start
-from hil.taps import NOTHING
+from hil.recording.recorder import Recorder
+from hil.recording.wire_log import Network, OneOfSeveral
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from firmware_protocol.events import Received
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances, Tap
     from hil.recording.feeds import Feed
-    from hil.taps import Circumstances, Tap
 
 
 OWN: Final = -1
@@ -81,7 +82,6 @@ class RecorderProcess(Recorder):
         self.lost = 0
         self._network = _Network(self, link, OWN)
         self.now = 0.0
-        self._settings = None
         self._networks = 0
         self._closed = False
         self._told = False
@@ -217,7 +217,8 @@ class RecorderProcess(Recorder):
     def _noted(self, kind: str, text: str, particulars: str) -> None:
         self.feed.keep((kinds.NOTE, str(kind), str(text), particulars, self.now))
 
-    def _record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+    def record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+        """See `WireLog.record`."""
         number, values = RECORD_VALUES[kind or type(record)]
         self.feed.keep((kinds.RECORD, topic, number, values(record), time))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.mcaplog.records import BridgeOpening, BridgeStep, SessionDrawn
 
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ import json
 from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, get_type_hints
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import HilError
 from firmware_protocol.events import Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
-from firmware_protocol.signing import may_carry_key
-from firmware_protocol.wire import Wire
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import Wire
+from firmware_protocol.wire.signing import may_carry_key
 from hil.mcaplog.records import EventRecord, UnsentBytes, WireBytes
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.spec import FaultSpec
 from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob
@@ -30,7 +30,7 @@ from pal_advisor.fields import Fields
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob)}

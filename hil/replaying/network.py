@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import HilError, LinkClosedError, LinkTimeoutError
 from firmware_protocol.link import Link
-from firmware_protocol.signing import may_carry_key
+from firmware_protocol.wire.signing import may_carry_key
+from hil.bridge.operator import INTERRUPTED
+from hil.bridge.pump import Back, Lost
 from hil.mcaplog.records import UnsentBytes
-from hil.operator import INTERRUPTED
-from hil.pump import Back, Lost
 from hil.replaying.tape import ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.errors import LinkError
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
+    from hil.bridge.operator import Operator
+    from hil.bridge.pump import Chunk, Pump, Turn
+    from hil.bridge.reopening import Reopening
     from hil.mcaplog.records import WireBytes
-    from hil.operator import Operator
-    from hil.pump import Chunk, Pump, Turn
-    from hil.reopening import Reopening
     from hil.replaying.tape import Step, Tape
 
 
@@ -117,7 +117,7 @@ class ReplayPump:
         unlike: As in `ReplayLink`.
 
     Attributes:
-        error: As in `hil.pump.Pump`, and what follows likewise.
+        error: As in `hil.bridge.pump.Pump`, and what follows likewise.
         turn: Likewise.
         overrun: Likewise.
     """
@@ -156,7 +156,7 @@ class ReplayPump:
         return following is not None and following.record.chunk_times[:1] == chunks[-1:]
 
     def take(self, wait: float, until: float) -> list[Chunk]:  # noqa: ARG002 - the log knows how long it took
-        """The chunks of the next step; see `hil.pump.Pump.take`.
+        """The chunks of the next step; see `hil.bridge.pump.Pump.take`.
 
         Raises:
             KeyboardInterrupt: The program was interrupted before that step.
@@ -201,7 +201,7 @@ class ReplayPump:
 
 
 class ReplayOpener:
-    """Opens a recorded network; see `hil.connecting.NetworkOpener`.
+    """Opens a recorded network; see `hil.connecting.connecting.NetworkOpener`.
 
     Args:
         tape: The log.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, HilError
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.spec import FaultSpec
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.comparison import Comparison

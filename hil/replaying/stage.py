@@ -10,7 +10,7 @@ from rich.console import Console
 
 from firmware_protocol.address import parse_address
 from hil.jobs.stage import Stage
-from hil.recorder import Recorder
+from hil.recording.recorder import Recorder
 from hil.replaying.network import ReplayOpener
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from firmware_protocol.address import Address
-    from firmware_protocol.faults import FaultSpec
-    from firmware_protocol.signing import SigningKey
-    from hil.connecting import NetworkOpener
+    from firmware_protocol.faults.spec import FaultSpec
+    from firmware_protocol.wire.signing import SigningKey
+    from hil.connecting.connecting import NetworkOpener
     from hil.replaying.comparison import Comparison
     from hil.replaying.tape import Tape
 

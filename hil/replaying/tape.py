@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
+from hil.bridge.operator import INTERRUPT
 from hil.mcaplog.reader import LogReader, RawEntry
 from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.mcaplog.slimming import kept_of
 from hil.mcaplog.writer import CUT
-from hil.operator import INTERRUPT
 from hil.replaying.bounds import what_can_not_be
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Polygon, Rectangle
 
 from firmware_protocol.messages import BoutOutcome
+from hil.recording.scene import junior_outline, opponent_outline, ring_size
 from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, bare, figure, whole_numbers
-from hil.scene import junior_outline, opponent_outline, ring_size
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

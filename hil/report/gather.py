@@ -20,13 +20,13 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.streams import STALE_INTERVALS, STALE_LEAST
-from firmware_protocol.wire import Message
+from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
+from firmware_protocol.wire.fields import Message
 from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogEntry, LogReader
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
-from hil.protagonist import Protagonist
+from hil.recording.protagonist import Protagonist
 from hil.report.learnt import Learnt, read_learnt
 from hil.report.link import LinkQuality, LinkWatcher
 
@@ -110,7 +110,7 @@ class SensorTrack:
     def gaps(self) -> NDArray[np.float64]:
         """When no reading came for so long that the one before was stale, or until the log ends: from, to; in s; shape (k, 2).
 
-        As `firmware_protocol.streams` has it, with the median for the interval.
+        As `firmware_protocol.peer.streams` has it, with the median for the interval.
         """
         apart = np.diff(self.times)
         if not len(apart):

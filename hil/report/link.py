@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.messages import CommandLong, RobotAck, RobotStatus, Timesync
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 MOST_GAPS: Final = 1_000_000
 """Lost frames whose times are kept."""

@@ -9,9 +9,9 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
+from hil.files.outputs import write_output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
-from hil.outputs import write_output
 from hil.report.bout_figures import choose, times_to_win, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import RunData, gather

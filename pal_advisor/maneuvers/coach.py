@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +57,7 @@ class Pal:
         history: Every GP step so far.
         used: Maneuvers performed so far.
         digest: Of all decisions told of, 16 hexadecimal digits: a trial that is open does not count.
+        rating: What the performance that it was told of last was worth by itself; NaN before.
         credited: What was credited when it was last told something; None before.
     """
 
@@ -64,6 +66,7 @@ class Pal:
         self.history: list[GenerationRecord] = []
         self.used = 0
         self.digest = START
+        self.rating = nan
         self.credited: Credit | None = None
         self._rng = rng
         self._asked = 0
@@ -194,6 +197,7 @@ class Pal:
             raise ValueError("a performance has one action at the least; discard a trial that was not performed")
         rating = fitness(performance, self.settings)
         self._close(trial)
+        self.rating = rating
         genome = tuple(int(action) for action in trial.maneuver.actions)
         self._populations[trial.category].perform(genome, performance.tallies)
         self.used += 1

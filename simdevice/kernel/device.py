@@ -8,7 +8,7 @@ from simdevice.board import Board
 from simdevice.device import VirtualDevice
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
     from simdevice.board import Host
     from simdevice.faults import Battery
     from simdevice.kernel.rings import Rings

@@ -17,9 +17,9 @@ from simdevice.referee import Referee
 from simdevice.world import World
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults import FaultSpec
+    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.signing import Signing
+    from firmware_protocol.wire.signing import Signing
     from simdevice.sumo import Robot, Table
 
 _JUNIOR = 0

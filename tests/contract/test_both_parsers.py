@@ -10,9 +10,9 @@ import pytest
 
 from firmware_protocol.events import Received
 from firmware_protocol.generate.vectors import vectors
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, RobotStatus
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import ffi, lib
 
 INBOUND = [

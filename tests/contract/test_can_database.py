@@ -6,7 +6,10 @@ import pytest
 from cantools.database import load_file
 from cantools.database.can import Database
 
-from firmware_protocol.can_layout import (
+from firmware_protocol.generate.outputs import ROOT
+from firmware_protocol.generate.vectors import Vector, vectors
+from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
+from firmware_protocol.wire.can_layout import (
     FUNCTION_MASK,
     FUNCTION_SHIFT,
     NEVER_FUNCTION,
@@ -14,12 +17,9 @@ from firmware_protocol.can_layout import (
     long_identifier,
     single_frames,
 )
-from firmware_protocol.generate.outputs import ROOT
-from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink_layout import offsets, wire_size
-from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
-from firmware_protocol.payload import PAYLOADS
-from firmware_protocol.wire import wire_order
+from firmware_protocol.wire.fields import wire_order
+from firmware_protocol.wire.mavlink_layout import offsets, wire_size
+from firmware_protocol.wire.payload import PAYLOADS
 
 ON_CAN = [vector for vector in vectors() if type(vector.message) not in BYTE_LINKS_ONLY]
 PATH = ROOT / "firmware_protocol/dialect/junior.dbc"

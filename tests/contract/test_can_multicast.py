@@ -14,10 +14,10 @@ from can.interfaces.udp_multicast.utils import pack_message
 from link_kinds import PATIENCE
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.can_frame import CanFrame
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.link import open_link
 from firmware_protocol.links.can import CanLink
+from firmware_protocol.wire.can_frame import CanFrame
 from simdevice.can_endpoints import CanEndpoint
 from simdevice.endpoints import open_endpoint
 

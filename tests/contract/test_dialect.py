@@ -16,10 +16,10 @@ from firmware_protocol.events import Received
 from firmware_protocol.generate.names import STANDARD_ENUMS, Enumeration
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import C_TYPES, crc_extra, offsets, payload_length
 from firmware_protocol.messages import MESSAGES, STANDARD_MESSAGES
-from firmware_protocol.wire import Message, Wire, wire_fields, wire_order
+from firmware_protocol.wire.fields import Message, Wire, wire_fields, wire_order
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import C_TYPES, crc_extra, offsets, payload_length
 
 if TYPE_CHECKING:
     from types import ModuleType

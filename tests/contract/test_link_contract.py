@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Final
 import pytest
 from link_kinds import KINDS, PATIENCE, MemoryEnd, Setup, closed, frames, read_all
 
-from firmware_protocol.codec import SPLITTERS
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import FaultSpec, FaultyLink
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.codec import SPLITTERS
+from firmware_protocol.wire.fields import CAN, MAVLINK
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

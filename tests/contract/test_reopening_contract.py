@@ -16,8 +16,9 @@ import hil
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
 from firmware_protocol.links import SerialPort
-from hil.clock import MonotonicClock
-from hil.connecting import connect
+from firmware_protocol.roles.junior import perform
+from hil.bridge.clock import MonotonicClock
+from hil.connecting.connecting import connect
 from simdevice.endpoints import Endpoint, open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world
@@ -115,7 +116,7 @@ def test_what_is_pulled_and_put_back_works_again(
     kind: str, faults: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if kind in SILENT:
-        monkeypatch.setattr("firmware_protocol.peer.SILENCE", 0.3)
+        monkeypatch.setattr("firmware_protocol.peer.peer.SILENCE", 0.3)
     told: list[Event] = []
     with (
         plugged(kind, tmp_path) as plug,
@@ -125,7 +126,7 @@ def test_what_is_pulled_and_put_back_works_again(
         before, name = junior.peer.session, junior.bridge.link.url
         junior.arm()
         plug.pull()
-        ticket = junior.peer.perform(hil.Maneuver((hil.Action.S,)))
+        ticket = perform(junior.peer, hil.Maneuver((hil.Action.S,)))
         until(junior, lambda: any(isinstance(event, PeerLost) for event in told))
         assert isinstance(ticket.error, PeerLostError)
         assert not junior.peer.ready
@@ -156,7 +157,7 @@ def test_so_does_the_one_in_this_process(wire: str, faults: str) -> None:
         junior.listen(lambda event: told.append(event) if isinstance(event, LinkNews | PeerLost | PeerBack) else None)
         before = junior.peer.session
         junior.arm()
-        ticket = junior.peer.perform(hil.Maneuver((hil.Action.S,) * 8, period=1.0))
+        ticket = perform(junior.peer, hil.Maneuver((hil.Action.S,) * 8, period=1.0))
         until(junior, lambda: any(isinstance(event, PeerLost) for event in told))
         assert isinstance(ticket.error, PeerLostError)
         junior.wait_until_back()

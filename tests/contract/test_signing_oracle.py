@@ -12,8 +12,8 @@ from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
 from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
 from firmware_protocol.messages import STANDARD_MESSAGES, Ping
+from firmware_protocol.wire.mavlink_layout import SIGNATURE_LENGTH
 
 STANDARD = [v for v in vectors() if type(v.message) in STANDARD_MESSAGES and v.name != "TIMESYNC typical"]
 common: Any = importlib.import_module("pymavlink.dialects.v20.common")

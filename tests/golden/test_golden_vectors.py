@@ -9,8 +9,8 @@ import pytest
 from firmware_protocol.events import Received
 from firmware_protocol.generate.outputs import GOLDEN, ROOT
 from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import MESSAGES
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 
 VECTORS = vectors()
 

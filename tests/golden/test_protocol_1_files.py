@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import JuniorManeuverResult, RobotAck, RobotResultAck, RobotSession, RobotStatus, State
-from hil.advice_file import load_advice
 from hil.cli.app import run
 from hil.mcaplog import LogReader
 from hil.report.gather import gather
+from hil.sumo.advice_file import load_advice
 
 if TYPE_CHECKING:
     import pytest

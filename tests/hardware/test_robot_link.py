@@ -13,14 +13,14 @@ from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import open_link
 from firmware_protocol.messages import JuniorSensors, RobotStatus
 from firmware_protocol.parameters import PARAMETERS
-from hil.bridge import Bridge
-from hil.clock import MonotonicClock
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import MonotonicClock
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.peer import Peer
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.peer import Peer
 
 pytestmark = pytest.mark.hardware
 T = TypeVar("T")

@@ -37,17 +37,17 @@ ALLOWED: Final[dict[str, dict[str, str]]] = {
         FILE: "ports and devices",
         SOCKET: "the link itself",
     },
-    "hil.pump": {CLOCK: "stamps of chunks, and when a step is taken: both are in the step"},
-    "hil.bridge": {CLOCK: "the step's one reading"},
-    "hil.sessions": {CHANCE: "session numbers: /bridge/session"},
+    "hil.bridge.pump": {CLOCK: "stamps of chunks, and when a step is taken: both are in the step"},
+    "hil.bridge.bridge": {CLOCK: "the step's one reading"},
+    "hil.bridge.sessions": {CHANCE: "session numbers: /bridge/session"},
     "hil.conformance.probe": {CLOCK: "it is the bridge of `hil check`: its step's one reading"},
     "hil.jobs.check": {CLOCK: "the reading at opening: /bridge/open"},
-    "hil.connecting": {CLOCK: "the reading at opening: /bridge/open"},
-    "hil.reopening": {CLOCK: "when a lost link is tried again: that it is back is in the step"},
-    "hil.key_file": {CLOCK: "the calendar of signatures: /bridge/open", FILE: "the key, which no log holds"},
+    "hil.connecting.connecting": {CLOCK: "the reading at opening: /bridge/open"},
+    "hil.bridge.reopening": {CLOCK: "when a lost link is tried again: that it is back is in the step"},
+    "hil.signing.key_file": {CLOCK: "the calendar of signatures: /bridge/open", FILE: "the key, which no log holds"},
     # Signals and the terminal: taken in by the bridge's steps.
-    "hil.interrupts": {SIGNAL: "an interrupt is an input of a step"},
-    "hil.suspending": {SIGNAL: "likewise to be stopped, and to go on"},
+    "hil.terminal.interrupts": {SIGNAL: "an interrupt is an input of a step"},
+    "hil.terminal.suspending": {SIGNAL: "likewise to be stopped, and to go on"},
     # What a run leaves, and what is told of it.
     "hil.cli.coach": {CLOCK: "how long the whole took, which is told and decides nothing"},
     "hil.cli.running": {CLOCK: "the run's name and record"},
@@ -57,7 +57,7 @@ ALLOWED: Final[dict[str, dict[str, str]]] = {
     },
     "hil.processes": {FILE: "which process a run's record names"},
     "hil.runs": {FILE: "the run's folder, and earlier ones"},
-    "hil.outputs": {FILE: "the run's outputs"},
+    "hil.files.outputs": {FILE: "the run's outputs"},
     "hil.mcaplog": {FILE: "the log"},
     "hil.recording": {PROCESS: "who writes the log", FILE: "likewise", CLOCK: "when a batch is handed over"},
     "hil.versions": {FILE: "versions of packages, which the log names"},
@@ -71,7 +71,7 @@ ALLOWED: Final[dict[str, dict[str, str]]] = {
 REPLAYED: Final[dict[str, dict[str, str]]] = {
     "hil.mcaplog": {FILE: "the log, and no other file"},
     "hil.versions": {FILE: "versions of packages, which are told and not compared"},
-    "hil.key_file": {FILE: "the key of a signed run, and no other file"},
+    "hil.signing.key_file": {FILE: "the key of a signed run, and no other file"},
     "hil.doors": {FILE: "likewise"},
 }
 """Those that may while a log is replayed."""
@@ -210,7 +210,7 @@ def test_what_decides_is_in_the_log(case: Case, coached: Path, tmp_path: Path) -
 ASKING: Final = (
     (CLOCK, "import time; time.time()"),
     (CLOCK, "from time import perf_counter_ns as now; now()"),
-    (CLOCK, "import hil.clock; hil.clock.MonotonicClock().now()"),
+    (CLOCK, "import hil.bridge.clock; hil.bridge.clock.MonotonicClock().now()"),
     (CLOCK, "from datetime import datetime, UTC; datetime.now(UTC)"),
     (CHANCE, "import random; random.random()"),
     (CHANCE, "import random; random.Random().random()"),

@@ -16,7 +16,7 @@ import pytest
 from mutants import MUTANTS, Mutant
 
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
 from simdevice.avr_board import AvrBoard

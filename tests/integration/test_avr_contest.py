@@ -8,11 +8,11 @@ import pytest
 
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import BoutOutcome
-from hil.advice_file import load_advice
-from hil.bridge import Bridge
+from hil.bridge.bridge import Bridge
 from hil.cli.app import run
-from hil.deploying import deploy, read_memory
-from hil.junior import Junior
+from hil.sumo.advice_file import load_advice
+from hil.sumo.deploying import deploy, read_memory
+from hil.sumo.junior import Junior
 from simdevice.avr_board import AvrBoard
 from simdevice.world import junior_world
 

@@ -10,8 +10,7 @@ import pytest
 from avr_twins import Twins, comparable
 from firmware_bench import HOST, HOST_NUMBER, FirmwareBench, forge
 
-from firmware_protocol.faults import FaultSpec
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -32,10 +31,11 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 pytestmark = [pytest.mark.avr, pytest.mark.slow]
 PACE = 6

@@ -32,7 +32,7 @@ from simdevice.avr_board import CYCLES
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
     from simdevice.faults import Readings
     from simdevice.motors import Motors
 

@@ -14,7 +14,7 @@ from firmware_bench import FirmwareBench
 from signed_pair import KEY, NOW, signed_at, signed_codec
 
 from firmware_protocol.messages import Ping
-from firmware_protocol.signing import TIME_LIMIT
+from firmware_protocol.wire.signing import TIME_LIMIT
 from simdevice._host import lib
 from simdevice.avr_board import CYCLES
 from simdevice.avr_build import FIRMWARE, build

@@ -9,15 +9,15 @@ import pytest
 import hil
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.ring import Engagement, open_ring
+from hil.bridge.bridge import Bridge
+from hil.sumo.ring import Engagement, open_ring
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 SEED = 7
 AHEAD = Maneuver((Action.FF,) * 4, period=0.2, hold=True)

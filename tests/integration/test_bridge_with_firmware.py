@@ -9,7 +9,6 @@ import pytest
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, StreamBack, StreamStopped
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -28,18 +27,21 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
+from firmware_protocol.roles.junior import drive, erase_memory, perform, read_memory, write_memory
+from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
 from simdevice.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.exchange import Ticket
     from firmware_protocol.link import Link
-    from firmware_protocol.peer import Peer
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.wire.fields import Message
 
 T = TypeVar("T")
 SPIN = Maneuver((Action.R, Action.L), period=0.05, floor_reflex=False)
@@ -114,26 +116,26 @@ def test_a_request_is_answered_with_what_is_true_now() -> None:
 
 def test_a_maneuver_is_refused_while_disarmed_and_performed_when_armed() -> None:
     ring = Ring()
-    refused = ring.peer.perform(SPIN)
+    refused = perform(ring.peer, SPIN)
     ring.until(lambda: refused.done)
     assert refused.reason is Reason.DISARMED
     ring.ask(ring.peer.arm())
-    result = ring.ask(ring.peer.perform(SPIN))
+    result = ring.ask(perform(ring.peer, SPIN))
     assert (result.outcome, result.done, result.samples[:3]) == (Outcome.COMPLETED, 2, (10, 10, 0))
 
 
 def test_the_memory_survives_the_power_switch() -> None:
     ring = Ring()
-    ring.ask(ring.peer.write_memory(ANY_STIMULUS, 1, SPIN))
-    ring.ask(ring.peer.write_memory(2, 3, SPIN))
-    first = [ring.ask(ring.peer.read_memory(index)) for index in range(2)]
+    ring.ask(write_memory(ring.peer, ANY_STIMULUS, 1, SPIN))
+    ring.ask(write_memory(ring.peer, 2, 3, SPIN))
+    first = [ring.ask(read_memory(ring.peer, index)) for index in range(2)]
     ring.run(2.0)
     ring.world.device.power_cycle()
     ring.until(lambda: PeerBack in ring.notices())
-    again = [ring.ask(ring.peer.read_memory(index)) for index in range(2)]
+    again = [ring.ask(read_memory(ring.peer, index)) for index in range(2)]
     assert [entry.checksum for entry in again] == [entry.checksum for entry in first]
-    ring.ask(ring.peer.erase_memory())
-    gone = ring.peer.read_memory(0)
+    ring.ask(erase_memory(ring.peer))
+    gone = read_memory(ring.peer, 0)
     ring.until(lambda: gone.done)
     assert gone.reason is Reason.NOT_FOUND
 
@@ -141,7 +143,7 @@ def test_the_memory_survives_the_power_switch() -> None:
 def test_the_referee_begins_a_bout_once_for_each_request() -> None:
     ring = Ring(BAD_LINE)
     for bout in range(1, 30):
-        ring.ask(ring.peer.reset_bout(bout))
+        ring.ask(reset_bout(ring.peer, bout))
     state = ring.ask(ring.peer.request(RefereeState, REFEREE_COMPONENT))
     assert (state.bout, state.phase) == (29, Phase.RUNNING)
 
@@ -151,8 +153,8 @@ def test_a_bad_line_performs_every_maneuver_exactly_once() -> None:
     ring.ask(ring.peer.arm())
     for number in range(200):
         if number % 10 == 0:
-            ring.ask(ring.peer.reset_bout(number))
-        assert ring.ask(ring.peer.perform(SPIN)).done == 2
+            ring.ask(reset_bout(ring.peer, number))
+        assert ring.ask(perform(ring.peer, SPIN)).done == 2
     status = ring.ask(ring.peer.request(RobotStatus))
     assert status.maneuvers == 200
     results = [e for e in ring.events if isinstance(e, Received) and isinstance(e.message, JuniorManeuverResult)]
@@ -166,7 +168,7 @@ def test_a_bad_line_performs_every_maneuver_exactly_once() -> None:
 def test_an_armed_robot_is_kept_awake_over_a_bad_line() -> None:
     ring = Ring(BAD_LINE)
     ring.ask(ring.peer.arm())
-    ring.ask(ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False)))
+    ring.ask(perform(ring.peer, Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False)))
     assert ring.peer.heartbeat is not None
     assert ring.peer.armed
 
@@ -175,7 +177,7 @@ def test_a_restart_in_the_middle_of_a_maneuver_is_told_and_gone_on_from() -> Non
     ring = Ring()
     ring.ask(ring.peer.arm())
     ring.run(2.0)
-    ticket = ring.peer.perform(Maneuver((Action.R,) * 8, period=0.5))
+    ticket = perform(ring.peer, Maneuver((Action.R,) * 8, period=0.5))
     ring.run(0.5)
     assert any(ring.world.device.wheels)
     ring.world.device.power_cycle()
@@ -185,13 +187,13 @@ def test_a_restart_in_the_middle_of_a_maneuver_is_told_and_gone_on_from() -> Non
     assert ring.world.device.wheels == (0.0, 0.0)
     assert ring.peer.session == 402
     ring.ask(ring.peer.arm())
-    ring.ask(ring.peer.perform(SPIN))
+    ring.ask(perform(ring.peer, SPIN))
 
 
 def test_the_emergency_stop_acts_within_one_control_period() -> None:
     ring = Ring()
     ring.ask(ring.peer.arm())
-    ticket = ring.peer.perform(Maneuver((Action.R,) * 8, period=0.5))
+    ticket = perform(ring.peer, Maneuver((Action.R,) * 8, period=0.5))
     ring.run(0.3)
     assert any(ring.world.device.wheels)
     stop = ring.peer.emergency_stop()
@@ -224,7 +226,7 @@ def test_a_second_host_takes_over_and_the_first_is_told() -> None:
     second = Bridge(ring.link, ring.world, session=lambda: 9)
     while not (1 in second.peers and second.peers[1].ready):
         second.step(0.1)
-    ticket = ring.peer.erase_memory()
+    ticket = erase_memory(ring.peer)
     ring.until(lambda: ticket.done)
     assert ticket.reason is Reason.WRONG_SESSION
 
@@ -256,7 +258,7 @@ class Other:
 def test_another_program_of_the_same_system_id_keeps_no_robot_moving_whose_host_is_gone(said: list[Message]) -> None:
     ring = Ring()
     ring.ask(ring.peer.arm())
-    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    perform(ring.peer, Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
     ring.run(1.0)
     assert any(ring.world.device.wheels)
     other = Other(ring.world)  # our program has been killed: it says nothing any more
@@ -268,7 +270,7 @@ def test_a_stop_of_another_program_whose_order_was_heard_does_not_end_ours(monke
     """Our frame is lost, and the robot accepts what another program asks: the wheels may go on, and we know it."""
     ring = Ring()
     ring.ask(ring.peer.arm())
-    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    perform(ring.peer, Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
     ring.run(0.2)
     stop = ring.peer.emergency_stop()
     monkeypatch.setattr(ring.link, "write", lambda _: None)
@@ -287,7 +289,7 @@ def test_a_stop_of_another_program_whose_order_was_heard_does_not_end_ours(monke
 def test_a_ground_station_takes_the_robot_and_the_host_is_told() -> None:
     ring = Ring()
     ring.ask(ring.peer.arm())
-    ring.peer.perform(Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
+    perform(ring.peer, Maneuver((Action.R,) * 8, period=1.0, floor_reflex=False))
     ring.run(0.2)
     station = Other(ring.world)
     station.live(0.02, CommandLong(1, 1, Command.ARM_DISARM, param1=1.0))
@@ -297,7 +299,7 @@ def test_a_ground_station_takes_the_robot_and_the_host_is_told() -> None:
     station.live(0.26)
     assert ring.world.device.wheels == (0.0, 0.0)
     with pytest.raises(RefusedError, match="another host has taken it over"):
-        ring.ask(ring.peer.drive(0.1, 0.1, 0.1))
+        ring.ask(drive(ring.peer, 0.1, 0.1, 0.1))
     with pytest.raises(RefusedError):
         ring.ask(ring.peer.arm())
 

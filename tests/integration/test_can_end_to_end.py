@@ -15,13 +15,13 @@ from firmware_protocol.links.can import BUS_OFF, WELL
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import State
 from firmware_protocol.vocabulary import Outcome
-from firmware_protocol.wire import CAN
-from hil.bridge import Bridge
-from hil.clock import MonotonicClock
-from hil.coaching import Coaching, new_pal
+from firmware_protocol.wire.fields import CAN
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import MonotonicClock
 from hil.mcaplog.reader import LogReader
-from hil.recorder import Recorder
-from hil.ring import open_ring
+from hil.recording.recorder import Recorder
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.endpoints import open_endpoint
 from simdevice.server import serve

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from firmware_protocol.can_frame import CanFrame, split_records
-from firmware_protocol.dbc import CanCodec
 from firmware_protocol.events import Received
 from firmware_protocol.messages import JuniorSensors
-from firmware_protocol.wire import CAN
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.fields import CAN
+from hil.bridge.clock import MonotonicClock
 from simdevice.endpoints import open_endpoint
 from simdevice.server import serve
 from simdevice.world import junior_world

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from hil.advice_file import load_advice
 from hil.cli.app import run
 from hil.cli.running import ActiveRun
-from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader, differences
 from hil.runs import load_run
+from hil.sumo.advice_file import load_advice
+from hil.sumo.coaching import load_checkpoint
 
 COACH = ("coach", "--budget", "60", "--held-out", "2", "--no-report")
 
@@ -259,7 +259,7 @@ def test_log_and_report_are_never_those_of_the_run_before(
     def full(_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    monkeypatch.setattr("hil.files.outputs.Output.finish", full)
     monkeypatch.setattr("hil.recording.process.can_start", lambda: False)  # in this process, where the disk is full
     assert run([*short, "--seed", "2"]) == 4
     said = capsys.readouterr()

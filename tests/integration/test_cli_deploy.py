@@ -15,15 +15,15 @@ from firmware_protocol.events import Received
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import BoutOutcome, Heartbeat, State
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from hil import deploying
-from hil.advice_file import save_advice
-from hil.bridge import Bridge
+from hil.bridge.bridge import Bridge
 from hil.cli.app import run
-from hil.contest import Ending, follow_contest, start_contest
-from hil.deploying import deploy, read_memory
 from hil.jobs.deploy import look_on
-from hil.junior import Junior
 from hil.mcaplog import LogReader
+from hil.sumo import deploying
+from hil.sumo.advice_file import save_advice
+from hil.sumo.contest import Ending, follow_contest, start_contest
+from hil.sumo.deploying import deploy, read_memory
+from hil.sumo.junior import Junior
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.crowd import Crowd
 from simdevice.endpoints import PtyEndpoint

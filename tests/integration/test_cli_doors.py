@@ -16,9 +16,9 @@ from firmware_protocol.address import parse_address, whole_number
 from firmware_protocol.errors import AddressError
 from hil.cli import common
 from hil.cli.app import run
-from hil.connecting import connect
-from hil.keys import pressed_keys
-from hil.memory_file import MemoryFileError, load_memory
+from hil.connecting.connecting import connect
+from hil.files.memory_file import MemoryFileError, load_memory
+from hil.terminal.keys import pressed_keys
 from simdevice.board import NVM_SIZE
 from simdevice.endpoints import open_endpoint
 

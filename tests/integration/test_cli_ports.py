@@ -14,9 +14,9 @@ from signed_pair import KEY
 
 from firmware_protocol.link import open_link
 from firmware_protocol.links.serial import SerialPort
+from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
-from hil.clock import MonotonicClock
-from hil.places import present
+from hil.connecting.places import present
 from simdevice.endpoints import Endpoint, PtyEndpoint, open_endpoint
 from simdevice.server import serve
 from simdevice.world import junior_world
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from hil.pytest_plugin import ServedJunior
 
 NEEDS_PTY = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")

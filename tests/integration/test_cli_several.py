@@ -35,7 +35,7 @@ def test_param_says_which_robot_it_took_and_how_to_take_another(printed: pytest.
 
 
 def test_on_can_the_other_is_named_by_its_node() -> None:
-    from hil.connecting import with_system  # noqa: PLC0415
+    from hil.connecting.connecting import with_system  # noqa: PLC0415
 
     assert with_system("can://virtual/a?port=3&node=1", 2) == "can://virtual/a?port=3&node=2"
     assert with_system("tcp://127.0.0.1:5760", 2) == "tcp://127.0.0.1:5760?system=2"

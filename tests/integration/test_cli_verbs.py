@@ -16,7 +16,7 @@ import pytest
 
 from firmware_protocol.parameters import PARAMETERS
 from hil.cli.app import app, run
-from hil.connecting import connect
+from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
 from simdevice.endpoints import PtyEndpoint
 

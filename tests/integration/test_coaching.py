@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 import hil
-from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
-from hil.ring import RingError, open_ring
+from hil.sumo.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
+from hil.sumo.ring import RingError, open_ring
 from pal_advisor.maneuvers import Objective, PalSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hil.bouts import Bout
-    from hil.ring import Engagement
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Engagement
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 URL = "sim://junior?opponent=flat-light&seed=3"
@@ -42,7 +42,13 @@ class CutAfter:
     def checkpoint(self, used: int, digest: str) -> None:
         pass
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,  # noqa: ARG002
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,  # noqa: ARG002
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         self.left -= 1
         if self.left == 0:
             raise Cut

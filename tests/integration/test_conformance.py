@@ -19,12 +19,12 @@ from signed_pair import KEY
 from firmware_protocol.address import parse_address
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
-from firmware_protocol.signing import Signing, virtual_time
 from firmware_protocol.vocabulary import Action
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.signing import Signing, virtual_time
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from hil.connecting import DEFAULT_URL, AddressOpener
+from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
 from simdevice.world import junior_world
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from mutants import Build
 
     from firmware_protocol.link import Link
-    from firmware_protocol.signing import SigningKey
+    from firmware_protocol.wire.signing import SigningKey
     from hil.conformance import Verdict
     from simdevice.world import World
 

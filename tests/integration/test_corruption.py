@@ -11,7 +11,6 @@ from fastcrc.crc16 import mcrf4xx
 from firmware_bench import HOST, SESSION, FirmwareBench
 
 from firmware_protocol.events import Rejected
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -27,9 +26,10 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 FRAMES: Final = 20_000
 HEADER, TRAILER = 10, 2

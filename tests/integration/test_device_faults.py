@@ -11,20 +11,20 @@ import pytest
 import hil
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, PeerLostError, RefusedError
-from firmware_protocol.failures import FailureType
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.failures import FailureType
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.links import FaultyLink, MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import Command, CommandLong, Heartbeat, State
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
 from hil.cli.app import run
-from hil.coaching import Coaching, new_pal
-from hil.connecting import fault_option
+from hil.connecting.connecting import fault_option
 from hil.mcaplog.reader import LogReader
-from hil.networks import Networks
-from hil.recorder import Recorder
-from hil.ring import open_ring
-from hil.robots import Robots
+from hil.recording.recorder import Recorder
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.ring import open_ring
+from hil.sumo.robots import Robots
 from pal_advisor.maneuvers import PalSettings
 from simdevice.crowd import Crowd
 from simdevice.period import PERIOD

@@ -14,14 +14,14 @@ from serving import in_thread
 import hil
 from firmware_protocol.errors import HilError
 from firmware_protocol.links.serial import SerialLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import HOST_COMPONENT, ROBOT_COMPONENT, Heartbeat, JuniorSensors, RobotStatus, State
-from firmware_protocol.peer import HOST_HEARTBEAT
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from hil.advice_file import save_advice
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
-from hil.connecting import connect
-from hil.connecting_all import connect_all
+from hil.connecting.connecting import connect
+from hil.connecting.connecting_all import connect_all
+from hil.sumo.advice_file import save_advice
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.admission import HELD
 from simdevice.endpoints import PtyEndpoint, TcpEndpoint
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 pytestmark = [
     pytest.mark.slow,

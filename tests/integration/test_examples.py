@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from firmware_protocol.mavlink_layout import crc_extra, payload_length
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, JuniorSensors
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink_layout import crc_extra, payload_length
 
 if TYPE_CHECKING:
     from hil.pytest_plugin import ServedJunior

@@ -7,7 +7,7 @@ import pytest
 import hil
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import State
-from hil.bridge import Bridge
+from hil.bridge.bridge import Bridge
 from simdevice.world import junior_world
 
 

@@ -17,11 +17,11 @@ from processes import Program
 
 from firmware_protocol import parameters
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.wire import MAVLINK
-from hil.bridge import Bridge
+from firmware_protocol.wire.fields import MAVLINK
+from hil.bridge.bridge import Bridge
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from hil.junior import Junior
+from hil.sumo.junior import Junior
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NEEDS_PTY = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")

@@ -12,13 +12,13 @@ import pytest
 
 # Loaded before the inner runs, which forget what they have loaded themselves.
 import firmware_protocol.links.faulty  # noqa: F401
-import hil.ring
+import hil.sumo.ring
 import simdevice.server
 import simdevice.world
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
-from firmware_protocol.signing import SigningKey
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.signing import SigningKey
+from hil.bridge.clock import MonotonicClock
 from simdevice.endpoints import TcpEndpoint
 
 if TYPE_CHECKING:
@@ -142,12 +142,13 @@ def test_a_robot_left_armed_fails_the_test(pytester: pytest.Pytester) -> None:
 def test_wheels_that_go_on_turning_fail_the_test(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("""
         from firmware_protocol.messages import ContestCommand
+        from firmware_protocol.roles.junior import contest, write_memory
         from hil import Maneuver, Action
 
         def test_contest(junior):
-            junior.finish(junior.peer.write_memory(255, 0, Maneuver((Action.L,))))
+            junior.finish(write_memory(junior.peer, 255, 0, Maneuver((Action.L,))))
             junior.arm()
-            junior.finish(junior.peer.contest(ContestCommand.START, countdown=0.0))
+            junior.finish(contest(junior.peer, ContestCommand.START, countdown=0.0))
             junior.wait(0.1)
             junior.bridge.close()
     """)

@@ -12,7 +12,7 @@ import pytest
 import simdevice.world  # noqa: F401
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.cli.app import run as run_hil
-from hil.controllers import ChaseController
+from hil.sumo.controllers import ChaseController
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -13,13 +13,13 @@ from processes import Hil
 from serving import Stepped, in_thread
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat, State
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
-from hil.coaching import load_checkpoint
 from hil.mcaplog import LogReader
 from hil.mcaplog.writer import CUT
 from hil.runs import load_run
+from hil.sumo.coaching import load_checkpoint
 from simdevice.endpoints import open_endpoint
 from simdevice.world import junior_world
 

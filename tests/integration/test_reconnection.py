@@ -20,10 +20,11 @@ from serving import Stepped, in_thread
 import hil
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
+from firmware_protocol.roles.junior import perform
 from hil.cli.app import run
-from hil.coaching import Coaching, load_checkpoint, new_pal
 from hil.mcaplog import LogReader
-from hil.ring import open_ring
+from hil.sumo.coaching import Coaching, load_checkpoint, new_pal
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.endpoints import TcpEndpoint
 from simdevice.world import junior_world
@@ -93,7 +94,7 @@ def test_the_wheels_are_off_when_the_plug_is_out_and_stay_so_until_somebody_arms
         world: Any = junior.bridge.link._inner._device  # type: ignore[attr-defined]
         junior.arm()
         junior.drive(0.5, 0.5, 0.5)
-        maneuver = junior.peer.perform(hil.Maneuver((hil.Action.FF,) * 8, period=1.0, floor_reflex=False))
+        maneuver = perform(junior.peer, hil.Maneuver((hil.Action.FF,) * 8, period=1.0, floor_reflex=False))
         moved: list[float] = []
         live = world.run
 

@@ -16,11 +16,8 @@ from edited_logs import RX, STEP, TX, EditedLog
 from fastcrc.crc16 import mcrf4xx
 
 import hil
-import hil.bridge
-from firmware_protocol.codec import open_codec
+import hil.bridge.bridge
 from firmware_protocol.events import Received
-from firmware_protocol.exchange import Exchange
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -30,8 +27,11 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotSession,
 )
-from firmware_protocol.peer import KEEP_ALIVE
-from hil.bridge import Bridge
+from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.timing import KEEP_ALIVE
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.mavlink_layout import crc_extra
+from hil.bridge.bridge import Bridge
 from hil.cli.app import run as run_hil
 from hil.replaying.network import ReplayClock
 from hil.seeds import generator
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.events import Event
-    from firmware_protocol.exchange import Retry
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.exchange import Retry
+    from firmware_protocol.wire.fields import Message
     from hil.replaying.difference import Difference
 
 LOGS: Final = Path(__file__).parents[1] / "replay_logs"
@@ -226,7 +226,7 @@ def test_the_last_bit_of_one_setting(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["lockstep", "pty"])
 def test_a_keep_alive_a_millisecond_later(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hil.bridge, "KEEP_ALIVE", KEEP_ALIVE + 0.001)
+    monkeypatch.setattr(hil.bridge.bridge, "KEEP_ALIVE", KEEP_ALIVE + 0.001)
     found = difference(LOGS / f"{name}.mcap")
     log = kept(name)
     alive = [place for place in log.places(TX) if any(isinstance(one, RobotAlive) for one in said(log, place))]
@@ -325,7 +325,7 @@ def test_two_random_draws_that_change_places(at: int, monkeypatch: pytest.Monkey
                 return super().random()
             return self.kept if self.drawn == at + 1 else super().random()
 
-    monkeypatch.setattr("hil.coaching.generator", lambda *args: Swapping(generator(*args).bit_generator))
+    monkeypatch.setattr("hil.sumo.coaching.generator", lambda *args: Swapping(generator(*args).bit_generator))
     found = difference(LOGS / "lockstep.mcap")
     log = kept("lockstep")
     told = log.places("/pal/credit")[at]  # when it is told of a trial, it draws whether the next is to be the best known

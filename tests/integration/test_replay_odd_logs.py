@@ -26,7 +26,7 @@ from hil.mcaplog.records import EventRecord
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import slim
 from hil.mcaplog.writer import CUT
-from hil.recorder import Recorder
+from hil.recording.recorder import Recorder
 from hil.replaying.comparison import decides
 from hil.replaying.difference import same
 from hil.replaying.tape import ReplayError

@@ -9,8 +9,8 @@ import pytest
 
 import hil
 from hil.cli.app import run
-from hil.controllers import ChaseController
 from hil.mcaplog import LogReader
+from hil.sumo.controllers import ChaseController
 
 if TYPE_CHECKING:
     from pathlib import Path

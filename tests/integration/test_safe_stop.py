@@ -10,7 +10,6 @@ import pytest
 import hil
 from firmware_protocol.errors import LinkClosedError, PeerError, RefusedError
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -21,7 +20,9 @@ from firmware_protocol.messages import (
     ManualControl,
     State,
 )
-from hil.bridge import Bridge
+from firmware_protocol.roles.junior import perform
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def performing(watched: Watched) -> hil.Junior:
     """Connected, armed, and 0.4 s into a maneuver of four."""
     junior = connect(watched)
     junior.arm()
-    junior.peer.perform(AHEAD)
+    perform(junior.peer, AHEAD)
     junior.wait(0.4)
     assert watched.wheels == (1.0, 1.0)
     return junior

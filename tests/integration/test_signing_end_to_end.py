@@ -23,16 +23,16 @@ from firmware_protocol.events import Received
 from firmware_protocol.link import open_link
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import OpponentCode, Ping, RobotStatus, SetupSigning
-from firmware_protocol.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
+from firmware_protocol.wire.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
+from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
-from hil.clock import MonotonicClock
-from hil.coaching import Coaching, new_pal
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from hil.connecting import connect
-from hil.key_file import KeyFileError, create_key, load_key
+from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
-from hil.recorder import Recorder
-from hil.ring import open_ring
+from hil.recording.recorder import Recorder
+from hil.signing.key_file import KeyFileError, create_key, load_key
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.crowd import Crowd
 from simdevice.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
@@ -245,7 +245,7 @@ def test_a_key_that_passes_is_in_no_log_and_no_text(folder: Path) -> None:
 
 def _received(message: object) -> Any:  # noqa: ANN401
     from firmware_protocol.events import Received  # noqa: PLC0415
-    from firmware_protocol.mavlink import MavlinkCodec  # noqa: PLC0415
+    from firmware_protocol.wire.mavlink import MavlinkCodec  # noqa: PLC0415
 
     frame = MavlinkCodec(system=255, component=190).encode(message)  # type: ignore[arg-type]
     return Received(message, 255, 190, 0, 0.0, frame)  # type: ignore[arg-type]

@@ -13,12 +13,12 @@ import pytest
 import serial
 
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import AutopilotVersion, Command, CommandLong, JuniorSensors, Statustext
-from firmware_protocol.signing import Signing, SigningKey
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import Signing, SigningKey
 from simdevice.admission import HELD, SERVER_LINK, TAKEN_OVER
 from simdevice.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, UdpEndpoint, open_endpoint
 from simdevice.server import Server, serve, wait_readable
@@ -27,7 +27,7 @@ from simdevice.world import junior_world
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="there are no ptys on Windows")
 ASK = CommandLong(1, 1, Command.REQUEST_MESSAGE, param1=float(AutopilotVersion.ID))

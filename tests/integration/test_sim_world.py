@@ -10,7 +10,6 @@ from typing import TypeVar
 import pytest
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     AckResult,
     AutopilotVersion,
@@ -33,7 +32,8 @@ from firmware_protocol.messages import (
     RobotStatus,
     SensorFlag,
 )
-from firmware_protocol.wire import Message
+from firmware_protocol.wire.fields import Message
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior import JuniorProfile
 from simdevice.world import World, junior_world
 

@@ -13,9 +13,9 @@ from serving import served
 import hil
 from firmware_protocol.events import PeerLost
 from firmware_protocol.messages import JuniorSensors, State
-from hil.advice_file import load_advice
 from hil.cli.app import run
 from hil.mcaplog import LogReader
+from hil.sumo.advice_file import load_advice
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -21,8 +21,8 @@ from processes import PATIENCE, Hil, Program
 from serving import Stepped, in_thread
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import ROBOT_COMPONENT, Heartbeat, State
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.endpoints import PtyEndpoint
 from simdevice.world import junior_world
 
@@ -303,7 +303,7 @@ def test_coaching_and_bouts_go_on_after_they_were_stopped(verb: list[str], figur
 
 def test_a_command_that_is_stuck_is_stopped_all_the_same(tmp_path: Path) -> None:
     then = """
-    from hil.suspending import Suspension
+    from hil.terminal.suspending import Suspension
     suspension = Suspension(
         junior.bridge.operator, lambda: [junior], lambda: [junior.bridge], junior.step, junior.now
     )

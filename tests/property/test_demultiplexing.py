@@ -11,18 +11,18 @@ from scripted_robot import ScriptedRobot
 
 from firmware_protocol.events import Received
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import JuniorSensors
-from hil.bridge import Bridge
-from hil.networks import Networks
-from hil.robots import Robots
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
+from hil.sumo.robots import Robots
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.events import Event
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.wire.fields import Message
 
 OPERATIONS = ("sensors", "status", "parameter", "perform", "ping", "set", "silence", "speak", "pass")
 

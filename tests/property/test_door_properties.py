@@ -16,11 +16,10 @@ from report_logs import coaching_log
 
 from firmware_protocol.errors import FaultSpecError
 from firmware_protocol.vocabulary import ActionTally
-from hil.advice_file import AdviceFileError, load_advice, save_advice
-from hil.coaching import CheckpointError, load_checkpoint
-from hil.config_file import ConfigFileError, load_config
-from hil.fault_file import load_faults
-from hil.key_file import KeyFileError, load_key
+from hil.files.config_file import ConfigFileError, load_config
+from hil.files.fault_file import load_faults
+from hil.files.memory_file import MemoryFileError, load_memory
+from hil.files.parameter_loading import ParameterLoadError, read_parameters
 from hil.mcaplog import LogError, compare_logs
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.checking.rules import OURS
@@ -28,10 +27,11 @@ from hil.mcaplog.flattening import write_tables
 from hil.mcaplog.overview import overview
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import slim
-from hil.memory_file import MemoryFileError, load_memory
-from hil.parameter_loading import ParameterLoadError, read_parameters
 from hil.report.gather import gather
 from hil.report.words import bout_table, effort_table, event_table, learnt_table, link_table, metadata_tables, summary, title_of
+from hil.signing.key_file import KeyFileError, load_key
+from hil.sumo.advice_file import AdviceFileError, load_advice, save_advice
+from hil.sumo.coaching import CheckpointError, load_checkpoint
 from pal_advisor.maneuvers import Pal, PalSettings, Performance
 
 if TYPE_CHECKING:

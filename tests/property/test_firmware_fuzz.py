@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import Command, CommandLong, Ping, State
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
 from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:

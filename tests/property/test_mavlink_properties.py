@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.generate.vectors import vectors
-from firmware_protocol.mavlink import HOLD_BACK, MavlinkCodec
-from firmware_protocol.mavlink_layout import raw_limits
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire import Message, Wire, wire_fields
+from firmware_protocol.wire.fields import Message, Wire, wire_fields
+from firmware_protocol.wire.mavlink import HOLD_BACK, MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import raw_limits
 
 FRAMES = [vector.frame for vector in vectors()]
 

@@ -11,10 +11,11 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.events import Received
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import JuniorManeuverResult
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
 
 QUICK = Maneuver((Action.F,), period=0.03, floor_reflex=False)
 
@@ -88,7 +89,7 @@ def test_every_maneuver_once(down: list[str], up: list[str]) -> None:
             ticket.value()
             done, ticket = done + 1, None
         if ticket is None and done < 6 and 1 in bridge.peers and bridge.peers[1].ready:
-            ticket = bridge.peers[1].perform(QUICK)
+            ticket = perform(bridge.peers[1], QUICK)
     assert len(robot.performed) == 6
     assert len(set(robot.performed)) == 6
     assert results == [sequence for _, sequence in robot.performed]

@@ -14,21 +14,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from quiet_tap import QuietTap
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import JuniorManeuverResult, Ping, RefereeState, SetupSigning, Statustext
-from firmware_protocol.payload import PAYLOADS
-from firmware_protocol.signing import Signing, SigningKey, redacted, setup_signing
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.bridge import Bridge
-from hil.redaction import Redaction
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
+from firmware_protocol.wire.mavlink_layout import crc_extra
+from firmware_protocol.wire.payload import PAYLOADS
+from firmware_protocol.wire.signing import Signing, SigningKey, redacted, setup_signing
+from hil.bridge.bridge import Bridge
+from hil.bridge.redaction import Redaction
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 KEY = SigningKey(bytes(range(1, 33)))
 SECRET = KEY.secret

@@ -11,9 +11,9 @@ from signed_pair import END, KEY, NOW, signed_at, signed_codec
 
 from firmware_protocol.events import Received
 from firmware_protocol.generate.vectors import vectors
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import Ping
-from firmware_protocol.signing import OLDEST, TIME_LIMIT, Signing
+from firmware_protocol.wire.mavlink import split_frames
+from firmware_protocol.wire.signing import OLDEST, TIME_LIMIT, Signing
 from simdevice._host import lib
 
 MESSAGES = [vector.message for vector in vectors()]

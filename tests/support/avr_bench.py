@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, cast
 from firmware_bench import HOST, SESSION, TICK, FirmwareBench
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Reason, RobotAck
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.avr_board import AvrBoard
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
     from simdevice.avr_build import AvrFirmware
     from simdevice.faults import Readings
     from simdevice.motors import Motors

@@ -17,8 +17,8 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import SysStatus
+from firmware_protocol.wire.mavlink import split_frames
 from simdevice.avr_board import AvrBoard, battery_counts
 from simdevice.board import Board
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from firmware_bench import FirmwareBench
 
-from firmware_protocol.can_frame import CanFrame, pack_frames, split_records
-from firmware_protocol.dbc import CanCodec
 from firmware_protocol.messages import RobotStatus
+from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
+from firmware_protocol.wire.dbc import CanCodec
 from simdevice._host import ffi
 
 

@@ -6,7 +6,7 @@ from typing import Final
 
 from mutants import Mutant
 
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.fields import CAN
 
 
 def _mutant(caught_by: str, fault: str, before: str, after: str) -> Mutant:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import pytest
 from client_programs import Program
 
-from hil.clock import MonotonicClock
+from hil.bridge.clock import MonotonicClock
 from simdevice.endpoints import open_endpoint
 from simdevice.server import serve
 from simdevice.world import World, junior_world

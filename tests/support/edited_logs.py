@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from mcap.reader import NonSeekingReader
 from mcap.writer import Writer
 
+from hil.bridge.taps import NOTHING
 from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import compile_encoder, step_encoder
 from hil.mcaplog.records import (
@@ -25,7 +26,6 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import record_schema
-from hil.taps import NOTHING
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

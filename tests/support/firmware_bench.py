@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     AckResult,
     Command,
@@ -32,14 +30,16 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from firmware_protocol.wire import wire_order
+from firmware_protocol.wire.fields import wire_order
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import crc_extra
 from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.codec import Codec
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.codec import Codec
+    from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
 

@@ -27,10 +27,10 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS
+from hil.bridge.operator import INTERRUPT, Input
+from hil.bridge.taps import Circumstances, Opening
 from hil.mcaplog import LogReader
-from hil.operator import INTERRUPT, Input
-from hil.recorder import Recorder
-from hil.taps import Circumstances, Opening
+from hil.recording.recorder import Recorder
 from pal_advisor.maneuvers import GenerationRecord
 
 MET = Circumstances(

@@ -5,8 +5,8 @@
 `NOTES.json` then has the exit status, and of each thing that was asked for what it was and which of our modules asked.
 
 A module asks for something where its frame is the nearest of ours above the call: so what the standard library or another
-package does on a module's behalf is that module's. `hil.clock` asks on its caller's behalf. What the display on the terminal
-asks for (its refresh rate), what importing a module opens, and what the interpreter and pytest do, is nobody's.
+package does on a module's behalf is that module's. `hil.bridge.clock` asks on its caller's behalf. What the display
+on the terminal asks for (its refresh rate), what importing a module opens, and what the interpreter and pytest do, is nobody's.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 OURS: Final = frozenset({"firmware_protocol", "hil", "pal_advisor", "simdevice"})
 """Our packages."""
-THROUGH: Final = frozenset({"hil.clock"})
+THROUGH: Final = frozenset({"hil.bridge.clock"})
 """Modules that ask on their callers' behalf."""
 DISPLAYS: Final = frozenset({"rich", "typer", "click"})
 """Packages that draw on the terminal, and decide nothing."""

@@ -7,7 +7,7 @@ from typing import Final
 
 from mutants import Mutant
 
-from firmware_protocol.wire import CAN
+from firmware_protocol.wire.fields import CAN
 from hil.conformance import CHECKS
 
 NEED_SOURCES: Final = {

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.codec import open_codec
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -30,7 +29,8 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.junior import JuniorProfile
 from simdevice.kernel.world import KernelWorld
 from simdevice.second import REFLEXES
@@ -39,7 +39,7 @@ from simdevice.world import World
 if TYPE_CHECKING:
     import random
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 Chunks = list[tuple[float, bytes]]
 HOST = 7

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Final, Protocol
 import pytest
 from serving import MULTICAST
 
-from firmware_protocol.can_frame import CanFrame
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import MemoryLink, UdpLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Ping
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.clock import MonotonicClock
 from simdevice.can_endpoints import SlcanEndpoint
 
 if TYPE_CHECKING:

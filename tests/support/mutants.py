@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 import cffi
 
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
-from firmware_protocol.wire import MAVLINK
+from firmware_protocol.wire.fields import MAVLINK
 from simdevice import _host
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.maneuver_fields import ManeuverReport
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
-from hil.ring import Engagement
+from hil.sumo.ring import Engagement
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,13 +18,17 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.peer import Peer
+from firmware_protocol.peer.peer import Peer
+from firmware_protocol.roles.table import ROLES
 
 if TYPE_CHECKING:
-    from firmware_protocol.connection import PeerState
+    from collections.abc import Sequence
+
     from firmware_protocol.events import Event
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.wire import Message
+    from firmware_protocol.peer.connection import PeerState
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.role import Role
+    from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
 
@@ -42,10 +46,10 @@ class Bench:
         shown: The messages it has passed on.
     """
 
-    def __init__(self, *, open_session: bool = True) -> None:
+    def __init__(self, *, open_session: bool = True, roles: Sequence[Role] = ROLES) -> None:
         self.clock = ManualClock(10.0)
         sessions = count(701)
-        self.peer = Peer(1, host=HOST_NUMBER, session=lambda: next(sessions), now=10.0, open_session=open_session)
+        self.peer = Peer(1, host=HOST_NUMBER, session=lambda: next(sessions), now=10.0, roles=roles, open_session=open_session)
         self.sent: list[Message] = []
         self.events: list[Event] = []
         self.shown: list[Message] = []
@@ -94,8 +98,8 @@ class Bench:
     def heartbeat(self, *, armed: bool = False, state: State = State.READY) -> None:
         self.heard(Heartbeat(10, 0, 128 * armed, int(state), 3))
 
-    def version(self, major: int = 2, minor: int = 0, uid: int = 0) -> None:
-        self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16, uid=uid))
+    def version(self, major: int = 2, minor: int = 0, uid: int = 0, product: int = 0) -> None:
+        self.heard(AutopilotVersion(0, 1, major << 24 | minor << 16, uid=uid, product_id=product))
 
     def answer_to(self, message: type[Message], sequence: int, result: int = 0, reason: int = 0) -> RobotAck:
         session = self.last(RobotSession).session if message is RobotSession else self.peer.session

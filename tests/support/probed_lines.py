@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.codec import open_codec
 from firmware_protocol.link import Link
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from firmware_protocol.wire.codec import open_codec
 from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
     from simdevice.world import World
 
 

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import LinkError
     from firmware_protocol.events import Event, Received, Rejected
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances, Opening
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances, Opening
 
 
 class QuietTap:

@@ -14,7 +14,7 @@ from firmware_protocol.messages import JuniorSensors, RobotAlive
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hil.recorder import Recorder
+    from hil.recording.recorder import Recorder
 
 ABOUT: dict[str, Any] = {"run": {"command": "a test"}, "config": {"seed": "1"}, "link": "memory:"}
 FRAME = bytes(range(48))

@@ -25,15 +25,15 @@ from firmware_protocol.messages import (
     SensorFlag,
 )
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
-from hil.bouts import Bout
-from hil.recorder import Recorder
-from hil.ring import Engagement
+from hil.recording.recorder import Recorder
+from hil.sumo.bouts import Bout
+from hil.sumo.ring import Engagement
 from pal_advisor.maneuvers import Pal, PalSettings, Performance
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 RUN = {"command": "hil coach --seed 3", "started": "2025-01-02T03:04:05+00:00"}
 CONFIG = {"version": "0.1.0", "protocol": "1.0", "seed": "3", "opponent": "flat-light", "objective": "outcome"}
@@ -91,7 +91,6 @@ def coaching_log(path: Path, budget: int = 240, seed: int = 3, *, close: bool = 
     pal = Pal(settings, rng)
     recorder = open_recorder(path)
     recorder.metadata("robot", {"uid": "42", "SPD_FAST": "1.0", "SPD_MODERATE": "0.7", "SPD_SLOW": "0.4", "SPD_TURN": "0.35"})
-    recorder.learning(settings)
     recorder.event(PeerFound(1, 0.0))
     recorder.series("coaching")
     wire = Wire(recorder)
@@ -143,7 +142,7 @@ def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:
         report = ManeuverReport(Outcome.COMPLETED, Reason.NONE, 4, (tally,) * 4, Stimulus(current), Stimulus(current))
         engagement = Engagement(report, Stimulus(current), outcome, elapsed, ox - start, 0.8)
         records = pal.tell(trial, performance)
-        recorder.trial(trial, engagement, performance)
+        recorder.trial(trial, engagement, performance, pal.rating)
         assert pal.credited is not None
         recorder.credit(pal.credited)
         for record in records:

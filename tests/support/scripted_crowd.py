@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scripted_robot import PERIOD, ScriptedRobot
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.errors import LinkError
-    from hil.pump import Chunk, Turn
+    from hil.bridge.pump import Chunk, Turn
 
 
 class Nowhere(Link):

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     AckResult,
     AutopilotVersion,
@@ -35,11 +34,12 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 PERIOD = 0.005
 

@@ -7,7 +7,7 @@ import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
-from hil.clock import MonotonicClock
+from hil.bridge.clock import MonotonicClock
 from simdevice.endpoints import open_endpoint
 from simdevice.server import Server
 from simdevice.world import junior_world

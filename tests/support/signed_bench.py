@@ -5,9 +5,9 @@ from __future__ import annotations
 from firmware_bench import BLANK, FirmwareBench
 from signed_pair import KEY, NOW, signed_codec
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Ping, RobotStatus
-from firmware_protocol.signing import SigningKey, setup_signing
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import SigningKey, setup_signing
 from simdevice._host import ffi, lib
 
 AHEAD = 458 << 16

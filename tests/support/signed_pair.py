@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 from typing import TYPE_CHECKING
 
-from firmware_protocol.mavlink import SignedMavlinkCodec
-from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
-from firmware_protocol.signing import Signing, SigningKey
+from firmware_protocol.wire.mavlink import SignedMavlinkCodec
+from firmware_protocol.wire.mavlink_layout import SIGNATURE_LENGTH
+from firmware_protocol.wire.signing import Signing, SigningKey
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 KEY = SigningKey(bytes(range(1, 33)))
 OTHER_KEY = SigningKey(bytes(range(2, 34)))

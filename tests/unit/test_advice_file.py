@@ -11,8 +11,8 @@ import pytest
 import tomli_w
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from hil.advice_file import AdviceFileError, load_advice, save_advice
-from hil.outputs import OutputExistsError
+from hil.files.outputs import OutputExistsError
+from hil.sumo.advice_file import AdviceFileError, load_advice, save_advice
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:

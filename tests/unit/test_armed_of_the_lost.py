@@ -8,12 +8,12 @@ import pytest
 from peer_bench import Bench
 from scripted_robot import ScriptedRobot
 
-from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.links import MemoryLink
-from hil.bridge import Bridge
-from hil.junior import Junior
-from hil.reopening import Reopening
+from firmware_protocol.peer.connection import PeerState
+from hil.bridge.bridge import Bridge
+from hil.bridge.reopening import Reopening
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,10 +10,10 @@ from paper_ring import PaperRing, engagement
 from firmware_protocol.errors import LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
-from hil.bouts import Bout, Tally, play
+from hil.sumo.bouts import Bout, Tally, play
 
 if TYPE_CHECKING:
-    from hil.ring import Ring
+    from hil.sumo.ring import Ring
 
 
 class Noting:

@@ -13,12 +13,10 @@ from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkTimeoutError, VersionError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
 from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
@@ -37,18 +35,22 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
 )
-from firmware_protocol.peer import KEEP_ALIVE
+from firmware_protocol.peer.connection import PeerState
+from firmware_protocol.peer.timing import KEEP_ALIVE
+from firmware_protocol.roles.junior import drive, perform
+from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.clock import MonotonicClock
-from hil.sessions import random_session
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import MonotonicClock
+from hil.bridge.sessions import random_session
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from firmware_protocol.exchange import Ticket
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances
+    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances
 
 T = TypeVar("T")
 QUICK = Maneuver((Action.F, Action.R), period=0.05, floor_reflex=False)
@@ -148,8 +150,8 @@ def test_a_whole_conversation() -> None:
     assert rig.ask(peer.list_parameters())["SPD_FAST"] == 1.0
     assert rig.ask(peer.set_parameter("SPD_SLOW", 0.5)) == 0.5
     for k in range(5):
-        assert rig.ask(peer.perform(QUICK)).sequence == 1 + 2 * k
-        rig.ask(peer.reset_bout(k))
+        assert rig.ask(perform(peer, QUICK)).sequence == 1 + 2 * k
+        rig.ask(reset_bout(peer, k))
     assert len(rig.robot.performed) == 5
     assert rig.ask(peer.request(RefereeState, 25)).bout == 1
     assert peer.counters.lost == 0
@@ -196,10 +198,10 @@ def _everything_works(robot: ScriptedRobot) -> None:
     rig.ask(peer.ping())
     assert len(rig.ask(peer.list_parameters())) == 3
     for k in range(3):
-        rig.ask(peer.reset_bout(k))
+        rig.ask(reset_bout(peer, k))
         rig.ask(peer.request(JuniorSensors))
-        rig.ask(peer.perform(QUICK))
-        rig.ask(peer.drive(0.1, 0.1, 0.05))
+        rig.ask(perform(peer, QUICK))
+        rig.ask(drive(peer, 0.1, 0.1, 0.05))
     assert len(robot.performed) == len(set(robot.performed)) == 3
     results = [e for e in rig.events if isinstance(e, Received) and isinstance(e.message, JuniorManeuverResult)]
     assert len(results) == 3
@@ -210,7 +212,7 @@ def test_under_heavy_faults_every_maneuver_is_performed_exactly_once() -> None:
     peer = rig.bridge.peers[1]
     rig.ask(peer.arm())
     for _ in range(60):
-        rig.ask(peer.perform(QUICK))
+        rig.ask(perform(peer, QUICK))
     assert len(rig.robot.performed) == len(set(rig.robot.performed)) == 60
     assert peer.counters.retries > 10
     assert peer.counters.lost > 50
@@ -222,7 +224,7 @@ def test_the_same_seed_gives_the_same_bytes_both_ways() -> None:
         rig = Rig(faults="drop:0.05,corrupt:0.01,jitter:0.02").connect()
         rig.ask(rig.bridge.peers[1].arm())
         for _ in range(5):
-            rig.ask(rig.bridge.peers[1].perform(QUICK))
+            rig.ask(perform(rig.bridge.peers[1], QUICK))
         return rig.log.rx, rig.log.tx
 
     assert bytes_of() == bytes_of()
@@ -298,7 +300,7 @@ def test_a_robot_that_restarts_gets_a_new_session() -> None:
     back = rig.log.events[-1]
     assert isinstance(back, PeerBack)
     assert back.rebooted
-    rig.ask(rig.bridge.peers[1].perform(QUICK))
+    rig.ask(perform(rig.bridge.peers[1], QUICK))
 
 
 def test_a_robot_of_another_version_is_met_but_not_used() -> None:
@@ -391,7 +393,7 @@ def test_a_message_of_ones_own_can_be_sent() -> None:
 
 def test_an_unplugged_robot_is_told_first_and_then_raised() -> None:
     rig = Rig(faults="unplug:0.5").connect()
-    ticket = rig.bridge.peers[1].perform(Maneuver((Action.F,), period=5.0))
+    ticket = perform(rig.bridge.peers[1], Maneuver((Action.F,), period=5.0))
     rig.until(lambda: ticket.done)
     lost = rig.log.events[-1]
     assert isinstance(lost, PeerLost)
@@ -475,7 +477,7 @@ def test_the_same_code_runs_in_real_time_over_a_pseudo_terminal() -> None:
         with Bridge(link, clock) as bridge:
             while clock.now() < 10 and not (1 in bridge.peers and bridge.peers[1].ready):
                 bridge.step(0.1)
-            ticket = bridge.peers[1].perform(QUICK)
+            ticket = perform(bridge.peers[1], QUICK)
             while not ticket.done:
                 bridge.step(0.1)
             assert ticket.value().session == bridge.peers[1].session

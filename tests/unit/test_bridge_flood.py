@@ -10,28 +10,29 @@ import pytest
 from quiet_tap import QuietTap
 from scripted_robot import ScriptedRobot
 
-import hil.pump as pump_module
+import hil.bridge.pump as pump_module
 from firmware_protocol.clock import ManualClock
-from firmware_protocol.commands import CommandExchange, RequestExchange
 from firmware_protocol.events import LinkNews, PeerLost, Received
-from firmware_protocol.exchange import Exchanges, Retry
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandAck, CommandLong, CommandResult, Heartbeat, JuniorSensors, RobotStatus
-from firmware_protocol.quality import Counters
-from hil.bridge import Bridge
-from hil.networks import Networks
-from hil.operator import Operator
-from hil.pump import SLICE
+from firmware_protocol.peer.commands import CommandExchange, RequestExchange
+from firmware_protocol.peer.exchange import Exchanges, Retry
+from firmware_protocol.peer.quality import Counters
+from firmware_protocol.roles.junior import drive
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
+from hil.bridge.operator import Operator
+from hil.bridge.pump import SLICE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Event
-    from firmware_protocol.peer import Peer
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances
 
 NOISE = random.Random(1).randbytes(5 * SLICE + 1000).replace(b"\xfd", b"\xfc")
 BEAT = Heartbeat(10, 0, 0, 0, 4)
@@ -171,8 +172,8 @@ def test_the_urgent_goes_first() -> None:
     [
         (lambda peer: peer.disarm(), True),
         (lambda peer: peer.emergency_stop(), True),
-        (lambda peer: peer.drive(0.0, 0.0, 0.0), True),
-        (lambda peer: peer.drive(0.1, 0.0, 0.2), False),
+        (lambda peer: drive(peer, 0.0, 0.0, 0.0), True),
+        (lambda peer: drive(peer, 0.1, 0.0, 0.2), False),
         (lambda peer: peer.arm(), False),
         (lambda peer: peer.request(RobotStatus), False),
     ],
@@ -187,8 +188,8 @@ def test_what_is_urgent(ask: Callable[[Peer], object], urgent: bool) -> None:  #
 
 def test_an_urgent_question_that_failed_unsent_is_urgent_no_more() -> None:
     rig = Flooded()
-    rig.peer.drive(0.0, 0.0, 0.0)
-    rig.peer.drive(0.1, 0.1, 0.1)
+    drive(rig.peer, 0.0, 0.0, 0.0)
+    drive(rig.peer, 0.1, 0.1, 0.1)
     assert not rig.bridge.urgent
 
 

@@ -10,10 +10,11 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import LinkClosedError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import split_frames
 from firmware_protocol.messages import JuniorManeuver, RobotSession, Statustext
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import split_frames
+from hil.bridge.bridge import Bridge
 
 QUICK = Maneuver((Action.F, Action.R), period=0.05, floor_reflex=False)
 
@@ -33,7 +34,7 @@ def test_beginning_anew_ends_what_was_open_and_leaves_a_robot_disarmed_in_a_new_
         ticket = peer.arm()
         while not ticket.done:
             bridge.step(0.1)
-        under_way = peer.perform(QUICK)
+        under_way = perform(peer, QUICK)
         bridge.begin_anew("this program was stopped")
         assert not bool(under_way.done)  # it acts with the next step
         heard = len(robot.heard)

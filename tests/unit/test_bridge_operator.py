@@ -16,19 +16,19 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.events import Received
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat
-from hil.bridge import Bridge
-from hil.junior import Junior
-from hil.networks import Networks
-from hil.operator import INTERRUPT, INTERRUPTED, Input, Operator
-from hil.pump import ThreadedPump
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
+from hil.bridge.operator import INTERRUPT, INTERRUPTED, Input, Operator
+from hil.bridge.pump import ThreadedPump
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.wire import Message
-    from hil.taps import Circumstances
+    from firmware_protocol.wire.fields import Message
+    from hil.bridge.taps import Circumstances
 
 BEAT = MavlinkCodec(system=3, component=1).encode(Heartbeat(10, 0, 0, 0, 4))
 

@@ -12,11 +12,12 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, PeerLostError
 from firmware_protocol.events import Event, LinkNews, PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Heartbeat, Ping, RobotSession
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.reopening import Reopening
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.bridge import Bridge
+from hil.bridge.reopening import Reopening
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -149,7 +150,7 @@ def rig() -> Rig:
 
 def test_a_loss_is_told_at_once_and_everything_open_fails(rig: Rig) -> None:
     peer = rig.bridge.peers[1]
-    ticket = peer.perform(Maneuver((Action.F,), period=1.0))
+    ticket = perform(peer, Maneuver((Action.F,), period=1.0))
     rig.run(0.3)
     rig.cable.swap(None)
     lost_at = rig.cable.now()
@@ -178,7 +179,7 @@ def test_the_robot_is_back_with_a_new_session_and_works(rig: Rig) -> None:
     assert rig.bridge.link is rig.cable.links[1]
     assert peer is rig.bridge.peers[1]
     assert peer.session not in {before, None}
-    ticket = peer.perform(Maneuver((Action.F,), period=0.05))
+    ticket = perform(peer, Maneuver((Action.F,), period=0.05))
     rig.until(lambda: ticket.done)
     assert ticket.value().session == peer.session
     assert peer.counters.lost == 0

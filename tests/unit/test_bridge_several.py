@@ -8,15 +8,15 @@ import pytest
 from scripted_crowd import ScriptedCrowd
 from scripted_robot import ScriptedRobot, sensors
 
-from firmware_protocol.dbc import CanCodec
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat, Ping, RobotAlive, RobotSession
-from firmware_protocol.peer import KEEP_ALIVE
-from hil.bridge import Bridge
-from hil.junior import Junior
+from firmware_protocol.peer.timing import KEEP_ALIVE
+from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.bridge import Bridge
+from hil.sumo.junior import Junior
 
 ALL = range(1, 6)
 

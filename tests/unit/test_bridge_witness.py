@@ -7,10 +7,10 @@ from scripted_robot import ScriptedRobot
 
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.wire import MAVLINK
-from hil.bridge import Bridge
-from hil.diagnosis import Kind, judge, lost
-from hil.junior import Junior
+from firmware_protocol.wire.fields import MAVLINK
+from hil.bridge.bridge import Bridge
+from hil.connecting.diagnosis import Kind, judge, lost
+from hil.sumo.junior import Junior
 
 
 class Line:
@@ -49,7 +49,7 @@ def test_nothing_is_taken_down_while_a_robot_can_be_used() -> None:
     with connected(line) as junior:
         junior.find()
         witness = junior.bridge.witness
-        assert witness.vehicles == witness.juniors == {1}
+        assert witness.vehicles == witness.robots == {1}
         before = witness.received
         junior.wait(1.0)
         assert junior.bridge.witness is witness

@@ -6,10 +6,6 @@ from dataclasses import replace
 
 import pytest
 
-from firmware_protocol import dbc
-from firmware_protocol.can_frame import CanFrame
-from firmware_protocol.can_transfer import Partial
-from firmware_protocol.dbc import PART_TIMEOUT, CanCodec
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.messages import (
@@ -26,7 +22,11 @@ from firmware_protocol.messages import (
     RobotStatus,
     Statustext,
 )
-from firmware_protocol.wire import Message
+from firmware_protocol.wire import dbc
+from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can_transfer import Partial
+from firmware_protocol.wire.dbc import PART_TIMEOUT, CanCodec
+from firmware_protocol.wire.fields import Message
 
 BEAT = Heartbeat(type=10, autopilot=0, base_mode=0, custom_mode=2, system_status=3)
 SENSORS = JuniorSensors(time=12.345, travel=(0.5, -0.25), eye=(1, 2), floor=(3, 4), battery=7.4, flags=771)

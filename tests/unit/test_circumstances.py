@@ -14,21 +14,22 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import LinkNews, Received, Rejected
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Heartbeat, JuniorManeuverResult, Ping
-from firmware_protocol.signing import Signing, SigningKey, setup_signing
+from firmware_protocol.roles.junior import perform
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.pump import Back, Lost
-from hil.reopening import Reopening
-from hil.taps import NOTHING, Circumstances, Opening
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import Signing, SigningKey, setup_signing
+from hil.bridge.bridge import Bridge
+from hil.bridge.pump import Back, Lost
+from hil.bridge.reopening import Reopening
+from hil.bridge.taps import NOTHING, Circumstances, Opening
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.events import Event
     from firmware_protocol.link import Link
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 BEAT = MavlinkCodec(system=3, component=1).encode(Heartbeat(10, 0, 0, 0, 4))
 GONE = LinkClosedError("nowhere:", "pulled")
@@ -262,7 +263,7 @@ def test_beginning_anew_comes_before_anything_is_taken_in_or_sent() -> None:
     with Bridge(MemoryLink(robot), robot, taps=[tap], session=iter(range(100, 200)).__next__) as bridge:
         while not (bridge.peers and bridge.peers[1].ready):
             bridge.step(0.1)
-        ticket = bridge.peers[1].perform(Maneuver((Action.F,), period=0.05, floor_reflex=False))
+        ticket = perform(bridge.peers[1], Maneuver((Action.F,), period=0.05, floor_reflex=False))
         while robot._result is None or robot.now() < robot._result_due - 1.5 * PERIOD:
             bridge.step(PERIOD)
         assert not ticket.done  # its result comes with the next bytes

@@ -19,15 +19,15 @@ SOURCES: Final = frozenset(
 )
 """Modules that tell the time or draw by chance, the machine's clock, the system's random bytes, a generator without a seed."""
 ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
-    "hil.clock": (frozenset({"time"}), "is the machine's clock, which bridges and probes read once a step"),
-    "hil.sessions": (frozenset({"secrets"}), "draws session numbers, of which bridges tell their taps"),
-    "hil.key_file": (
+    "hil.bridge.clock": (frozenset({"time"}), "is the machine's clock, which bridges and probes read once a step"),
+    "hil.bridge.sessions": (frozenset({"secrets"}), "draws session numbers, of which bridges tell their taps"),
+    "hil.signing.key_file": (
         frozenset({"secrets", "time"}),
         "draws new keys; reads the calendar once, of which a bridge tells its taps",
     ),
-    "hil.connecting": (frozenset({"MonotonicClock"}), "makes the clock that the bridge reads"),
-    "hil.connecting_all": (frozenset({"MonotonicClock"}), "makes the clock that the bridges read"),
-    "hil.discovery": (frozenset({"MonotonicClock"}), "looks for robots before there is a bridge"),
+    "hil.connecting.connecting": (frozenset({"MonotonicClock"}), "makes the clock that the bridge reads"),
+    "hil.connecting.connecting_all": (frozenset({"MonotonicClock"}), "makes the clock that the bridges read"),
+    "hil.connecting.discovery": (frozenset({"MonotonicClock"}), "looks for robots before there is a bridge"),
     "hil.pytest_plugin": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
     "hil.runs": (frozenset({"datetime"}), "names folders after the calendar time that it is given, and reads it back"),
     "hil.cli.emulate": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
@@ -88,7 +88,7 @@ MODULES = {
 
 
 def test_it_is_looked_everywhere() -> None:
-    assert {"hil", "hil.junior", "hil.cli.app", "hil.mcaplog.reader", "pal_advisor.maneuvers"} <= MODULES.keys()
+    assert {"hil", "hil.sumo.junior", "hil.cli.app", "hil.mcaplog.reader", "pal_advisor.maneuvers"} <= MODULES.keys()
 
 
 def test_nobody_reads_a_clock_or_draws_by_chance_who_may_not() -> None:
@@ -114,8 +114,8 @@ def test_the_adviser_never_does() -> None:
         ("import os, random as chance", {"random"}),
         ("from time import monotonic", {"time"}),
         ("from datetime import UTC, datetime", {"datetime"}),
-        ("from hil.clock import MonotonicClock", {"MonotonicClock"}),
-        ("import hil.clock\nclock = hil.clock.MonotonicClock()", {"MonotonicClock"}),
+        ("from hil.bridge.clock import MonotonicClock", {"MonotonicClock"}),
+        ("import hil.bridge.clock\nclock = hil.bridge.clock.MonotonicClock()", {"MonotonicClock"}),
         ("def f():\n    import secrets", {"secrets"}),
         ("import os\nos.urandom(4)", {"urandom"}),
         ("from os import urandom", {"urandom"}),
@@ -123,7 +123,7 @@ def test_the_adviser_never_does() -> None:
         ("import numpy as np\nnp.random.default_rng(seed)", set()),
         ("if TYPE_CHECKING:\n    from datetime import datetime", set()),
         ("if TYPE_CHECKING:\n    import time\nelse:\n    import random", {"random"}),
-        ("from hil.clock import LastReading", set()),
+        ("from hil.bridge.clock import LastReading", set()),
         ("from .time import zone", set()),
     ],
 )

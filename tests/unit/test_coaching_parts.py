@@ -12,9 +12,9 @@ from paper_ring import PaperRing, engagement
 from firmware_protocol.errors import HilError, LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome, Stimulus
-from hil.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
-from hil.ring import RingError
 from hil.seeds import Branch, bout_seed
+from hil.sumo.coaching import CheckpointError, Coaching, check_objective, load_checkpoint, new_pal
+from hil.sumo.ring import RingError
 from pal_advisor.maneuvers import Objective, PalSettings, Telling
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.vocabulary import Maneuver
-    from hil.bouts import Bout
-    from hil.ring import Engagement
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Engagement
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 SETTINGS = PalSettings(budget=20, population=4, elite=1)
@@ -50,7 +50,13 @@ class Notes:
     def checkpoint(self, used: int, digest: str) -> None:
         self.checkpoints.append((used, digest))
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance) -> None:  # noqa: ARG002
+    def trial(
+        self,
+        trial: Trial,  # noqa: ARG002
+        engagement: Engagement,  # noqa: ARG002
+        performance: Performance,
+        fitness: float,  # noqa: ARG002
+    ) -> None:
         self.trials.append(performance)
 
     def generation(self, record: GenerationRecord) -> None:
@@ -256,7 +262,7 @@ def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path, error: HilErro
 
 
 def test_without_a_referee_the_checkpoint_is_written_between_maneuvers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil.coaching.CHECKPOINT_EVERY", 1.0)
+    monkeypatch.setattr("hil.sumo.coaching.CHECKPOINT_EVERY", 1.0)
     path = tmp_path / "x.json"
     alone = PalSettings(budget=20, population=4, elite=1, objective=Objective.CONTACT)
     script: list[Engagement | BaseException] = [engagement(elapsed=None)] * 7

@@ -7,7 +7,7 @@ from can_mutants import CAN_MUTANTS
 from host_mutants import HOST_MUTANTS, NEED_SOURCES
 from mutants import MUTANTS
 
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.conformance import CHECKS, on_wire
 from hil.conformance.page import PAGE, renewed
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, FINE_ACTIONS, Action, Family, Maneuver, Stimulus
-from hil.controllers import AdviceController, ChaseController, RandomController
+from hil.sumo.controllers import AdviceController, ChaseController, RandomController
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 

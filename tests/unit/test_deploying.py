@@ -9,14 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.memory_table import MemorySlot, memory_checksum
+from firmware_protocol.roles.junior import write_memory
 from firmware_protocol.vocabulary import ANY_STIMULUS, BASIC_ACTIONS, Action, Maneuver
-from hil import deploying
-from hil.connecting import connect
-from hil.deploying import DeployError, deploy, plan_memory, read_memory
+from hil.connecting.connecting import connect
+from hil.sumo import deploying
+from hil.sumo.deploying import DeployError, deploy, plan_memory, read_memory
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 EYES = 3
 MANY = 300
@@ -100,7 +101,7 @@ def test_a_robot_holds_what_was_deployed_and_nothing_else() -> None:
     with connect("sim://junior?opponent=flat-light") as junior:
         assert read_memory(junior) == ([], memory_checksum([]))
         stale = Maneuver((Action.B,))
-        junior.finish(junior.peer.write_memory(2, 2, stale))
+        junior.finish(write_memory(junior.peer, 2, 2, stale))
         done = deploy(junior, SMALL)
         assert (done.written, done.kept, done.erased) == (4, 0, 1)
         assert read_memory(junior) == (list(done.plan.slots), done.checksum)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
@@ -17,16 +16,17 @@ from firmware_protocol.messages import (
     RobotStatus,
     Statustext,
 )
-from firmware_protocol.peer import HOST_HEARTBEAT
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.diagnosis import Diagnosis, Kind, Seen, judge, lost, nobody
-from hil.listening import LISTENER_SYSTEM
-from hil.witness import Witness, speaks_mavlink_1
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from hil.bridge.witness import Witness, speaks_mavlink_1
+from hil.connecting.diagnosis import Diagnosis, Kind, Seen, judge, lost, nobody
+from hil.connecting.listening import LISTENER_SYSTEM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 PORT, SOCKET = "serial:///dev/ttyS0:9600", "tcp://127.0.0.1:5760"
 ROVER = Heartbeat(10, 0, 0, 1, 3)

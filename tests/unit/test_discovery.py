@@ -15,11 +15,9 @@ from probed_lines import Driven, Rated, Shared
 from scripted_robot import ScriptedRobot
 from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
-from firmware_protocol.can_frame import CanFrame
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError
 from firmware_protocol.events import Received
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     ROBOT_COMPONENT,
     Command,
@@ -30,13 +28,15 @@ from firmware_protocol.messages import (
     RobotSession,
     State,
 )
-from firmware_protocol.peer import HOST_HEARTBEAT
-from firmware_protocol.signing import Signing
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.discovery import Finding, Status, probe, survey
-from hil.listening import Listener, Signed
-from hil.places import Place, named
-from hil.witness import framing, printable
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
+from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import Signing
+from hil.bridge.witness import framing, printable
+from hil.connecting.discovery import Finding, Status, probe, survey
+from hil.connecting.listening import Listener, Signed
+from hil.connecting.places import Place, named
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.signing import SigningKey
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.signing import SigningKey
     from simdevice.world import World
 
 SERIAL = Place("serial", "/dev/test", "serial:///dev/test:115200")

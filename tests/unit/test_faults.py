@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import FaultSpecError
-from firmware_protocol.faults import (
+from firmware_protocol.faults.spec import (
     LINE_FAULTS,
     SENSORS,
     SHARES,
@@ -25,7 +25,7 @@ from firmware_protocol.faults import (
     Unplug,
     WeakWheel,
 )
-from hil.fault_file import load_faults, read_faults
+from hil.files.fault_file import load_faults, read_faults
 
 EVERYTHING = FaultSpec(
     drop=0.05,

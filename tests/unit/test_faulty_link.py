@@ -9,12 +9,12 @@ import pytest
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
-from firmware_protocol.faults import Unplug
+from firmware_protocol.faults.spec import Unplug
 from firmware_protocol.link import Link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, Ping
-from hil.clock import MonotonicClock
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from hil.bridge.clock import MonotonicClock
 
 
 @dataclass

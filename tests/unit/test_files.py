@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from hil.outputs import replace_file
+from hil.files.outputs import replace_file
 
 if TYPE_CHECKING:
     from pathlib import Path

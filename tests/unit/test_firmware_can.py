@@ -10,10 +10,6 @@ from can_bench import CanBench
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import FirmwareBench
 
-from firmware_protocol import can_layout as layout
-from firmware_protocol.can_frame import RECORD_LENGTH, CanFrame
-from firmware_protocol.dbc import CanCodec
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     Heartbeat,
     JuniorSensors,
@@ -27,10 +23,14 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire import can_layout as layout
+from firmware_protocol.wire.can_frame import RECORD_LENGTH, CanFrame
+from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.mavlink_layout import crc_extra
 from simdevice._host import lib
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 
 @pytest.fixture

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from firmware_bench import HOST, TICK, FirmwareBench, forge
 
-from firmware_protocol.failures import FAILURES, INSTANCES, FailureType, FailureUnit, failing_part, failure_in_words
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.faults.failures import FAILURES, INSTANCES, FailureType, FailureUnit, failing_part, failure_in_words
 from firmware_protocol.messages import (
     Command,
     CommandAck,
@@ -22,6 +21,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import Action, Outcome, Stimulus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 OK, OFF, STUCK, GARBAGE, SLOW = FailureType.OK, FailureType.OFF, FailureType.STUCK, FailureType.GARBAGE, FailureType.SLOW
 

@@ -8,7 +8,6 @@ import pytest
 from firmware_bench import HOST, FirmwareBench
 
 from firmware_protocol.generate.vectors import Vector, vectors
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -18,7 +17,8 @@ from firmware_protocol.messages import (
     Ping,
     RobotStatus,
 )
-from firmware_protocol.wire import Direction
+from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from simdevice._host import ffi
 
 INBOUND = [vector for vector in vectors() if vector.message.DIRECTION is not Direction.UP and vector.message.ID < 47300]

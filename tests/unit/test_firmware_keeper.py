@@ -9,7 +9,6 @@ import pytest
 from can_bench import CanBench
 from firmware_bench import HEARTBEAT, HOST, HOST_NUMBER, SESSION, TICK, FirmwareBench, forge
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandAck,
@@ -29,9 +28,10 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 WATCHDOG = 250
 """ms of silence that stop a robot."""

@@ -11,8 +11,6 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 from firmware_bench import HOST, TICK, FirmwareBench, forge
 
-from firmware_protocol.mavlink import MavlinkCodec
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -39,10 +37,12 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import Action, Outcome
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import crc_extra
 from simdevice._host import ffi, lib
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 
 def sys_status(bench: FirmwareBench) -> SysStatus:

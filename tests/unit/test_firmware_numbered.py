@@ -23,7 +23,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import Action, Outcome
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 
 def session_message(session: int, major: int = 2, minor: int = 0) -> RobotSession:

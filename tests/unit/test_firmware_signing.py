@@ -8,7 +8,6 @@ from firmware_bench import BLANK, HOST
 from signed_bench import AHEAD, SignedBench
 from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     Command,
     CommandAck,
@@ -20,8 +19,9 @@ from firmware_protocol.messages import (
     SetupSigning,
     State,
 )
-from firmware_protocol.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
 from firmware_protocol.vocabulary import Action
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import OLDEST, TIME_LIMIT, SigningKey, setup_signing
 from simdevice._host import ffi, lib
 
 FAR = [END, TIME_LIMIT, TIME_LIMIT + (1 << 16), (END >> 16) - 458 << 16]

@@ -7,9 +7,9 @@ from firmware_bench import BLANK
 from signed_bench import AHEAD, SignedBench
 from signed_pair import KEY, NOW, OTHER_KEY, signed_codec
 
-from firmware_protocol.mavlink import MavlinkCodec, split_frames
 from firmware_protocol.messages import Command, Heartbeat, JuniorSensors, ParamSet, Ping, RobotStatus, SysStatus
-from firmware_protocol.signing import setup_signing
+from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
+from firmware_protocol.wire.signing import setup_signing
 from simdevice._host import ffi, lib
 
 SLOT = 35

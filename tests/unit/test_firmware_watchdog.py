@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from firmware_bench import HEARTBEAT, HOST, TICK, FirmwareBench
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     ContestCommand,
     JuniorManeuverResult,
@@ -17,6 +16,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import Action, Outcome
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 
 def silent_ticks(bench: FirmwareBench, raw: bytes = b"") -> int:

@@ -6,8 +6,8 @@ import pytest
 from firmware_bench import FirmwareBench
 from peer_bench import Bench
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, Ping, RobotStatus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 STEPS = (2, 64, 65, 100, 127)
 

@@ -6,8 +6,8 @@ import signal
 
 import pytest
 
-from hil.interrupts import SIGNALS, interrupts
-from hil.operator import INTERRUPT, Input, Operator
+from hil.bridge.operator import INTERRUPT, Input, Operator
+from hil.terminal.interrupts import SIGNALS, interrupts
 
 NUMBERS = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
 

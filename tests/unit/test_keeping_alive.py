@@ -12,11 +12,11 @@ from scripted_robot import PERIOD, ScriptedRobot
 from firmware_protocol.events import Received
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import RobotAlive
-from hil.bridge import Bridge
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.bridge.bridge import Bridge
 from hil.conformance.probe import Probe
-from hil.junior import Junior
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Callable

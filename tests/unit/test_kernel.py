@@ -19,12 +19,12 @@ from pymunk._chipmunk_cffi import ffi as chipmunk_ffi
 from pymunk._chipmunk_cffi import lib as chipmunk_lib
 
 from firmware_protocol.errors import FirmwareBuildError, PhysicsVersionError
-from firmware_protocol.faults import FaultSpec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.firmware.build_host import INCLUDES, ROOT
 from firmware_protocol.firmware.fit import check_digest
 from firmware_protocol.firmware.headers import make_headers
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import BoutOutcome, Command, CommandLong, ParamSet, RobotAlive
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import lib
 from simdevice.board import board_host
 from simdevice.crowd import Crowd

@@ -12,11 +12,11 @@ from mcap.reader import make_reader
 from mcap.records import Message, Metadata
 from mcap.stream_reader import StreamReader
 
+from hil.files.outputs import Output
 from hil.mcaplog.log_file import LogFile
 from hil.mcaplog.records import EventRecord
 from hil.mcaplog.schemas import record_schema
 from hil.mcaplog.writer import LONG_CHUNK_SIZE, LogWriter
-from hil.outputs import Output
 
 if TYPE_CHECKING:
     from pathlib import Path

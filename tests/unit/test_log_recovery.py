@@ -19,12 +19,12 @@ from mcap.writer import Writer
 from mcap_variants import MAGIC, SCHEMALESS, file_of, serialized, variants
 from report_logs import coaching_log
 
+from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader, UnreadableLogError
 from hil.mcaplog.overview import overview
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import SLIM, is_kept, slim
 from hil.mcaplog.writer import CUT, SIZES
-from hil.outputs import OutputExistsError
 
 if TYPE_CHECKING:
     from pathlib import Path

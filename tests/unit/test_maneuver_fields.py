@@ -6,9 +6,9 @@ import pytest
 
 from firmware_protocol.events import Received
 from firmware_protocol.maneuver_fields import from_fields, to_fields, to_report
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import JuniorManeuver, JuniorManeuverResult
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
+from firmware_protocol.wire.mavlink import MavlinkCodec
 
 NOTHING = (0,) * 8
 

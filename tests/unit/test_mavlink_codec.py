@@ -13,8 +13,6 @@ from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
-from firmware_protocol.mavlink import HOLD_BACK, MavlinkCodec, split_frames
-from firmware_protocol.mavlink_layout import crc_extra
 from firmware_protocol.messages import (
     CommandLong,
     Heartbeat,
@@ -28,7 +26,9 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import Action
-from firmware_protocol.wire import Direction, Message
+from firmware_protocol.wire.fields import Direction, Message
+from firmware_protocol.wire.mavlink import HOLD_BACK, MavlinkCodec, split_frames
+from firmware_protocol.wire.mavlink_layout import crc_extra
 
 WHEELS = JuniorWheels(4711, 12, (0.5, -0.35), 0.25, 1, 1)
 MANEUVER = JuniorManeuver(4711, 13, 0.25, 5, 1, 1, 2, (Action.F, Action.L, 0, 0, 0, 0, 0, 0))

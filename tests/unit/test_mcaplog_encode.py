@@ -13,7 +13,9 @@ from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, RobotStatus
-from firmware_protocol.wire import Message, Wire, wire_fields
+from firmware_protocol.wire.fields import Message, Wire, wire_fields
+from hil.bridge.operator import Input
+from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.encode import (
     compile_encoder,
     compile_rebuilder,
@@ -36,8 +38,6 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
-from hil.operator import Input
-from hil.taps import NOTHING, Circumstances
 from pal_advisor.maneuvers import Motive, Origin, Telling
 
 if TYPE_CHECKING:

@@ -330,7 +330,7 @@ def test_a_log_that_was_to_replace_another_and_can_t_be_finished_is_named_and_th
     def full(_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    monkeypatch.setattr("hil.files.outputs.Output.finish", full)
     writer.close()
     ((text, kept),) = told
     assert kept == tmp_path / "log.unfinished.mcap"

@@ -7,10 +7,10 @@ from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import CommandLong
-from hil.bridge import Bridge
+from hil.bridge.bridge import Bridge
 from hil.jobs.monitor import obey, worth_obeying
 from hil.jobs.session import Session
-from hil.junior import Junior
+from hil.sumo.junior import Junior
 
 
 @pytest.mark.parametrize(

@@ -13,21 +13,21 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.events import Received
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import Command, CommandLong, Heartbeat, JuniorSensors
-from firmware_protocol.signing import SigningKey
 from firmware_protocol.vocabulary import Action, Maneuver
-from hil.bridge import Bridge
-from hil.clock import LastReading, MonotonicClock
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import SigningKey
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import LastReading, MonotonicClock
+from hil.bridge.networks import Networks
+from hil.bridge.operator import INTERRUPT, Input, Operator
+from hil.bridge.pump import InlinePump
+from hil.bridge.taps import Circumstances, Opening
 from hil.conformance.probe import Probe
-from hil.junior import Junior
-from hil.key_file import open_signing
-from hil.networks import Networks
-from hil.operator import INTERRUPT, Input, Operator
-from hil.pump import InlinePump
-from hil.ring import OpenRing
-from hil.robots import Robots
-from hil.taps import Circumstances, Opening
+from hil.signing.key_file import open_signing
+from hil.sumo.junior import Junior
+from hil.sumo.ring import OpenRing
+from hil.sumo.robots import Robots
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hil.operator import CONTINUE, INTERRUPT, INTERRUPTED, SUSPEND, Input, Operator
+from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, SUSPEND, Input, Operator
 
 
 def test_nothing_is_asked_for_at_first() -> None:

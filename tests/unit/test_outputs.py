@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hil.outputs import (
+from hil.files.outputs import (
     Output,
     OutputError,
     OutputExistsError,
@@ -139,7 +139,7 @@ def test_a_failed_save_leaves_nothing_of_itself(tmp_path: Path, monkeypatch: pyt
     def full(_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hil.outputs.Output.finish", full)
+    monkeypatch.setattr("hil.files.outputs.Output.finish", full)
     with pytest.raises(OSError, match="No space"):
         write_output(tmp_path / "x", b"new")
     assert names(tmp_path) == []
@@ -157,7 +157,7 @@ def test_a_text_that_does_not_fit_leaves_the_old_one(tmp_path: Path, monkeypatch
         raise OSError(28, "No space left on device")
 
     (tmp_path / "x").write_bytes(b"as it was")
-    monkeypatch.setattr("hil.outputs.os.fsync", full)
+    monkeypatch.setattr("hil.files.outputs.os.fsync", full)
     with pytest.raises(OSError, match="No space"):
         overwrite_file(tmp_path / "x", b"longer than it was")
     assert (tmp_path / "x").read_bytes() == b"as it was"
@@ -166,7 +166,7 @@ def test_a_text_that_does_not_fit_leaves_the_old_one(tmp_path: Path, monkeypatch
 @pytest.mark.parametrize("overwrite", [False, True])
 def test_what_is_written_is_on_the_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, overwrite: bool) -> None:
     synced: list[int] = []
-    monkeypatch.setattr("hil.outputs.os.fsync", lambda number: synced.append(os.fstat(number).st_size))
+    monkeypatch.setattr("hil.files.outputs.os.fsync", lambda number: synced.append(os.fstat(number).st_size))
     write_output(tmp_path / "x", b"new", overwrite=overwrite)
     assert synced == [3], "all of it, before it is said to be there"
 

@@ -11,13 +11,13 @@ from scripted_robot import ScriptedRobot
 
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Reason, RobotSession
-from hil.bridge import Bridge
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks
 from hil.jobs.overview import Overview
-from hil.networks import Networks
-from hil.robots import Robots
+from hil.sumo.robots import Robots
 
 if TYPE_CHECKING:
-    from hil.junior import Junior
+    from hil.sumo.junior import Junior
 
 
 def obey(junior: Junior, key: str) -> str:

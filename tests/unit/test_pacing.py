@@ -11,12 +11,9 @@ from quiet_tap import QuietTap
 
 import hil
 from firmware_protocol.address import parse_address
-from firmware_protocol.commands import CommandExchange
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, Received
-from firmware_protocol.exchange import Exchanges
-from firmware_protocol.faults import FaultSpec
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -32,25 +29,27 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.pacing import (
-    ROBOT_DEFAULTS,
-    SLOWEST_SENSORS,
-    SPARED,
+from firmware_protocol.peer.commands import CommandExchange
+from firmware_protocol.peer.exchange import Exchanges
+from firmware_protocol.peer.pacing import (
     baud_of,
+    by_itself,
     bytes_per_second,
     frame_length,
     full_capacity,
     least_capacity,
     pace_for,
+    spared,
 )
-from firmware_protocol.quality import Counters
-from firmware_protocol.streams import JUNIOR_STREAMS
-from hil.lines import capacity_of, need_full_rate, pace_of
+from firmware_protocol.peer.quality import Counters
+from firmware_protocol.roles.junior import JUNIOR
+from firmware_protocol.wire.mavlink import MavlinkCodec
+from hil.connecting.lines import capacity_of, need_full_rate, pace_of
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 
 class Overheard(QuietTap):
@@ -84,7 +83,7 @@ def test_the_robots_own_rates_are_those_that_are_reckoned_with() -> None:
     bench = FirmwareBench()
     bench.run(10_000)
     heard = {kind: len(bench.got(kind)) / 10 for kind in (Heartbeat, SysStatus, JuniorSensors, RobotStatus)}
-    assert heard == pytest.approx({kind: 1 / interval for kind, interval in ROBOT_DEFAULTS.items()}, abs=0.11)
+    assert heard == pytest.approx({kind: 1 / interval for kind, interval in by_itself(JUNIOR).items()}, abs=0.11)
     assert not bench.got(AutopilotVersion)
 
 
@@ -99,10 +98,10 @@ def test_the_length_of_a_frame_is_what_a_codec_makes_of_it(message: Message, len
 
 @pytest.mark.parametrize(("signed", "least", "full"), [(False, 9_100, 42_600), (True, 16_100, 56_400)])
 def test_which_rates_are_too_slow_and_which_slow(signed: bool, least: int, full: int) -> None:  # noqa: FBT001
-    assert baud_of(least_capacity(signed=signed)) == least
-    assert baud_of(full_capacity(signed=signed)) == full
-    assert pace_for(full_capacity(signed=signed), signed=signed) is None
-    assert pace_for(full_capacity(signed=signed) - 1, signed=signed) is not None
+    assert baud_of(least_capacity(JUNIOR, signed=signed)) == least
+    assert baud_of(full_capacity(JUNIOR, signed=signed)) == full
+    assert pace_for(JUNIOR, full_capacity(JUNIOR, signed=signed), signed=signed) is None
+    assert pace_for(JUNIOR, full_capacity(JUNIOR, signed=signed) - 1, signed=signed) is not None
 
 
 @pytest.mark.parametrize(
@@ -114,11 +113,11 @@ def test_which_rates_are_too_slow_and_which_slow(signed: bool, least: int, full:
 )
 def test_half_of_a_slow_line_stays_free(baud: int, signed: bool) -> None:  # noqa: FBT001
     capacity = baud / 10
-    pace = pace_for(capacity, signed=signed)
+    pace = pace_for(JUNIOR, capacity, signed=signed)
     assert pace is not None
-    asked = {**SPARED, **pace.streams}
+    asked = {**spared(JUNIOR), **pace.streams}
     assert bytes_per_second(asked, signed=signed) <= capacity / 2
-    assert JUNIOR_STREAMS[JuniorSensors] <= pace.streams[JuniorSensors] <= SLOWEST_SENSORS
+    assert JUNIOR.streams[JuniorSensors] <= pace.streams[JuniorSensors] <= JUNIOR.slowest
     faster = {**asked, JuniorSensors: pace.streams[JuniorSensors] - 0.005}
     assert bytes_per_second(faster, signed=signed) > capacity / 2, "no slower than it must be"
     assert pace.retry.first > 240 / capacity
@@ -207,7 +206,7 @@ def test_the_usual_rate_of_a_stream_is_that_of_the_line() -> None:
 
 
 def test_on_a_slow_line_a_late_answer_is_waited_for_longer_before_the_next_question_of_its_kind() -> None:
-    pace = pace_for(960.0, signed=False)
+    pace = pace_for(JUNIOR, 960.0, signed=False)
     assert pace is not None
     exchanges = Exchanges("robot 1", Counters(), pace.retry)
 

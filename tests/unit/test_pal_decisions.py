@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, ActionTally
-from hil.coaching import load_checkpoint
+from hil.sumo.coaching import load_checkpoint
 from pal_advisor.maneuvers import (
     Credit,
     Motive,

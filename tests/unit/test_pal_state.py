@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.vocabulary import ActionTally
-from hil.coaching import CheckpointError, load_checkpoint
+from hil.sumo.coaching import CheckpointError, load_checkpoint
 from pal_advisor.fields import FieldError, Fields, is_number, shown
 from pal_advisor.maneuvers import Advice, AdviceError, Pal, PalSettings, Performance, SettingsError, StateError
 

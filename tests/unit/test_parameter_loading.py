@@ -17,14 +17,14 @@ from firmware_protocol.errors import PeerError
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import ParamSet
 from firmware_protocol.parameters import PARAMETERS
-from hil.bridge import Bridge
-from hil.junior import Junior
-from hil.parameter_loading import KNOWN, ParameterLoadError, Wanted, check_file, load, shortest
+from hil.bridge.bridge import Bridge
+from hil.files.parameter_loading import KNOWN, ParameterLoadError, Wanted, check_file, load, shortest
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 START = {"SYS_ID": 3.0, "MEM_SLOTS": 32.0, "SPD_FAST": 1.0, "SPD_SLOW": 0.4, "EYE_L_ON": 250.0, "OWN_PART": 5.0}
 

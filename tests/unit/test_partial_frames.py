@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 from scripted_robot import ScriptedRobot
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.mavlink import SILENCE, MavlinkCodec
 from firmware_protocol.messages import Ping
-from firmware_protocol.wire import CAN, MAVLINK
-from hil.bridge import Bridge
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import SILENCE, MavlinkCodec
+from hil.bridge.bridge import Bridge
 
 PING = Ping(7, 1, 255, 190)
 

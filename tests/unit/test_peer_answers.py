@@ -9,7 +9,6 @@ import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
 from scripted_robot import result
 
-from firmware_protocol.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
 from firmware_protocol.errors import PeerError, RefusedError
 from firmware_protocol.messages import (
     Command,
@@ -23,10 +22,12 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
+from firmware_protocol.peer.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
+from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 QUICK = Maneuver((Action.F,), period=0.1)
 OTHERS = [(254, 190), (255, 1), (254, 1), (254, 0), (0, 1)]
@@ -76,7 +77,7 @@ def test_an_acknowledgement_for_us_or_for_nobody_counts(bench: Bench, system: in
 
 
 def test_numbered_answers_for_another_are_none_of_ours(bench: Bench) -> None:
-    ticket = bench.peer.drive(0.1, 0.1, 0.1)
+    ticket = drive(bench.peer, 0.1, 0.1, 0.1)
     bench.wait(0.005)
     ack = bench.answer_to(JuniorWheels, 1, result=1, reason=Reason.BUSY)
     bench.heard(replace(ack, target_system=254))
@@ -90,7 +91,7 @@ def test_numbered_answers_for_another_are_none_of_ours(bench: Bench) -> None:
 
 def test_a_result_for_another_is_not_acknowledged_for_it(bench: Bench) -> None:
     assert bench.peer.session is not None
-    ticket = bench.peer.perform(QUICK)
+    ticket = perform(bench.peer, QUICK)
     bench.wait(0.005)
     other = replace(result(bench.peer.session, 1), target_system=254)
     bench.heard(other)

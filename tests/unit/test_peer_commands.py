@@ -35,11 +35,13 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.quality import ClockComparison, Counters
+from firmware_protocol.peer.quality import ClockComparison, Counters
+from firmware_protocol.roles.junior import contest, drive, erase_memory, perform, read_memory, write_memory
+from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
 
@@ -140,7 +142,7 @@ def test_a_late_answer_to_a_repeated_command_is_not_taken_for_that_to_the_next(b
 
 
 def test_the_emergency_stop_waits_for_nothing(bench: Bench) -> None:
-    bench.peer.perform(QUICK)
+    perform(bench.peer, QUICK)
     bench.peer.arm()
     bench.wait(0.3)
     bench.sent.clear()
@@ -203,7 +205,7 @@ def test_a_ping_is_answered_by_its_own_number(bench: Bench) -> None:
 
 
 def test_a_numbered_message_is_the_same_at_every_try(bench: Bench) -> None:
-    ticket = bench.peer.contest(ContestCommand.START, 2.0)
+    ticket = contest(bench.peer, ContestCommand.START, 2.0)
     bench.wait(0.6)
     sent = bench.take(JuniorContest)
     assert len(sent) == 4
@@ -213,7 +215,7 @@ def test_a_numbered_message_is_the_same_at_every_try(bench: Bench) -> None:
 
 
 def test_numbered_messages_go_one_after_the_other_in_order(bench: Bench) -> None:
-    writing = [bench.peer.write_memory(ANY_STIMULUS, k, QUICK) for k in range(3)]
+    writing = [write_memory(bench.peer, ANY_STIMULUS, k, QUICK) for k in range(3)]
     for k in range(3):
         bench.wait(0.1)
         assert {message.sequence for message in bench.take(JuniorMemoryWrite)} == {k + 1}
@@ -222,19 +224,19 @@ def test_numbered_messages_go_one_after_the_other_in_order(bench: Bench) -> None
 
 
 def test_nothing_jumps_the_queue(bench: Bench) -> None:
-    bench.peer.write_memory(ANY_STIMULUS, 0, QUICK)
-    bench.peer.write_memory(ANY_STIMULUS, 1, QUICK)
+    write_memory(bench.peer, ANY_STIMULUS, 0, QUICK)
+    write_memory(bench.peer, ANY_STIMULUS, 1, QUICK)
     bench.wait(0.005)
     frame = Received(bench.answer_to(JuniorMemoryWrite, 1), 1, 1, 200, bench.clock.now(), b"")
     bench.peer.handle(frame)  # answered, and before the second could be sent
-    bench.peer.write_memory(ANY_STIMULUS, 2, QUICK)
+    write_memory(bench.peer, ANY_STIMULUS, 2, QUICK)
     bench.take(JuniorMemoryWrite)
     bench.wait(0.1)
     assert bench.take(JuniorMemoryWrite)[0].current == 1
 
 
 def test_an_acknowledgement_of_something_else_is_not_taken(bench: Bench) -> None:
-    ticket = bench.peer.erase_memory()
+    ticket = erase_memory(bench.peer)
     bench.wait(0.005)
     bench.ack(JuniorMemoryWrite, 2)
     bench.ack(JuniorContest, 1)
@@ -246,7 +248,7 @@ def test_an_acknowledgement_of_something_else_is_not_taken(bench: Bench) -> None
 
 @pytest.mark.parametrize("reason", [*Reason, 77])
 def test_a_refusal_is_told_in_words(bench: Bench, reason: int) -> None:
-    ticket = bench.peer.drive(1.0, 1.0, 0.1)
+    ticket = drive(bench.peer, 1.0, 1.0, 0.1)
     bench.wait(0.005)
     bench.ack(JuniorWheels, 1, 1, reason)
     if reason == Reason.WRONG_SESSION:  # it may have restarted: that is looked at first
@@ -263,9 +265,9 @@ def test_a_refusal_is_told_in_words(bench: Bench, reason: int) -> None:
 
 
 def test_a_newer_drive_command_replaces_an_unanswered_one(bench: Bench) -> None:
-    first = bench.peer.drive(1.0, 1.0, 0.1)
+    first = drive(bench.peer, 1.0, 1.0, 0.1)
     bench.wait(0.005)
-    second = bench.peer.drive(0.0, 0.0, 0.1)
+    second = drive(bench.peer, 0.0, 0.0, 0.1)
     bench.wait(0.005)
     assert "newer" in failed(first)
     assert [message.sequence for message in bench.take(JuniorWheels)] == [1, 2]
@@ -274,7 +276,7 @@ def test_a_newer_drive_command_replaces_an_unanswered_one(bench: Bench) -> None:
 
 
 def test_the_referee_is_asked_by_its_own_component(bench: Bench) -> None:
-    robot, referee = bench.peer.erase_memory(), bench.peer.reset_bout(77, OpponentCode.FLAT_HEAVY)
+    robot, referee = erase_memory(bench.peer), reset_bout(bench.peer, 77, OpponentCode.FLAT_HEAVY)
     bench.wait(0.005)
     assert bench.last(RefereeReset) == RefereeReset(77, 701, 2, 1, 25, OpponentCode.FLAT_HEAVY)
     bench.ack(RefereeReset, 2)  # from the robot: it is not the one asked
@@ -285,14 +287,14 @@ def test_the_referee_is_asked_by_its_own_component(bench: Bench) -> None:
 
 
 def test_the_memory_is_read_by_an_entry_or_a_refusal(bench: Bench) -> None:
-    read = bench.peer.read_memory(0)
+    read = read_memory(bench.peer, 0)
     bench.wait(0.005)
     bench.ack(JuniorMemoryRead, 1)
     assert not read.done
     entry = JuniorMemoryEntry(701, 1, 0xBEEF, 0.25, 5, 255, 190, 1, 0, 255, 0, 1, (1,) + (0,) * 7)
     bench.heard(entry)
     assert read.value() == entry
-    missing = bench.peer.read_memory(previous=1, current=2)
+    missing = read_memory(bench.peer, previous=1, current=2)
     bench.wait(0.005)
     bench.ack(JuniorMemoryRead, 2, 1, Reason.NOT_FOUND)
     assert missing.reason is Reason.NOT_FOUND
@@ -300,7 +302,7 @@ def test_the_memory_is_read_by_an_entry_or_a_refusal(bench: Bench) -> None:
 
 def test_what_the_wire_cannot_carry_is_refused_where_it_is_asked(bench: Bench) -> None:
     with pytest.raises(EncodeError):
-        bench.peer.drive(2.0, 0.0, 0.1)
+        drive(bench.peer, 2.0, 0.0, 0.1)
     with pytest.raises(EncodeError):
         bench.peer.set_parameter("A_NAME_MUCH_TOO_LONG", 1.0)
     bench.wait(0.1)
@@ -308,8 +310,8 @@ def test_what_the_wire_cannot_carry_is_refused_where_it_is_asked(bench: Bench) -
 
 
 def test_sequences_wrap_around(bench: Bench) -> None:
-    bench.peer._numbering.sequence = 65535
-    bench.peer.erase_memory()
+    bench.peer.numbering.sequence = 65535
+    erase_memory(bench.peer)
     bench.wait(0.005)
     assert bench.last(JuniorMemoryWrite).sequence == 0
 
@@ -318,7 +320,7 @@ def test_sequences_wrap_around(bench: Bench) -> None:
 
 
 def begin(bench: Bench) -> Ticket[JuniorManeuverResult]:
-    ticket = bench.peer.perform(QUICK)
+    ticket = perform(bench.peer, QUICK)
     bench.wait(0.005)
     return ticket
 
@@ -405,7 +407,7 @@ def test_a_result_that_never_comes_is_given_up_though_every_repetition_is_acknow
 def test_a_maneuver_that_is_performed_does_not_hold_up_the_next_message(bench: Bench) -> None:
     begin(bench)
     bench.ack(JuniorManeuver, 1)
-    stop = bench.peer.drive(0.0, 0.0, 0.0)
+    stop = drive(bench.peer, 0.0, 0.0, 0.0)
     bench.wait(0.005)
     bench.ack(JuniorWheels, 2)
     assert stop.done
@@ -422,7 +424,7 @@ def test_a_refused_maneuver_says_why_however_it_is_told(bench: Bench) -> None:
 
 
 def test_the_floor_reflex_may_prolong_a_maneuver(bench: Bench) -> None:
-    bench.peer.perform(Maneuver((Action.F,), period=0.1))
+    perform(bench.peer, Maneuver((Action.F,), period=0.1))
     bench.wait(0.005)
     bench.ack(JuniorManeuver, 1)
     bench.take(JuniorManeuver)
@@ -554,7 +556,7 @@ def test_a_ticket_shows_what_it_is(bench: Bench) -> None:
     bench.wait(0.005)
     bench.heard(Ping(0, 1 << 24 | 1, 255, 190))
     assert "answered" in repr(ticket)
-    refused = bench.peer.erase_memory()
+    refused = erase_memory(bench.peer)
     bench.wait(0.005)
     bench.ack(JuniorMemoryWrite, 1, 1, Reason.BUSY)
     assert "failed" in repr(refused)

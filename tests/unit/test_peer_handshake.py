@@ -7,10 +7,8 @@ import itertools
 import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
 
-from firmware_protocol.connection import TRANSITIONS, Input, PeerState
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
-from firmware_protocol.exchange import HOLD
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
@@ -25,7 +23,10 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer import SILENCE
+from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
+from firmware_protocol.peer.exchange import HOLD
+from firmware_protocol.peer.timing import SILENCE
+from firmware_protocol.roles.junior import drive, perform, read_memory
 from firmware_protocol.vocabulary import Action, Maneuver
 
 GIVE_UP = 3.4
@@ -93,7 +94,7 @@ def test_another_version_is_refused_with_a_clear_message(bench: Bench, major: in
     assert bench.take(RobotSession) == []
     bench.heartbeat()
     assert bench.state() is PeerState.REFUSED
-    assert said in failed(bench.peer.drive(0, 0, 0.1))
+    assert said in failed(drive(bench.peer, 0, 0, 0.1))
 
 
 def test_a_vehicle_that_knows_no_such_request_is_refused(bench: Bench) -> None:
@@ -165,12 +166,12 @@ def test_watching_opens_no_session() -> None:
     assert bench.peer.ready
     assert bench.events == [PeerFound(1, 10.0)]
     assert bench.take(RobotSession) == []
-    assert "only being watched" in failed(bench.peer.perform(Maneuver((Action.F,))))
+    assert "only being watched" in failed(perform(bench.peer, Maneuver((Action.F,))))
     assert not bench.peer.read_parameter("SPD_FAST").done
 
 
 def test_silence_loses_a_robot_and_all_that_was_asked(ready: Bench) -> None:
-    ticket = ready.peer.perform(Maneuver((Action.F,)))
+    ticket = perform(ready.peer, Maneuver((Action.F,)))
     ready.wait(SILENCE - 0.02)
     assert ready.peer.ready
     ready.wait(0.03)
@@ -178,7 +179,7 @@ def test_silence_loses_a_robot_and_all_that_was_asked(ready: Bench) -> None:
     assert [type(event) for event in ready.events] == [PeerLost]
     assert "fell silent" in failed(ticket)
     assert isinstance(ticket.error, PeerLostError)
-    assert "fell silent" in failed(ready.peer.drive(0, 0, 0.1))
+    assert "fell silent" in failed(drive(ready.peer, 0, 0, 0.1))
 
 
 def test_a_robot_is_back_if_it_has_not_restarted(ready: Bench) -> None:
@@ -206,7 +207,7 @@ def test_a_robot_that_is_back_and_has_restarted_gets_a_new_session(ready: Bench)
 
 @pytest.mark.parametrize("sign", ["boots", "status time", "sensor time"])
 def test_a_restart_without_silence_is_noticed(ready: Bench, sign: str) -> None:
-    ticket = ready.peer.perform(Maneuver((Action.F,)))
+    ticket = perform(ready.peer, Maneuver((Action.F,)))
     if sign == "boots":
         ready.status(boots=2)
     elif sign == "status time":
@@ -263,7 +264,7 @@ def test_the_link_closing_loses_the_robot_with_that_cause(ready: Bench) -> None:
     events = ready.peer.closed(error, 11.0)
     assert events == [PeerLost(1, 11.0, "serial:///dev/ttyACM0: the port is gone")]
     assert ticket.error is error
-    assert ready.peer.perform(Maneuver((Action.F,))).error is error
+    assert perform(ready.peer, Maneuver((Action.F,))).error is error
     assert ready.peer.closed(error, 12.0) == []
 
 
@@ -272,7 +273,7 @@ def test_the_link_closing_before_the_handshake_is_no_loss(bench: Bench) -> None:
 
 
 def test_numbered_messages_need_the_handshake_and_say_so(bench: Bench) -> None:
-    for ticket in (bench.peer.drive(0, 0, 0.1), bench.peer.perform(Maneuver((Action.F,))), bench.peer.read_memory(0)):
+    for ticket in (drive(bench.peer, 0, 0, 0.1), perform(bench.peer, Maneuver((Action.F,))), read_memory(bench.peer, 0)):
         assert isinstance(ticket.error, PeerError)
         assert "handshake" in failed(ticket)
         with pytest.raises(PeerError, match="handshake"):
@@ -399,6 +400,31 @@ def test_clocks_are_compared_once_a_second(ready: Bench) -> None:
             ready.clock.advance(0.01)
             ready.heard(Timesync(question.ts1 + 5_000_000 + 7_000_000_000, question.ts1))
     assert ready.peer.clock.offset == pytest.approx(-7.0)
+
+
+def test_a_watched_robot_that_is_taken_while_it_is_looked_at_again_is_first_looked_at() -> None:
+    bench = Bench(open_session=False)
+    bench.heartbeat()
+    bench.version()
+    assert bench.state() is PeerState.WATCHING
+    bench.status()
+    bench.wait(SILENCE + 0.1)
+    bench.heartbeat()
+    bench.peer.take(bench.clock.now())
+    assert bench.state() is PeerState.CHECKING
+    bench.status()
+    assert bench.state() is PeerState.OPENING
+    bench.ack()
+    assert bench.state() is PeerState.READY
+
+
+def test_what_is_known_of_a_robot_counts_from_its_link_back_until_it_is_ready_or_has_restarted() -> None:
+    known = {PeerState.AWAITED, PeerState.RECOGNISING, PeerState.COMPARING, PeerState.REOPENING, PeerState.UNUSABLE}
+    for (before, happened), after in TRANSITIONS.items():
+        if after in known:
+            assert before in known or happened is Input.LINK_BACK
+        if before in known:
+            assert after in known or after in USABLE or happened in {Input.RESTARTED, Input.LINK_GONE}
 
 
 def test_every_transition_leads_somewhere_and_none_leaves_the_robot_stuck() -> None:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from peer_bench import Bench, failed
 
-from firmware_protocol.connection import PeerState
 from firmware_protocol.errors import LinkClosedError, PeerLostError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.messages import (
@@ -20,11 +19,13 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
 )
-from firmware_protocol.peer import SILENCE
+from firmware_protocol.peer.connection import PeerState
+from firmware_protocol.peer.timing import SILENCE
+from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.exchange import Ticket
+    from firmware_protocol.peer.exchange import Ticket
 
 GONE = LinkClosedError("serial:///dev/ttyACM0", "the port is gone")
 UID = 0x1122334455667788
@@ -53,13 +54,13 @@ def plug_in(bench: Bench, after: float = 2.0) -> None:
 def test_everything_open_fails_at_once_and_so_does_what_is_asked_meanwhile(ready: Bench) -> None:
     open_tickets: list[Ticket[Any]] = [
         ready.peer.ping(),
-        ready.peer.perform(Maneuver((Action.F,))),
+        perform(ready.peer, Maneuver((Action.F,))),
         ready.peer.list_parameters(),
     ]
     ready.wait(0.005)
     unplug(ready)
     assert ready.events == [PeerLost(1, ready.clock.now(), str(GONE))]
-    later: list[Ticket[Any]] = [ready.peer.ping(), ready.peer.drive(0, 0, 0.1), ready.peer.arm()]
+    later: list[Ticket[Any]] = [ready.peer.ping(), drive(ready.peer, 0, 0, 0.1), ready.peer.arm()]
     for ticket in open_tickets + later:
         assert isinstance(ticket.error, PeerLostError)
         assert "nobody knows whether" in failed(ticket)
@@ -82,20 +83,20 @@ def test_the_robot_is_recognised_compared_and_gets_a_new_session(ready: Bench) -
     before = ready.peer.session
     unplug(ready)
     plug_in(ready)
-    assert ready.state() is PeerState.IDENTIFYING
+    assert ready.state() is PeerState.RECOGNISING
     assert {type(message) for message in ready.sent} == {CommandLong, Heartbeat}
     assert ready.requests() == [AutopilotVersion.ID]
     ready.version(uid=UID)
     assert ready.state() is PeerState.COMPARING
     assert ready.requests() == [RobotStatus.ID]
     ready.status()
-    assert ready.state() is PeerState.OPENING
+    assert ready.state() is PeerState.REOPENING
     assert ready.last(RobotSession).session != before
     ready.ack()
     assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=False)]
     assert ready.peer.ready
     assert not ready.peer.armed
-    ticket = ready.peer.drive(0, 0, 0.1)
+    ticket = drive(ready.peer, 0, 0, 0.1)
     ready.wait(0.005)
     assert not ticket.done
 
@@ -115,12 +116,12 @@ def test_another_robot_is_refused_without_a_session(ready: Bench) -> None:
     unplug(ready)
     plug_in(ready)
     ready.version(uid=UID + 1)
-    assert ready.state() is PeerState.REFUSED
+    assert ready.state() is PeerState.UNUSABLE
     assert isinstance(ready.peer.failure, WrongRobotError)
     assert f"{UID:016x}" in str(ready.peer.failure)
     assert f"{UID + 1:016x}" in str(ready.peer.failure)
     assert ready.take(RobotSession) == []
-    assert isinstance(ready.peer.drive(0, 0, 0.1).error, WrongRobotError)
+    assert isinstance(drive(ready.peer, 0, 0, 0.1).error, WrongRobotError)
     unplug(ready)
     plug_in(ready)
     ready.version(uid=UID)
@@ -143,6 +144,23 @@ def test_a_robot_that_names_no_id_is_taken_for_the_same(ready: Bench) -> None:
     assert ready.state() is PeerState.COMPARING
 
 
+def test_one_that_fell_silent_before_its_session_was_open_is_compared_again(ready: Bench) -> None:
+    unplug(ready)
+    plug_in(ready)
+    ready.version(uid=UID)
+    ready.status()
+    assert ready.state() is PeerState.REOPENING
+    ready.wait(4.0)
+    assert ready.state() is PeerState.AWAITED
+    ready.heartbeat()
+    ready.version(uid=UID)
+    assert ready.state() is PeerState.COMPARING
+    ready.status(boots=2)
+    ready.version(uid=UID)
+    ready.ack()
+    assert ready.events[1:] == [PeerBack(1, ready.clock.now(), rebooted=True)]
+
+
 @pytest.mark.parametrize("answers", [0, 1])
 def test_a_link_that_is_back_without_the_robot_waits_for_its_heartbeat(ready: Bench, answers: int) -> None:
     unplug(ready)
@@ -150,7 +168,7 @@ def test_a_link_that_is_back_without_the_robot_waits_for_its_heartbeat(ready: Be
     if answers:
         ready.version(uid=UID)
     ready.wait(4.0)
-    assert ready.state() is PeerState.SILENT
+    assert ready.state() is PeerState.AWAITED
     ready.heartbeat()
     ready.version(uid=UID)
     ready.status()
@@ -198,7 +216,7 @@ def test_the_end_of_patience_fails_what_is_asked_with_the_links_error(ready: Ben
 
 
 def test_a_robot_that_does_not_know_the_session_and_has_restarted_is_lost_and_has_not_refused(ready: Bench) -> None:
-    ticket = ready.peer.drive(1.0, 1.0, 0.1)
+    ticket = drive(ready.peer, 1.0, 1.0, 0.1)
     ready.wait(0.005)
     ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)
     ready.ack(JuniorWheels, 1, 1, Reason.WRONG_SESSION)

@@ -18,7 +18,7 @@ from firmware_protocol.links import can_interfaces
 from firmware_protocol.links.access import access_remedy, busy_remedy, group_remedy, holders
 from firmware_protocol.links.can_interfaces import CanAdapter, CanInterface, list_can_adapters, list_can_interfaces, up_command
 from firmware_protocol.links.serial import SerialPort, list_ports
-from hil.places import can_places, present, serial_places
+from hil.connecting.places import can_places, present, serial_places
 
 ARDUINO = SerialPort("/dev/ttyACM0", "Arduino Leonardo", "9573535", 0x2341, 0x8036, "Arduino LLC", "Arduino Leonardo")
 ONBOARD = SerialPort("/dev/ttyS0", "ttyS0", "")

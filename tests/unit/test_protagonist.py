@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import hil
 from hil.mcaplog.reader import LogReader
-from hil.protagonist import Protagonist
-from hil.recorder import Recorder
+from hil.recording.protagonist import Protagonist
+from hil.recording.recorder import Recorder
 from hil.report.gather import gather
 
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ import threading
 
 import pytest
 
-import hil.pump as pump_module
+import hil.bridge.pump as pump_module
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.link import Link
-from hil.pump import Back, InlinePump, Lost, ThreadedPump
-from hil.reopening import Reopening
+from hil.bridge.pump import Back, InlinePump, Lost, ThreadedPump
+from hil.bridge.reopening import Reopening
 
 
 class Script(Link):

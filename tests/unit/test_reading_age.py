@@ -10,8 +10,8 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import PeerError
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import CommandLong
-from hil.bridge import Bridge
-from hil.junior import Junior
+from hil.bridge.bridge import Bridge
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event

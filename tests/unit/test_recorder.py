@@ -15,6 +15,8 @@ from report_logs import FRAME, FullDisk, Wire, coaching_log, open_recorder
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
+from hil.bridge.operator import Input
+from hil.bridge.taps import NOTHING, Circumstances, Opening
 from hil.mcaplog import LogError, LogReader, differences
 from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.records import (
@@ -29,8 +31,6 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.writer import LogWriter
-from hil.operator import Input
-from hil.taps import NOTHING, Circumstances, Opening
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -8,7 +8,7 @@ import pytest
 from report_logs import FRAME, open_recorder
 
 from firmware_protocol.events import Received
-from firmware_protocol.failures import FailureType
+from firmware_protocol.faults.failures import FailureType
 from firmware_protocol.messages import (
     Command,
     CommandAck,
@@ -25,7 +25,7 @@ from hil.mcaplog import LogReader
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hil.recorder import Recorder
+    from hil.recording.recorder import Recorder
 
 FATAL, ERROR, WARNING, INFO = 5, 4, 3, 2
 """foxglove.Log's levels."""

@@ -21,16 +21,16 @@ import hil
 from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.events import LinkNews, PeerFound, PeerLost, Received
 from firmware_protocol.messages import Command, CommandLong, JuniorSensors, JuniorWheels, SetupSigning
-from firmware_protocol.signing import SigningKey
+from firmware_protocol.wire.signing import SigningKey
+from hil.bridge.operator import Input
+from hil.bridge.taps import Circumstances, Opening
+from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader
-from hil.operator import Input
-from hil.outputs import OutputExistsError
-from hil.recorder import Recorder
 from hil.recording import feeds
 from hil.recording.feeds import LockstepFeed
 from hil.recording.handover import unpack
 from hil.recording.process import RecorderProcess, begin_log
-from hil.taps import Circumstances, Opening
+from hil.recording.recorder import Recorder
 from pal_advisor.maneuvers import GenerationRecord
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ import pytest
 
 from firmware_protocol.errors import PeerError
 from firmware_protocol.messages import BoutOutcome, Phase, RefereeState
-from hil.referee import LOOKS, NOBODY, Referee
+from firmware_protocol.peer.commands import Numbering
+from hil.sumo.referee import LOOKS, NOBODY, Referee
 
 RUNNING = replace(NOBODY, time=10.0, bout=3, elapsed=2.0, phase=Phase.RUNNING)
 OVER = replace(RUNNING, time=11.0, elapsed=3.0, phase=Phase.OVER, outcome=BoutOutcome.WIN)
@@ -23,8 +24,10 @@ class Robot:
         self.answers = list(answers)
         self.asked = 0
         self.peer = self
+        self.system = 1
+        self.numbering = Numbering()
 
-    def reset_bout(self, *_: object) -> None:
+    def ask(self, *_: object) -> None:
         pass
 
     def request(self, *_: object) -> RefereeState:

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, JuniorManeuver, RobotAlive, SetupSigning
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.mcaplog.records import CreditRecord, EventRecord, TrialRecord, WireBytes
 from hil.replaying.difference import LONGEST, TOPICS, Difference, first_field, in_words, messages_in, parting
 

@@ -298,7 +298,7 @@ def test_a_report_that_does_not_fit_on_the_disk_leaves_no_stub(
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("hil.outputs.os.fsync", full)
+    monkeypatch.setattr("hil.files.outputs.os.fsync", full)
     with pytest.raises(LogError, match="No space left"):
         write_report(coached, tmp_path / "report")
     assert not (tmp_path / "report").exists()

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 pytestmark = pytest.mark.slow  # pictures are drawn
 

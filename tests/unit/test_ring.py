@@ -7,7 +7,7 @@ import pytest
 import hil
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome
-from hil.ring import SETTLE, OpenRing, RefereedRing, RingError, open_ring
+from hil.sumo.ring import SETTLE, OpenRing, RefereedRing, RingError, open_ring
 
 STILL = Maneuver((Action.S,), period=0.1, floor_reflex=False)
 AHEAD = Maneuver((Action.FF,) * 8, period=1.0, floor_reflex=False)

@@ -14,9 +14,10 @@ from firmware_protocol.errors import LinkClosedError, LinkOpenError, NoRobotErro
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Command, CommandLong, JuniorManeuver, Reason, RobotSession
-from hil.bridge import Bridge
-from hil.networks import Networks, RobotAddress
-from hil.robots import Robots
+from firmware_protocol.roles.junior import write_memory
+from hil.bridge.bridge import Bridge
+from hil.bridge.networks import Networks, RobotAddress
+from hil.sumo.robots import Robots
 from simdevice.crowd import Crowd
 
 if TYPE_CHECKING:
@@ -207,7 +208,7 @@ def test_one_that_refuses_does_not_stop_the_others() -> None:
     crowd.robots[2].refuse[JuniorManeuver] = Reason.BAD_VALUE
     with group(crowd) as robots:
         robots.find(expect=3)
-        answers = robots.ask(lambda junior: junior.peer.write_memory(255, 0, hil.Maneuver((hil.Action.F,), period=0.1)))
+        answers = robots.ask(lambda junior: write_memory(junior.peer, 255, 0, hil.Maneuver((hil.Action.F,), period=0.1)))
         assert len(answers.values) == 3
         reports = robots.perform("F")
         assert sorted(address.system for address in reports.values) == [1, 3]

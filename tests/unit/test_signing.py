@@ -7,13 +7,14 @@ from datetime import UTC, datetime
 import pytest
 from signed_pair import END, KEY, NOW, OTHER_KEY, signed_at, signed_codec
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received, Rejected, RejectReason
-from firmware_protocol.mavlink import MavlinkCodec, SignedMavlinkCodec
-from firmware_protocol.mavlink_layout import SIGNATURE_LENGTH
 from firmware_protocol.messages import Heartbeat, Ping, SetupSigning
-from firmware_protocol.signing import (
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec
+from firmware_protocol.wire.mavlink_layout import SIGNATURE_LENGTH
+from firmware_protocol.wire.signing import (
     EPOCH,
     OLDEST,
     STREAMS,
@@ -26,7 +27,6 @@ from firmware_protocol.signing import (
     time_text,
     trouble,
 )
-from firmware_protocol.wire import CAN, MAVLINK
 
 PING = Ping(1, 2)
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from firmware_protocol.codec import open_codec
 from firmware_protocol.events import Received
 from firmware_protocol.messages import (
     HOST_COMPONENT,
@@ -20,12 +19,13 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
 )
-from firmware_protocol.wire import CAN, MAVLINK
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.crowd import Crowd
 from simdevice.world import junior_world
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire import Message
+    from firmware_protocol.wire.fields import Message
 
 ALIVE = RobotAlive(7)
 

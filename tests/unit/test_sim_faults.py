@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from firmware_protocol.events import Received
-from firmware_protocol.faults import FaultSpec
-from firmware_protocol.mavlink import MavlinkCodec
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     Command,
     CommandLong,
@@ -19,6 +18,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     SensorFlag,
 )
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior import JuniorProfile
 from simdevice.period import PERIOD
 from simdevice.world import World, junior_world

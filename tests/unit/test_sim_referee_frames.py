@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.events import Received
-from firmware_protocol.mavlink import MavlinkCodec
 from firmware_protocol.messages import (
     REFEREE_COMPONENT,
     Heartbeat,
@@ -16,6 +15,7 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotResultAck,
 )
+from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.referee import Referee
 from simdevice.sumo import Table
 

@@ -15,7 +15,7 @@ from firmware_protocol.messages import JuniorSensors
 from hil.mcaplog import LogReader
 from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.slimming import slim
-from hil.recorder import Recorder
+from hil.recording.recorder import Recorder
 
 if TYPE_CHECKING:
     from pathlib import Path

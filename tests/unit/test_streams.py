@@ -10,7 +10,7 @@ from scripted_robot import sensors
 
 from firmware_protocol.events import StreamBack, StreamStopped
 from firmware_protocol.messages import Command, CommandLong, JuniorSensors, RobotStatus
-from firmware_protocol.streams import ASK_AGAIN, MOST_REQUESTS, STALE_LEAST, Streams
+from firmware_protocol.peer.streams import ASK_AGAIN, MOST_REQUESTS, STALE_LEAST, Streams
 
 NEEDS = {JuniorSensors: 0.02, RobotStatus: 1.0}
 

@@ -7,9 +7,9 @@ from paper_ring import PaperRing, engagement
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from hil.bouts import Tally
-from hil.coaching import Coaching, new_pal
-from hil.summary import coaching_summary, in_words, label, per_stimulus
+from hil.sumo.bouts import Tally
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.summary import coaching_summary, in_words, label, per_stimulus
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 FILES: dict[str, object] = {"advice": "a.toml", "report": None, "log": "l.mcap", "checkpoint": "c.json"}

@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
-import hil.suspending as suspending_module
+import hil.terminal.suspending as suspending_module
 from firmware_protocol.errors import PeerLostError
-from firmware_protocol.exchange import Ticket
-from hil.operator import CONTINUE, SUSPEND, Input, Operator
-from hil.suspending import CAUSE, GAP, STOP_WAIT, STUCK, Suspension, around_stop
+from firmware_protocol.peer.exchange import Ticket
+from hil.bridge.operator import CONTINUE, SUSPEND, Input, Operator
+from hil.terminal.suspending import CAUSE, GAP, STOP_WAIT, STUCK, Suspension, around_stop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hil.bridge import Bridge
-    from hil.junior import Junior
+    from hil.bridge.bridge import Bridge
+    from hil.sumo.junior import Junior
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGTSTP"), reason="this system has no such signals")
 

@@ -1,0 +1,598 @@
+"""What the host knows of one robot, and how it speaks with it: a transition table plus data. No I/O, no clock.
+
+Messages go in through `handle`; what must be sent comes out of `due`; what happened comes out of both as events. The life
+of a connection is the table in `connection.py`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
+from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
+from firmware_protocol.messages import (
+    ARMED_FLAG,
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
+    ROBOT_COMPONENT,
+    AutopilotVersion,
+    Heartbeat,
+    Ping,
+    Reason,
+    RobotAck,
+    RobotResultAck,
+    RobotSession,
+    RobotStatus,
+    Timesync,
+)
+from firmware_protocol.peer.answers import for_another
+from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
+from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
+from firmware_protocol.peer.exchange import NEVER, NOW, Exchanges, Retry, Ticket
+from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
+from firmware_protocol.peer.requests import Requests
+from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
+from firmware_protocol.versions import other_version
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from firmware_protocol.events import Event, Received
+    from firmware_protocol.peer.pacing import Pace
+    from firmware_protocol.peer.role import Role
+    from firmware_protocol.wire.fields import Message
+
+_ARM_SLACK: Final = 0.1
+"""A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
+_CLOCK_SLACK: Final = 1.0
+"""Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
+
+
+class Peer(Requests):
+    """One robot, as the host sees it.
+
+    Args:
+        system: System id of the robot.
+        session: Gives the number of a new session, 1..65535, at random.
+        now: Time in s.
+        open_session: False watches only: no session is opened, which would stop and disarm the robot, numbered messages
+            fail, and an armed robot is not kept alive, which is for the host that armed it to do. `take` changes that.
+        host: Number of the host's program, 1..65535: robots tell by it who keeps them moving.
+        host_system: System id of the host.
+        host_component: Its component id. An answer that is for another system or component is none to us.
+        roles: What kinds of robots there are; it is taken for the first until it has said what it is (`product_id`).
+        retry: When to ask again.
+        pace: On a slow line, what to ask of the robot, instead of its role's streams and `retry`; None: it need not be spared.
+
+    Attributes:
+        role: What kind of robot it is, as far as is known.
+        state: Where the connection stands.
+        failure: Why it can't be spoken to, in state REFUSED.
+        version: What the robot said about itself.
+        heartbeat: Its last heartbeat.
+        status: Its last status.
+        armed: As far as is known; None while nothing is: it has not been heard, or is lost.
+        streams: Whether what it is to send by itself comes.
+        counters: How well it is heard.
+        clock: Comparison of its clock with ours.
+    """
+
+    def __init__(
+        self,
+        system: int,
+        *,
+        session: Callable[[], int],
+        now: float,
+        host: int,
+        roles: Sequence[Role],
+        open_session: bool = True,
+        host_system: int = HOST_SYSTEM,
+        host_component: int = HOST_COMPONENT,
+        retry: Retry = Retry(),  # noqa: B008 - frozen
+        pace: Pace | None = None,
+    ) -> None:
+        role = roles[0]
+        if pace is not None:
+            retry = pace.retry
+        self.counters = Counters()
+        label = f"robot {system}"
+        exchanges = Exchanges(label, self.counters, retry)
+        super().__init__(system, host_system, host, exchanges, Numbering(), role=role, open_session=open_session, pace=pace)
+        self.unavailable = PeerError(f"{label} has not answered the handshake yet")
+        self.state = PeerState.SILENT
+        self.failure: HilError | None = None
+        self.version: AutopilotVersion | None = None
+        self.heartbeat: Heartbeat | None = None
+        self.status: RobotStatus | None = None
+        self.armed: bool | None = None
+        self.clock = ClockComparison()
+        self._label = label
+        self._roles = roles
+        self._play(role)
+        self._us = (host_system, host_component)
+        self._new_session = session
+        self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
+        self._candidate = 0
+        self._known = False
+        self._present = False
+        self._restarted = False
+        self._uid = 0
+        self._doubt: Ticket[RobotStatus] | None = None
+        self._had_session = False
+        self._events: list[Event] = []
+        self._outbox: list[Message] = []
+        self._frames = FrameStreams(self.counters)
+        self._robot_clock = float("-inf")
+        self._heard = now
+        self._armed_at = float("-inf")
+        self._heartbeat_due = NOW
+        self._timesync_due = NOW
+        self._silence_due = now + SILENCE
+        self._timer_due = NOW
+
+    @property
+    def ready(self) -> bool:
+        """The handshake is done and the robot is there."""
+        return self.state in USABLE
+
+    @property
+    def components(self) -> set[int]:
+        """Component ids heard of this system (25 is a referee)."""
+        return self._frames.components
+
+    @property
+    def kept(self) -> bool:
+        """It is armed, and ours to keep moving by ROBOT_ALIVE."""
+        return bool(self.armed) and self._open_session
+
+    @property
+    def taken(self) -> bool:
+        """It is ours to command, not only to watch."""
+        return self._open_session
+
+    def take(self, now: float) -> None:
+        """Open a session with a robot that was only being watched: it is stopped and disarmed by that.
+
+        Args:
+            now: Time in s.
+        """
+        if not self._open_session:
+            self._open_session = True
+            self._move(Input.TAKEN, now)
+
+    @property
+    def session(self) -> int | None:
+        """The open session."""
+        return self.numbering.session
+
+    # --- In ----------------------------------------------------------------------------------------------------------
+
+    def handle(self, received: Received) -> Sequence[Event]:
+        """Take a message from this robot's system.
+
+        Args:
+            received: A good message.
+
+        Returns:
+            What the user should see: the message, unless it is a repetition, and what has followed from it.
+        """
+        message = received.message
+        from_robot = received.component == ROBOT_COMPONENT
+        if from_robot:
+            self._heard = received.time
+            if self.state is PeerState.LOST:
+                self._move(Input.HEARD, received.time)
+        elif self._pace is not None and self.ready:
+            self._ease_companion(received.component)
+        if not self._frames.count(received):
+            return self._take()
+        if for_another(message, *self._us):
+            return [received, *self._take()]
+        show = True
+        if from_robot:
+            if self.streams.heard(type(message), received.time):
+                self._events.append(StreamBack(self.system, received.time, message.NAME))
+            if type(message) is self._readings:
+                self._watch_clock(cast("Any", message).time, received.time)
+            else:
+                self._note(message, received)
+        if self._exchanges.active and not self._doubtful(message):
+            wanted = self._exchanges.answer(received)
+            self._follow(received.time)
+            show = wanted or type(message) not in self._results
+        elif type(message) in self._results:
+            show = False
+        if not self._events:
+            return (received,) if show else ()
+        return [received, *self._take()] if show else self._take()
+
+    def missed(self, duration: float) -> None:
+        """Nobody has listened for a while: that is no silence of the robot's.
+
+        Args:
+            duration: How long, in s.
+        """
+        self._heard += duration
+        self._silence_due += duration
+        self.streams.missed(duration)
+
+    def reject(self) -> None:
+        """Count a piece of wire input that was no good message."""
+        self.counters.rejected += 1
+
+    def closed(self, error: LinkError, now: float) -> Sequence[Event]:
+        """The link is gone for good, and everything open fails with its error.
+
+        Args:
+            error: Why.
+            now: Time in s.
+
+        Returns:
+            PeerLost, unless it was lost before or never found.
+        """
+        return self._cut(error, error, now)
+
+    def unplugged(self, error: LinkError, now: float) -> Sequence[Event]:
+        """The link is gone for the moment; everything open fails, and so does what is asked before it is back.
+
+        Args:
+            error: Why.
+            now: Time in s.
+
+        Returns:
+            PeerLost, unless it was lost before or never found.
+        """
+        words = f"{self._label} is out of reach, and nobody knows whether it has done what was asked last ({error})"
+        return self._cut(error, PeerLostError(words), now)
+
+    def plugged_in(self, now: float) -> Sequence[Event]:
+        """The link is back: look who is there, and do the handshake anew.
+
+        Args:
+            now: Time in s.
+
+        Returns:
+            Nothing yet: PeerBack comes with the answers.
+        """
+        self._exchanges.shut = None
+        self.unavailable = PeerLostError(f"{self._label} has not answered yet, since its link is back")
+        self._frames.clear()
+        self._heard, self._silence_due = now, now + SILENCE
+        self._heartbeat_due = self._timer_due = NOW
+        self._move(Input.LINK_BACK, now)
+        return self._take()
+
+    # --- Out ---------------------------------------------------------------------------------------------------------
+
+    def next_due(self) -> float:
+        """When `due` must be called next, in s; it may be called earlier."""
+        if self._outbox:
+            return NOW
+        return min(self._exchanges.next_due, self._timer_due)
+
+    @property
+    def urgent(self) -> bool:
+        """Something is to be sent that nothing else may hold up."""
+        return self._exchanges.urgent
+
+    def due(self, now: float, taken_in: float | None = None) -> list[Message]:
+        """What must be sent now. What has happened by mere time is told by `events`.
+
+        Args:
+            now: Time in s.
+            taken_in: What had come by this time has been handled, in s: a robot is silent only if it was by then. None: all.
+
+        Returns:
+            Messages in order; they count as sent.
+        """
+        heard_until = now if taken_in is None else taken_in
+        if heard_until >= self._silence_due:
+            self._watch_silence(heard_until)
+        out, self._outbox = self._outbox, []
+        if now >= self._exchanges.next_due:
+            out += self._exchanges.due(now)
+            self._follow(now)
+        if now >= self._timer_due:
+            out += self._timers(now)
+        return out
+
+    def heartbeat_sent(self, now: float) -> None:
+        """A heartbeat of ours, which is for all robots, has been sent on another peer's account.
+
+        Args:
+            now: Time in s.
+        """
+        self._heartbeat_due = now + HEARTBEAT_PERIOD
+        self._set_timer()
+
+    def events(self) -> Sequence[Event]:
+        """What has happened by mere time since the last call."""
+        return self._take() if self._events else ()
+
+    def _wish(self, message: type[Message], period: float) -> None:
+        """Expect a stream at another rate from now on."""
+        self.streams.want(message, period, self._heard)
+        self._timer_due = NOW
+
+    # --- Within ------------------------------------------------------------------------------------------------------
+
+    def _timers(self, now: float) -> list[Message]:
+        """Heartbeat, comparison of clocks and a look at the streams, when they are due."""
+        out: list[Message] = []
+        if self.ready and now >= self._timesync_due:
+            self._timesync_due = now + TIMESYNC_PERIOD
+            out.append(self.clock.question(now, self.system, ROBOT_COMPONENT))
+        if now >= self.streams.next_due:
+            self._watch_streams(now)
+        if now >= self._heartbeat_due:
+            self._heartbeat_due = now + HEARTBEAT_PERIOD
+            out.append(HOST_HEARTBEAT)
+        self._set_timer()
+        return out
+
+    def _set_timer(self) -> None:
+        """Note when the next of the slow timers is due."""
+        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
+        if self.ready:
+            self._timer_due = min(self._timer_due, self._timesync_due)
+
+    def _watch_streams(self, now: float) -> None:
+        """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
+        stopped, missing = self.streams.check(now, self._heard)
+        for message in dict.fromkeys([*stopped, *missing]):  # what stops again soon is told of, and asked for later
+            requests = 0
+            if self._open_session and message in missing:
+                requests = self.streams.asked(message, now)
+                self._ask_for_stream(message, self.streams.intervals[message])
+            last = requests == MOST_REQUESTS
+            if last or message in stopped:
+                self._events.append(StreamStopped(self.system, now, message.NAME, requests, last))
+
+    def _watch_silence(self, now: float) -> None:
+        """See whether the robot has been heard lately."""
+        self._silence_due = self._heard + SILENCE
+        if now >= self._silence_due:
+            self._silence_due = now + SILENCE
+            self._move(Input.SILENCE, now)
+        self._set_timer()
+
+    def _cut(self, cause: LinkError, told: HilError, now: float) -> Sequence[Event]:
+        """There is no link.
+
+        Args:
+            cause: Why.
+            told: What everything that is open fails with.
+            now: Time in s.
+        """
+        self._gone(str(cause), now)
+        self.unavailable = told
+        self._move(Input.LINK_GONE, now)
+        return self._take()
+
+    def _take(self) -> list[Event]:
+        events, self._events = self._events, []
+        return events
+
+    def _doubtful(self, message: Message) -> bool:
+        """Whether a refusal has to wait: a robot that does not know our session may have restarted a moment ago.
+
+        Its count of starts is asked for; the message that was refused is repeated meanwhile.
+        """
+        if type(message) is not RobotAck or message.reason != Reason.WRONG_SESSION or self.state is not PeerState.READY:
+            return False
+        if message.session != self.session or self.status is None:
+            return False
+        if self._doubt is None:
+            self._doubt = self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT))
+        return not self._doubt.done
+
+    def _note(self, message: Message, received: Received) -> None:
+        """Messages from the robot that mean something to the connection itself."""
+        match message:
+            case Heartbeat():
+                self.heartbeat = message
+                armed = bool(message.base_mode & ARMED_FLAG)
+                if armed or received.time >= self._armed_at + _ARM_SLACK:
+                    self.armed = armed
+                self._move(Input.HEARD, received.time)
+            case RobotStatus():
+                self._on_status(message, received.time)
+            case Timesync() if message.tc1 == 0:
+                asked_by = (received.system, received.component)
+                self._outbox.append(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
+            case Timesync():
+                self.clock.answer(message, received.time)
+            case Ping() if message.target_system == 0:
+                self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
+            case _ if type(message) in self._results:
+                result = cast("Any", message)
+                self._outbox.append(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+
+    def _on_status(self, status: RobotStatus, now: float) -> None:
+        """Look whether the robot has restarted."""
+        before, self.status = self.status, status
+        if before is not None and before.boot_count != status.boot_count:
+            self._robot_clock = status.time
+            self._move(Input.RESTARTED, now)
+            return
+        self._watch_clock(status.time, now)
+        if self.state is PeerState.CHECKING:
+            forgotten = self.numbering.session is not None and status.session == 0
+            same = Input.SAME_BOOT if self.session is not None else Input.NO_SESSION if self._open_session else Input.WATCH_ONLY
+            self._move(Input.RESTARTED if before is None or forgotten else same, now)
+        elif self.state is PeerState.COMPARING:
+            same = Input.SAME_BOOT if self._open_session else Input.WATCH_ONLY
+            self._move(Input.RESTARTED if self._had_session and status.session == 0 else same, now)
+
+    def _watch_clock(self, time: float, now: float) -> None:
+        """A robot whose clock goes back has restarted."""
+        if time > self._robot_clock:
+            self._robot_clock = time
+        elif time < self._robot_clock - _CLOCK_SLACK:
+            self._robot_clock = time
+            self._move(Input.RESTARTED, now)
+
+    def _follow(self, now: float) -> None:
+        """Go on when the question of the present state has been answered, or arming has."""
+        if self._arming is not None and self._arming[0].done:
+            arming, armed = self._arming
+            self._arming = None
+            if arming.error is None:
+                self.armed = armed
+                self._armed_at = now if armed else float("-inf")
+        ticket = self._handshake
+        if ticket is None or not ticket.done:
+            return
+        self._handshake = None
+        if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
+            if self.state is not PeerState.CHECKING:
+                self.failure = ticket.error
+            self._move(Input.TURNED_DOWN, now)
+        elif ticket.error is not None:
+            self._move(Input.NO_ANSWER, now)
+        elif isinstance(ticket.result, AutopilotVersion):
+            self._judge(ticket.result, now)
+        elif isinstance(ticket.result, RobotAck):
+            self._move(Input.OPENED, now)
+
+    def _judge(self, version: AutopilotVersion, now: float) -> None:
+        """Can we speak with it?"""
+        self.version = version
+        major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
+        if self._uid and version.uid and version.uid != self._uid:
+            self.failure = WrongRobotError(
+                f"another robot answers as system {self.system}: its unique id is {version.uid:016x}, "
+                f"that of the one that was lost {self._uid:016x}"
+            )
+            self._move(Input.STRANGER, now)
+            return
+        if major == PROTOCOL_MAJOR:
+            role = next((role for role in self._roles if role.product == version.product_id), self.role)
+            if role is not self.role:  # one that names no product that we know is what it was taken for
+                self._play(role)
+            self._uid = version.uid or self._uid
+            if self.status is None or not self._move(Input.RECOGNISED, now):
+                self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
+            return
+        if major == 0:
+            text = f"system {self.system} speaks MAVLink but is no {self.role.name}: it names no version of our protocol"
+        else:
+            text = f"{self._label} {other_version(f'{major}.{minor}')}"
+        self.failure = VersionError(text)
+        self._move(Input.VERSION_BAD, now)
+
+    def _play(self, role: Role) -> None:
+        """It is of this kind."""
+        self.role, self._readings, self._results = role, role.readings, role.results
+        self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
+
+    def _move(self, happened: Input, now: float) -> bool:
+        """Follow the table, and do what the new state begins with.
+
+        Returns:
+            The table has such a transition.
+        """
+        after = TRANSITIONS.get((self.state, happened))
+        if after is None:
+            return False
+        self.state = after
+        if happened is Input.RESTARTED:
+            self._forget(now)
+        match after:
+            case PeerState.IDENTIFYING | PeerState.RECOGNISING:
+                self.failure = None
+                question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
+                self._handshake = self._exchanges.add(question)
+                self._ease_readings()
+            case PeerState.OPENING | PeerState.REOPENING:
+                self._candidate = self._new_session()
+                target = (self.system, ROBOT_COMPONENT)
+                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
+                self._handshake = self._exchanges.add(SessionExchange(opening, self.numbering))
+            case PeerState.CHECKING | PeerState.COMPARING:
+                check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
+                self._handshake = self._exchanges.add(check)
+            case PeerState.READY | PeerState.WATCHING:
+                self._begin(happened, now)
+            case PeerState.LOST:
+                self._lose(now)
+            case PeerState.SILENT | PeerState.AWAITED:
+                self._handshake = self._arming = None
+                self.armed = None
+                self._gone("it fell silent during the handshake", now)
+                self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
+            case PeerState.REFUSED | PeerState.UNUSABLE:
+                self.unavailable = self.failure
+            case PeerState.UNPLUGGED:
+                self._suspend()
+        return True
+
+    def _begin(self, happened: Input, now: float) -> None:
+        """The robot can be used."""
+        self.unavailable = None
+        self._doubt = None
+        self._had_session = False
+        self._eased_companions.clear()
+        if happened is Input.OPENED:
+            self.numbering.open(self._candidate)
+            self.armed = self.heartbeat is not None and self.heartbeat.custom_mode in self.role.undisturbed
+            for message, interval in self.streams.intervals.items():
+                self._ask_for_stream(message, interval)
+            self._ease_rest()
+        elif self.state is PeerState.WATCHING:
+            self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
+        self.streams.begin(now)
+        self._timesync_due = now
+        self._timer_due = NOW
+        if not self._known:
+            self._events.append(PeerFound(self.system, now))
+        elif not self._present:
+            self._events.append(PeerBack(self.system, now, self._restarted))
+        self._known = self._present = True
+        self._restarted = False
+        if self.status is None:  # the count of its starts, to compare later ones with
+            self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False))
+
+    def _gone(self, cause: str, now: float) -> None:
+        """Tell that the robot is lost, if it was there."""
+        if self._present:
+            self._present = False
+            self._events.append(PeerLost(self.system, now, cause))
+
+    def _lose(self, now: float) -> None:
+        """The robot fell silent."""
+        self._gone(f"nothing heard for {SILENCE:g} s", now)
+        self._handshake = self._arming = None
+        self.armed = None
+        self.streams.end()
+        self.unavailable = PeerLostError(f"{self._label} fell silent")
+        self._exchanges.fail_all(self.unavailable)
+
+    def _forget(self, now: float) -> None:
+        """The robot has restarted: what it knew of us is gone."""
+        self._gone("it has restarted", now)
+        self._restarted = self._known
+        self._handshake = self._arming = None
+        self.numbering.session = None
+        self.armed = None
+        self.streams.end()
+        self.clock.reset()
+        self.unavailable = PeerLostError(f"{self._label} has restarted")
+        self._exchanges.fail_all(self.unavailable)
+
+    def _suspend(self) -> None:
+        """Nothing can be said, and nothing is heard."""
+        self._handshake = self._arming = None
+        self._had_session = self._had_session or self.numbering.session is not None
+        self.numbering.session = None
+        self.armed = None
+        self.streams.end()
+        self.clock.reset()
+        self._outbox.clear()
+        self._timer_due = self._silence_due = NEVER
+        self._exchanges.shut = self.unavailable
+        if self.unavailable is not None:
+            self._exchanges.fail_all(self.unavailable)

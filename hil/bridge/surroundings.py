@@ -1,0 +1,59 @@
+"""What a step meets besides bytes: an operator's wishes, and what has become of the link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from hil.bridge.pump import Back, Lost
+from hil.bridge.taps import NOTHING, Circumstances
+
+if TYPE_CHECKING:
+    from firmware_protocol.link import Link
+    from hil.bridge.operator import Operator
+    from hil.bridge.pump import Pump, Turn
+
+
+class Surroundings:
+    """Looks around once in every step, when its chunks have been taken.
+
+    Args:
+        operator: Whose keys and signals are taken in.
+        pump: Brings what the link brings.
+
+    Attributes:
+        turn: The link was lost or is back, as the last look has it; None where it was neither.
+        dropped: Bytes that came and were given up, in all.
+    """
+
+    def __init__(self, operator: Operator, pump: Pump) -> None:
+        self.turn: Turn | None = None
+        self.dropped = 0
+        self._operator = operator
+        self._pump = pump
+
+    @property
+    def changed(self) -> bool:
+        """Something of the link waits to be seen to, though no time has passed."""
+        return self._pump.pending or self._pump.turn is not None
+
+    def look(self, link: Link) -> Circumstances:
+        """What this step meets.
+
+        Args:
+            link: The link in use.
+        """
+        pump = self._pump
+        turn, pump.turn = pump.turn, None
+        self.turn = turn
+        inputs, news, overrun, ended = self._operator.take(), link.news(), pump.overrun, pump.error
+        if not (inputs or news or turn or ended) and overrun == self.dropped:
+            return NOTHING
+        dropped, self.dropped = overrun - self.dropped, overrun
+        return Circumstances(
+            inputs,
+            turn.error if isinstance(turn, Lost) else None,
+            ended,
+            turn.link.url if isinstance(turn, Back) else "",
+            tuple(news),
+            dropped,
+        )

@@ -1,0 +1,496 @@
+"""From an address to a robot: the one place where an emulated robot and a physical one part ways."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from firmware_protocol.address import Address, parse_address, whole_number
+from firmware_protocol.errors import AddressError, FaultSpecError
+from firmware_protocol.links.faulty import FaultyLink
+from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.reopen import LinkOpener
+from firmware_protocol.links.serial import list_ports
+from firmware_protocol.wire.codec import SPLITTERS
+from firmware_protocol.wire.fields import MAVLINK
+from hil.bridge.bridge import Bridge
+from hil.bridge.clock import LastReading, MonotonicClock
+from hil.bridge.operator import Operator
+from hil.bridge.pump import open_pump
+from hil.bridge.reopening import Opener, Reopening
+from hil.bridge.sessions import random_session
+from hil.connecting.lines import pace_of
+from hil.files.fault_file import fault_file_of, read_faults
+from hil.safety import Limits
+from hil.seeds import Branch, generator
+from hil.signing.key_file import calendar, load_key, no_signatures, open_signing
+from hil.sumo.junior import Junior
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from firmware_protocol.clock import Clock
+    from firmware_protocol.faults.spec import FaultSpec
+    from firmware_protocol.link import Link
+    from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.wire.signing import SigningKey
+    from hil.bridge.pump import Pump
+    from hil.bridge.taps import Tap
+    from simdevice.board_interface import BoardMaker
+    from simdevice.crowd import Crowd
+    from simdevice.world import World
+
+DEFAULT_URL = "sim://junior"
+SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "board", "count", "system", "node")
+BOARDS = ("host", "avr")
+"""What an emulated robot's firmware runs on: this process, or an ATmega328P emulated by simavr."""
+
+
+def connect(
+    url: str = DEFAULT_URL,
+    *,
+    system: int | None = None,
+    timeout: float = 5.0,
+    limits: Limits = Limits(),  # noqa: B008 - frozen
+    taps: Sequence[Tap] = (),
+    reconnect: float = 0.0,
+    ports: Callable[[], Sequence[SerialPort]] = list_ports,
+    signing_key: SigningKey | Path | str | None = None,
+    operator: Operator | None = None,
+    opener: NetworkOpener | None = None,
+) -> Junior:
+    """Connect to a robot and do the handshake. The robot is stopped and disarmed by that, and no other one is.
+
+    Args:
+        url: `serial:///dev/ttyACM0:115200`, `tcp://127.0.0.1:5760`, `udpin://127.0.0.1:14550`, or an emulated robot in this
+            process, in lock-step: `sim://junior?opponent=flat-light&seed=1`, with `&board=avr` on an emulated ATmega328P.
+            `?system=` selects one of several robots, and
+            `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
+            `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
+            `replay:///path/log.mcap` gives this program what a log has recorded of the same program; where it asks otherwise
+            than then, it gets a `ReplayDiverged` that names the step.
+        system: System id of the robot; None takes the first that answers.
+        timeout: Longest wait for it in s.
+        limits: Bounds on what is asked of it.
+        taps: What is shown everything that passes: a `Recorder`, for instance.
+        reconnect: How long a robot or link that is lost is waited for, in s: it is tried to open the link again, and to find
+            the same robot there. `Junior.wait_until_back` waits for that. 0 does not: the link's end is an error.
+        ports: Lists the serial ports of this machine, among which a lost one is looked for.
+        signing_key: Key that robot and host sign with, or the file that holds it (`hil keygen` makes one). An emulated robot
+            in this process comes up with it.
+        operator: Whose keys and signals are taken in by the bridge's steps; None: nobody's.
+        opener: Opens the link; None opens what the address names.
+
+    Returns:
+        The robot; use it in a `with` block, which stops the robot on every way out.
+
+    Raises:
+        AddressError: The URL is no address we know.
+        LinkOpenError: The link could not be opened, or is too slow; the text says what to do.
+        NoRobotError: Nobody answered as a robot.
+        VersionError: It speaks a protocol we do not.
+        ValueError: `reconnect` is no time.
+        KeyFileError: The key file can't be used.
+    """
+    address = parse_address(url)
+    patience = check_patience(reconnect)
+    key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
+    if opener is None:
+        if address.scheme == "replay":
+            address, opener = _recorded(address)
+        else:
+            opener = AddressOpener(address, ports, key)
+    if system is None:
+        system = asked_for(address)
+    bridge = open_bridge(
+        address,
+        opener,
+        key,
+        taps=taps,
+        robots=None if system is None else [system],
+        open_sessions=False,
+        patience=patience,
+        operator=operator,
+    )
+    junior = Junior(bridge, limits)
+    try:
+        junior.find(system, timeout)
+    except BaseException:
+        junior.close()
+        raise
+    return junior
+
+
+def _recorded(address: Address) -> tuple[Address, NetworkOpener]:
+    """The only network of a log, and what opens it."""
+    from hil.replaying.opening import RecordedNetworks  # noqa: PLC0415 - only where it is wanted
+
+    networks = RecordedNetworks(address)
+    if len(networks.addresses) > 1:
+        raise AddressError(address.url, f"the log has {len(networks.addresses)} networks", "Use connect_all")
+    return networks.addresses[0], networks.opener_of(networks.addresses[0])
+
+
+def check_patience(reconnect: float) -> float:
+    """See that a time can be waited for.
+
+    Args:
+        reconnect: How long to wait for a robot that was lost, in s.
+
+    Returns:
+        Likewise.
+
+    Raises:
+        ValueError: It is negative, or no number.
+    """
+    if not 0 <= reconnect < float("inf"):
+        raise ValueError(f"the time to wait for a lost robot is a number of seconds, 0 or more, not {reconnect:g}")
+    return reconnect
+
+
+class NetworkOpener(Opener, Protocol):
+    """Opens the link of one network, again and again, and has what else a bridge needs."""
+
+    @property
+    def faults(self) -> FaultSpec | None:
+        """What goes wrong with the line and with an emulated robot; None where nothing is asked for."""
+        ...
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that the link runs by."""
+        ...
+
+    @property
+    def session(self) -> Callable[[], int]:
+        """A source of session numbers."""
+        ...
+
+    def pump(self, link: Link, reopening: Reopening | None, arrived: Callable[[], None] | None, operator: Operator) -> Pump:
+        """What hands over what the link brings."""
+        ...
+
+    def signing_time(self) -> int:
+        """The calendar, as signatures carry it, in 10 us since 2015-01-01 GMT."""
+        ...
+
+
+def open_bridge(
+    address: Address,
+    opener: NetworkOpener,
+    key: SigningKey | None,
+    *,
+    taps: Sequence[Tap],
+    robots: Collection[int] | None,
+    open_sessions: bool,
+    patience: float,
+    operator: Operator | None = None,
+    arrived: Callable[[], None] | None = None,
+) -> Bridge:
+    """Open a network, and begin to serve it.
+
+    Args:
+        address: Its address; also its name.
+        opener: Opens its link.
+        key: Signing key.
+        taps: As in `Bridge`, and what follows likewise.
+        robots: Likewise.
+        open_sessions: Likewise.
+        patience: Likewise.
+        operator: Likewise.
+        arrived: Likewise.
+
+    Raises:
+        AddressError: Nothing can be signed on this link.
+        LinkOpenError: The link could not be opened.
+    """
+    pace = pace_of(address, opener.faults, signed=key is not None)
+    link = opener.open()
+    reading = LastReading(opener.clock)
+    reopening = Reopening(opener, patience) if patience > 0 else None
+    signing = open_signing(key, link, reading, opener.signing_time)
+    operator = operator or Operator()
+    return Bridge(
+        link,
+        reading,
+        taps=taps,
+        robots=robots,
+        open_sessions=open_sessions,
+        session=opener.session,
+        reopening=reopening,
+        pump=opener.pump(link, reopening, arrived, operator),
+        arrived=arrived,
+        operator=operator,
+        network=address.url,
+        signing=signing,
+        pace=pace,
+    )
+
+
+class AddressOpener:
+    """Opens what an address names, again and again: see `hil.bridge.reopening.Opener`.
+
+    Faults go on, from where their chance stood, on every link opened; an emulated robot in this process lives on while there
+    is no link to it.
+
+    Args:
+        address: The address, taken apart.
+        ports: Lists the serial ports of this machine.
+        key: Signing key that an emulated robot in this process comes up with.
+        clock: Tells the time in real time; None makes one.
+
+    Attributes:
+        faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
+        clock: The clock that the link runs by.
+        session: A source of session numbers.
+
+    Raises:
+        AddressError: The URL is no address we know.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        ports: Callable[[], Sequence[SerialPort]] = list_ports,
+        key: SigningKey | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        seed = number_option(address, "seed") or 0
+        self.faults = fault_option(address)
+        self.clock: Clock
+        self.session: Callable[[], int] = random_session
+        self._inner: Callable[[], Link]
+        if address.scheme == "sim":
+            world = _emulated(address, seed, self.faults, key)
+            numbers = generator(seed, Branch.SESSION)
+            self.clock = world
+            self.session = lambda: int(numbers.integers(1, 0x10000))
+            self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
+        else:
+            self.clock = clock or MonotonicClock()
+            bare, _, options = address.url.partition("?")
+            kept = "&".join(option for option in options.split("&") if option and not option.startswith(("faults=", "seed=")))
+            self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
+        self._seed = seed
+        self._faulty: FaultyLink | None = None
+
+    def open(self) -> Link:
+        """Open the link.
+
+        Raises:
+            AddressError: The URL is no address we know.
+            LinkOpenError: The link could not be opened.
+        """
+        if self.faults is None:
+            return self._inner()
+        if self._faulty is None:
+            link = self._inner()
+            self._faulty = FaultyLink(link, self.faults, seed=self._seed, clock=self.clock, split=SPLITTERS[link.wire])
+        else:
+            self._faulty.open_again(self._inner)
+        return self._faulty
+
+    def pump(
+        self,
+        link: Link,
+        reopening: Reopening | None,
+        arrived: Callable[[], None] | None,
+        operator: Operator,  # noqa: ARG002 - a log's is its pump's business
+    ) -> Pump:
+        """What hands over what the link brings."""
+        return open_pump(link, self.clock, reopening, arrived)
+
+    def signing_time(self) -> int:
+        """The calendar, as signatures carry it, in 10 us since 2015-01-01 GMT."""
+        return calendar()
+
+    def let_pass(self, duration: float) -> None:
+        """Let the emulated robot in this process live on, unheard.
+
+        Args:
+            duration: In s, rounded up to whole control periods.
+        """
+        end = self.clock.now() + duration - 1e-9
+        with self._inner() as nobody:
+            while self.clock.now() < end:
+                nobody.read(end - self.clock.now())
+
+
+def asked_for(address: Address) -> int | None:
+    """The system id, or on CAN the node id, that an address asks for; None where it leaves that open.
+
+    Args:
+        address: The address, taken apart.
+
+    Raises:
+        AddressError: It is no whole number.
+    """
+    return number_option(address, "node" if "node" in address.options else "system")
+
+
+def with_system(url: str, system: int) -> str:
+    """The address of one of several robots on a link.
+
+    Args:
+        url: Address of the link; a robot that it names already is replaced.
+        system: System id, or on CAN node id, of the robot.
+    """
+    bare, _, options = url.partition("?")
+    kept = [option for option in options.split("&") if option and not option.startswith(("system=", "node="))]
+    name = "node" if url.startswith("can:") else "system"
+    return f"{bare}?{'&'.join([*kept, f'{name}={system}'])}"
+
+
+def open_address(address: Address, key: SigningKey | None = None) -> tuple[Link, Clock, Callable[[], int]]:
+    """Open what an address names, once.
+
+    Args:
+        address: The address, taken apart.
+        key: Signing key that an emulated robot in this process comes up with.
+
+    Returns:
+        The link, the clock it runs by, and a source of session numbers.
+
+    Raises:
+        AddressError: The URL is no address we know.
+        LinkOpenError: The link could not be opened.
+    """
+    opener = AddressOpener(address, key=key)
+    return opener.open(), opener.clock, opener.session
+
+
+def fault_option(address: Address) -> FaultSpec | None:
+    """The faults that an address asks for.
+
+    Args:
+        address: The address, taken apart.
+
+    Returns:
+        What is to go wrong; None where nothing is asked for.
+
+    Raises:
+        AddressError: Something of it is wrong, or befalls a robot that we do not emulate.
+    """
+    text = address.options.get("faults")
+    if text is None:
+        return None
+    try:
+        spec = read_faults(text)
+    except FaultSpecError as error:
+        raise AddressError(address.url, f"faults: {error}") from error
+    if spec.of_device and address.scheme != "sim":
+        raise AddressError(
+            address.url,
+            f"the fault '{spec.of_device[0]}' is one of the robot itself, and this robot is not emulated here",
+            "Give it to `hil emulate --faults`, or have a real robot rehearse it with Junior.inject_failure",
+        )
+    return spec
+
+
+def fault_file(address: Address) -> bytes | None:
+    """The content of the file that an address takes its faults from; None where it names none.
+
+    Args:
+        address: The address, taken apart.
+
+    Raises:
+        AddressError: It can't be read.
+    """
+    try:
+        return fault_file_of(address.options.get("faults", ""))
+    except FaultSpecError as error:
+        raise AddressError(address.url, f"faults: {error}") from error
+
+
+def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
+    """An emulated robot in this process, or several."""
+    from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.world import junior_world  # noqa: PLC0415
+
+    address.only(*SIM_OPTIONS)
+    if address.target != "junior":
+        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior")
+    referee = address.options.get("referee", "1")
+    if referee not in {"0", "1"}:
+        raise AddressError(address.url, "referee is 0 or 1")
+    wire = address.options.get("wire", MAVLINK)
+    if wire not in SPLITTERS:
+        raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
+    board = address.options.get("board", BOARDS[0])
+    if board not in BOARDS:
+        raise AddressError(address.url, f"board is {' or '.join(BOARDS)}")
+    maker = board_maker(board, wire)
+    if key is not None and wire != MAVLINK:
+        raise no_signatures(address.url)
+    if key is not None and maker is not None:
+        raise AddressError(address.url, "the firmware of this board is built without signing", "Leave --signing-key out")
+    count = number_option(address, "count")
+    opponent = address.options.get("opponent", "flat-light")
+    refereed = referee == "1"
+    try:
+        if count is None:
+            return junior_world(
+                opponent=opponent,
+                seed=seed,
+                referee=refereed,
+                wire=wire,
+                faults=faults,
+                board=maker,
+                signing_key=key,
+            )
+        return Crowd(
+            count,
+            opponent=opponent,
+            seed=seed,
+            referee=refereed,
+            wire=wire,
+            faults=faults,
+            board=maker,
+            signing_key=key,
+        )
+    except ValueError as error:
+        raise AddressError(address.url, str(error)) from error
+
+
+def board_maker(name: str, wire: str = MAVLINK) -> BoardMaker | None:
+    """What puts a board into an emulated robot.
+
+    Args:
+        name: One of `BOARDS`.
+        wire: What it is to speak.
+
+    Returns:
+        The maker; None where the world's own board will do.
+
+    Raises:
+        AddressError: That board does not speak it.
+    """
+    if name != "avr":
+        return None
+    if wire != MAVLINK:
+        raise AddressError("board=avr", "the AVR board has a serial line and no CAN", "Choose another wire or another board")
+    from simdevice.avr_board import AvrBoard  # noqa: PLC0415 - only where it is wanted
+
+    return AvrBoard
+
+
+def number_option(address: Address, name: str) -> int | None:
+    """A whole number among the options of an address.
+
+    Args:
+        address: The address, taken apart.
+        name: Which option.
+
+    Returns:
+        Its value; None where it is not given.
+
+    Raises:
+        AddressError: It is no whole number.
+    """
+    text = address.options.get(name)
+    if text is None:
+        return None
+    number = whole_number(text, 2**32 - 1)
+    if number is None:
+        raise AddressError(address.url, f"{name} is a whole number, 0 to {2**32 - 1}, not {text[:40]!r}")
+    return number

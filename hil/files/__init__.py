@@ -1,0 +1,1 @@
+"""Files that people name, to be read or written."""

@@ -1,0 +1,43 @@
+"""Pictures in a log, made of what robots say while it is written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from firmware_protocol.events import Received
+    from firmware_protocol.wire.fields import Message
+
+
+class Drawing(Protocol):
+    """Draws what the messages of a role tell."""
+
+    def received(self, event: Received) -> bool:
+        """A message was heard, and written.
+
+        Args:
+            event: The message.
+
+        Returns:
+            It is one that is drawn.
+        """
+        ...
+
+    def sent(self, message: Message) -> None:
+        """A message of ours is said.
+
+        Args:
+            message: The message.
+        """
+        ...
+
+
+class NoDrawing:
+    """Draws nothing."""
+
+    def received(self, event: Received) -> bool:  # noqa: ARG002 - part of the interface
+        """See `Drawing.received`."""
+        return False
+
+    def sent(self, message: Message) -> None:
+        """See `Drawing.sent`."""

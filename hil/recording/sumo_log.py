@@ -1,0 +1,171 @@
+"""What a sumo robot's run has to say for its log: decisions, trials, generations, bouts, advice."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING
+
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from hil.mcaplog.records import AdviceRecord, CheckpointRecord, CreditRecord, DecisionRecord, StepRecord, TrialRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from enum import IntEnum
+
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Engagement
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
+
+
+class SumoLog(ABC):
+    """Puts what is told of a run into the entries of a log, which whoever derives from it as from `WireLog` writes.
+
+    Attributes:
+        now: Log time of what is told, in s.
+    """
+
+    now: float
+
+    @abstractmethod
+    def note(self, kind: str, text: str, **fields: object) -> None:
+        """See `WireLog.note`."""
+
+    @abstractmethod
+    def record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+        """See `WireLog.record`."""
+
+    def series(self, title: str) -> None:
+        """What follows belongs together: `coaching`, `bouts played by the advice`, `bouts played by random maneuvers`."""
+        self.note("series", title)
+
+    def decision(self, trial: Trial) -> None:
+        """The learner asks for a maneuver.
+
+        Args:
+            trial: What it asks for, and why.
+        """
+        previous, current = (_label(code) for code in trial.category)
+        record = DecisionRecord(
+            trial=trial.id,
+            phase=trial.phase,
+            exam=trial.exam,
+            generation=trial.generation,
+            tried=trial.tried,
+            previous=previous,
+            current=current,
+            actions=str(trial.maneuver),
+            motive=trial.motive,
+            origin=trial.origin,
+            parents=trial.parents,
+            digest=trial.digest,
+        )
+        self.record("/pal/decision", record, self.now)
+
+    def credit(self, credit: Credit) -> None:
+        """The learner was told something, and has credited it.
+
+        Args:
+            credit: What to which trials.
+        """
+        record = CreditRecord(
+            trial=credit.trial,
+            telling=credit.telling,
+            trials=credit.trials,
+            credits=credit.credits,
+            rated=credit.rated,
+            fitness=credit.fitness,
+            digest=credit.digest,
+        )
+        self.record("/pal/credit", record, self.now)
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """A checkpoint was due.
+
+        Args:
+            used: Maneuvers performed by then.
+            digest: Of the learner's whole state.
+        """
+        self.record("/pal/checkpoint", CheckpointRecord(used, digest), self.now)
+
+    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+        """A maneuver was performed for the learner.
+
+        Args:
+            trial: What the learner asked for.
+            engagement: What the robot did.
+            performance: What the learner was told of it.
+            fitness: What that was worth to the learner.
+        """
+        previous, current = (_label(code) for code in trial.category)
+        record = TrialRecord(
+            id=trial.id,
+            previous=previous,
+            current=current,
+            phase=trial.phase,
+            exam=trial.exam,
+            actions=str(trial.maneuver),
+            period=trial.maneuver.period,
+            fitness=fitness,
+            performed=len(performance.tallies),
+            won=performance.won,
+            lost=performance.lost,
+            progress=performance.progress,
+            duration=engagement.duration,
+            ended=_words(engagement.report.outcome),
+        )
+        self.record("/pal/trial", record, self.now)
+
+    def generation(self, generation: GenerationRecord) -> None:
+        """The learner has made a step in one category.
+
+        Args:
+            generation: The state of that category.
+        """
+        previous, current = (_label(code) for code in generation.category)
+        record = StepRecord(
+            previous=previous,
+            current=current,
+            phase=generation.phase,
+            generation=generation.generation,
+            used=generation.used,
+            evaluations=generation.evaluations,
+            best=generation.best,
+            mean=generation.mean,
+            actions=generation.maneuver,
+        )
+        self.record("/pal/generation", record, self.now)
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        outcome = _words(bout.outcome)
+        self.note(
+            "bout",
+            f"bout {bout.number}: {outcome} after {bout.time:.1f} s",
+            number=bout.number,
+            seed=bout.seed,
+            outcome=outcome,
+            time=bout.time,
+            maneuvers=bout.maneuvers,
+        )
+
+    def interrupted(self, bout: int, error: str) -> None:
+        """The robot was lost in a bout, which will be begun again.
+
+        Args:
+            bout: Number of the bout.
+            error: What was said of the loss.
+        """
+        self.note("bout", f"bout {bout} is interrupted: {error}", number=bout, outcome="interrupted")
+
+    def advice(self, advice: Mapping[str, object]) -> None:
+        """The advice as it stands, as plain values (what the advice file holds)."""
+        self.record("/pal/advice", AdviceRecord(json.dumps(advice, sort_keys=True)), self.now)
+
+
+def _words(member: IntEnum) -> str:
+    return member.name.lower().replace("_", " ")
+
+
+def _label(code: int) -> str:
+    return "any" if code == ANY_STIMULUS else Stimulus(code).label

@@ -1,0 +1,107 @@
+"""What a coaching run came to, in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+
+if TYPE_CHECKING:
+    from hil.sumo.bouts import Tally
+    from hil.sumo.coaching import Coaching
+    from pal_advisor.maneuvers import Advice, AdviceEntry
+
+EYES = {0: "no eye sees it", 1: "the left eye sees it", 2: "the right eye sees it", 3: "both eyes see it"}
+ARMS = {0: "", 4: ", the left arm touches", 8: ", the right arm touches", 12: ", both arms touch"}
+
+
+def in_words(stimulus: int) -> str:
+    """A stimulus in words.
+
+    Args:
+        stimulus: Its code.
+    """
+    return EYES[stimulus & 3] + ARMS[stimulus & 12]
+
+
+def label(entry: AdviceEntry) -> str:
+    """Short name of the situation an entry is for: `both`, or `left>both` where the previous stimulus matters."""
+    current = Stimulus(entry.current).label
+    return current if entry.previous == ANY_STIMULUS else f"{Stimulus(entry.previous).label}>{current}"
+
+
+def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
+    """What was learnt, by the name of the situation.
+
+    Args:
+        advice: What was learnt.
+
+    Returns:
+        Plain values.
+    """
+    return {
+        label(entry): {
+            "maneuver": [action.name for action in entry.actions],
+            "fitness": round(entry.fitness, 3),
+            "evaluations": entry.evaluations,
+            "names": list(entry.names),
+        }
+        for entry in advice.entries
+    }
+
+
+def coaching_summary(
+    coaching: Coaching,
+    tally: Tally | None,
+    random: Tally | None,
+    *,
+    opponent: str,
+    files: dict[str, object],
+    wall_seconds: float,
+) -> list[str]:
+    """What was learnt, against what, how it plays, where the files are.
+
+    Args:
+        coaching: The run.
+        tally: Held-out bouts played by the advice; None where there were none.
+        random: The same with random maneuvers.
+        opponent: Name of the opponent.
+        files: Paths by name: advice, log, report, checkpoint.
+        wall_seconds: Time it took, in s.
+
+    Returns:
+        Lines.
+    """
+    progress, advice = coaching.progress, coaching.pal.advice()
+    headline = (
+        f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
+        f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s."
+    )
+    lines = [
+        "",
+        headline,
+        "",
+        "What Junior learnt:",
+    ]
+    for entry in advice.entries:
+        before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
+        actions = " ".join(action.name for action in entry.actions)
+        called = f", {' and '.join(entry.names)}" if entry.names else ""
+        times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
+        worth = f"Worth {entry.fitness:.1f}, tried {times}."
+        lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
+    lines.append("")
+    if tally is None:
+        lines.append("How it plays was not tried: there were no held-out bouts.")
+    else:
+        low, high = tally.win_rate.ci95
+        won = f"How it plays: won {tally.wins} of {tally.trials} bouts from fresh poses (95 % interval {low:.2f} to {high:.2f})"
+        time = "" if tally.median_time_to_win is None else f", in {tally.median_time_to_win:.1f} s by the median"
+        versus = f"; random maneuvers won {random.wins} of {random.trials}" if random else ""
+        lines.append(f"{won}{time}{versus}.")
+    lines.append("")
+    kinds = ("advice", "report", "log", "checkpoint")
+    lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
+    if tally is not None and files.get("advice"):
+        lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
+    return lines
