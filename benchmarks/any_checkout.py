@@ -1,6 +1,6 @@
 """Plays lock-step bouts with whatever checkout is first on the path, of now or of before, and prints how fast it was.
 
-`lockstep_bout.py CHECKOUT` runs it. Modules are looked for by all the names that they have had.
+`lockstep_bout.py CHECKOUT` runs it. Modules are taken from the folder that they are in there.
 
     PYTHONPATH=CHECKOUT python benchmarks/any_checkout.py OPPONENT BOUTS
 """
@@ -8,8 +8,8 @@
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import sys
+from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, Any
 
@@ -37,16 +37,9 @@ class FourActions:
 
 def of(module: str, name: str) -> Callable[..., Any]:
     """A function of a module of `hil`, in the folder that it is in now or in none, as before."""
-    there = next(found for found in (f"hil.sumo.{module}", f"hil.{module}") if _is_there(found))
-    function: Callable[..., Any] = getattr(importlib.import_module(there), name)
+    folder = "hil.sumo" if (Path(hil.__file__).parent / "sumo").is_dir() else "hil"
+    function: Callable[..., Any] = getattr(importlib.import_module(f"{folder}.{module}"), name)
     return function
-
-
-def _is_there(module: str) -> bool:
-    try:
-        return importlib.util.find_spec(module) is not None
-    except ModuleNotFoundError:
-        return False
 
 
 def main() -> None:
