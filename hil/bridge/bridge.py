@@ -350,11 +350,9 @@ class Bridge:
             return float("inf")
         if not self.peers:
             return self._hello_due
-        soonest = float("inf")
-        for peer in self.peers.values():
-            soonest = min(soonest, peer.next_due())
-            if peer.kept:
-                soonest = min(soonest, self._alive_due)
+        soonest = min([peer.next_due() for peer in self.peers.values()])
+        if self._alive_due < soonest and any(peer.kept for peer in self.peers.values()):
+            return self._alive_due
         return soonest
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:

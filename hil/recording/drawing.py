@@ -12,14 +12,11 @@ if TYPE_CHECKING:
 class Drawing(Protocol):
     """Draws what the messages of a role tell."""
 
-    def received(self, event: Received) -> bool:
+    def received(self, event: Received) -> None:
         """A message was heard, and written.
 
         Args:
             event: The message.
-
-        Returns:
-            It is one that is drawn.
         """
         ...
 
@@ -35,9 +32,8 @@ class Drawing(Protocol):
 class NoDrawing:
     """Draws nothing."""
 
-    def received(self, event: Received) -> bool:  # noqa: ARG002 - part of the interface
+    def received(self, event: Received) -> None:
         """See `Drawing.received`."""
-        return False
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""

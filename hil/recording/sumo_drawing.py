@@ -29,18 +29,13 @@ class SumoDrawing:
         self._scene = SceneClock()
         self._drawn = Protagonist()
 
-    def received(self, event: Received) -> bool:
+    def received(self, event: Received) -> None:
         """See `Drawing.received`."""
         message = event.message
-        if isinstance(message, JuniorSensors):
-            if self._drawn.heard(event.system):
-                self._plot(message, event.time)
-        elif isinstance(message, RefereeState):
-            if self._drawn.heard(event.system):
-                self._draw(message, event.time)
-        else:
-            return False
-        return True
+        if isinstance(message, JuniorSensors) and self._drawn.heard(event.system):
+            self._plot(message, event.time)
+        elif isinstance(message, RefereeState) and self._drawn.heard(event.system):
+            self._draw(message, event.time)
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""

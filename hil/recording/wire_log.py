@@ -200,8 +200,7 @@ class WireLog:
             return
         message = event.message
         self._message(message, sender_suffix(event.system, event.component, event.sequence), event.time)
-        if self._drawing.received(event):
-            return
+        self._drawing.received(event)
         if isinstance(message, CommandAck):
             self._rehearsed(event.system, message)
         elif isinstance(message, Statustext):

@@ -14,13 +14,13 @@ from firmware_protocol.messages import JuniorSensors, RobotAlive
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hil.recording.recorder import Recorder
+    from hil.recording.wire_log import WireLog
 
 ABOUT: dict[str, Any] = {"run": {"command": "a test"}, "config": {"seed": "1"}, "link": "memory:"}
 FRAME = bytes(range(48))
 
 
-def step(recorder: Recorder, number: int, *, period: float = 0.01) -> None:
+def step(recorder: WireLog, number: int, *, period: float = 0.01) -> None:
     """One step as most are: a chunk with a message, and something said.
 
     Args:

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from peer_bench import Bench, failed
 
+import firmware_protocol
 from firmware_protocol.messages import (
+    JUNIOR_MESSAGES,
+    REFEREE_MESSAGES,
     ROBOT_COMPONENT,
     Command,
     CommandLong,
@@ -115,3 +120,22 @@ def test_the_table_names_a_product_once_and_tells_what_gives_a_robot_away() -> N
     for role in ROLES:
         assert role.readings in role.streams
         assert role.streams[role.readings] <= role.slowest
+
+
+ROOT = Path(firmware_protocol.__file__).parent.parent
+GENERAL = [
+    *sorted((ROOT / "firmware_protocol/peer").glob("*.py")),
+    *sorted((ROOT / "hil/bridge").glob("*.py")),
+    *(ROOT / "hil/recording" / name for name in ("wire_log.py", "drawing.py")),
+]
+
+
+@pytest.mark.parametrize("path", GENERAL, ids=lambda path: str(path.relative_to(ROOT)))
+def test_what_is_true_of_any_robot_names_no_message_of_a_role(path: Path) -> None:
+    """`messages` has those of all roles, so that import-linter can't see it."""
+    of_roles = {message.__name__ for message in (*JUNIOR_MESSAGES, *REFEREE_MESSAGES)} | {"REFEREE_COMPONENT"}
+    named = {node.id for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Name)}
+    imported = {
+        alias.name for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
+    assert not of_roles & (named | imported)
