@@ -157,7 +157,8 @@ CASES: Final = (
 
 
 BY_NIGHT: Final = {
-    "coach", "signed bout", "random bout on CAN", "deploy in real time", "monitor", "check in real time", "param"
+    "coach", "signed bout", "random bout on CAN", "deploy in real time", "monitor", "check in real time",
+    "param loaded in real time",
 }  # fmt: skip
 """Cases of which others show much the same."""
 

@@ -388,7 +388,14 @@ SOME: Final = [
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("link", "names"), [("can://virtual/checked", SOME), (MULTICAST, ON_A_BUS), ("slcan", ON_A_BUS)])
+@pytest.mark.parametrize(
+    ("link", "names"),
+    [
+        pytest.param("can://virtual/checked", SOME, marks=pytest.mark.nightly),
+        (MULTICAST, ON_A_BUS),
+        pytest.param("slcan", ON_A_BUS, marks=pytest.mark.nightly),
+    ],
+)
 def test_it_passes_over_a_bus_in_real_time(link: str, names: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     wanted = [argument for name in names for argument in ("--only", name)]
     with served(link) as url:

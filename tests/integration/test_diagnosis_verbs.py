@@ -39,7 +39,7 @@ pytestmark = [
     pytest.mark.skipif(sys.platform == "win32", reason="there are no ptys on Windows"),
 ]
 
-RARER: Final = {"another vehicle", "a ground station", "id 255", "text"}
+RARER: Final = {"another vehicle", "a ground station", "id 0", "id 255", "text", "full", "MAVLink 1"}
 """Every command is tried with them at night; what is judged of them is tried in `test_diagnosis.py` each time."""
 WAIT: Final = 0.6
 """How long every command waits for a robot here, in s."""

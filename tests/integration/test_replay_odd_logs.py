@@ -118,7 +118,7 @@ def test_several_networks_in_one_log(tmp_path: Path) -> None:
         hil.replay(log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_several_networks_in_real_time_take_no_time_again(tmp_path: Path) -> None:
     log = tmp_path / "log.mcap"
     with served("tcp://127.0.0.1:0") as one, served("udp://127.0.0.1:0") as other:
@@ -251,7 +251,13 @@ def test_a_better_wording_is_no_difference_unless_asked_for(lockstep: EditedLog,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("topic", decision_topics())
+@pytest.mark.parametrize(
+    "topic",
+    [
+        pytest.param(topic, marks=[] if topic in {"/wire/tx", "/pal/decision"} else [pytest.mark.nightly])
+        for topic in decision_topics()
+    ],
+)
 def test_a_decision_that_is_missing_and_one_too_many(topic: str, lockstep: EditedLog, tmp_path: Path) -> None:
     if topic == "/wire/unsent":
         pytest.skip("no kept log has one")
@@ -378,7 +384,7 @@ def test_a_log_whose_beginning_is_missing(lockstep: EditedLog, tmp_path: Path, c
     assert "sim://junior?seed=99" in refused(other.write(path), capsys)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_bytes_that_are_missing_are_no_traceback(lockstep: EditedLog, tmp_path: Path) -> None:
     """A log in which an entry of the wire is missing differs, or can't be replayed."""
     for topic in (RX, TX, "/bridge/session"):

@@ -38,7 +38,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture(params=[9600, 19200, 38400])
+@pytest.fixture(params=[9600, pytest.param(19200, marks=pytest.mark.nightly), 38400])
 def line(request: pytest.FixtureRequest) -> Iterator[tuple[str, int]]:
     """A robot on a slow line: its address, and the interval of its readings in ms."""
     baud: int = request.param
