@@ -81,7 +81,6 @@ class WireLog:
         on_failure: Is told, in words, when the disk does not take any more, and which file holds what there is of the log
             (None: no file does); the run goes on without a log.
         writer: Takes the entries; None writes them to `path`.
-        drawing: Makes pictures of it; None: there are none.
 
     Attributes:
         now: Log time of what is noted, in s: the last step's reading of the clock.
@@ -104,7 +103,6 @@ class WireLog:
         overwrite: bool = False,
         on_failure: Callable[[str, Path | None], None] | None = None,
         writer: LogSink | None = None,
-        drawing: Callable[[LogSink], Drawing] | None = None,
     ) -> None:
         self.path = path
         self._writer: LogSink = writer or LogWriter(
@@ -121,8 +119,12 @@ class WireLog:
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
-        self._drawing: Drawing = NoDrawing() if drawing is None else drawing(self._writer)
+        self._drawing = self._make_drawing()
         self._failures: dict[int, CommandLong] = {}
+
+    def _make_drawing(self) -> Drawing:
+        """What makes pictures of what is heard and said: none, of a robot of no known role."""
+        return NoDrawing()
 
     def __enter__(self) -> Self:
         return self

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.wire.fields import Message
+    from hil.recording.drawing import Drawing
 
 SEEN = RefereeState(1.0, 1, 1.0, (0.1, 0.2), 1.5, (0.2, 0.0), -1.0, 0.1, 1, 0, 1)
 
@@ -61,7 +62,12 @@ class Sketch:
 
 def test_whoever_draws_is_shown_every_message(tmp_path: Path) -> None:
     sketch = Sketch()
-    with WireLog(tmp_path / "log.mcap", **ABOUT, lockstep=True, drawing=lambda _writer: sketch) as log:
+
+    class Sketched(WireLog):
+        def _make_drawing(self) -> Drawing:
+            return sketch
+
+    with Sketched(tmp_path / "log.mcap", **ABOUT, lockstep=True) as log:
         log.sent(0.5, CommandLong(1, 1, 400))
         for message in (CommandAck(400, 0), Statustext(6, "hello")):
             log.received(Received(message, 1, 1, 0, 1.0, b""))
