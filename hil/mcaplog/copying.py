@@ -2,41 +2,23 @@
 
 from __future__ import annotations
 
-import zlib
-from struct import Struct, pack
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, BinaryIO
 
 import zstandard
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Statistics,
-    SummaryOffset,
-)
+from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, MetadataIndex
 from mcap.records import Schema as SchemaRecord
 
-from hil.mcaplog.overview import MESSAGE_SIZE
+from hil.mcaplog.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
 from hil.mcaplog.unpacking import RECORD_HEAD, stream
 from hil.mcaplog.writer import MAGIC, SIZES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
+
+    from mcap.records import AttachmentIndex, ChunkIndex
 
     from hil.mcaplog.reader import RawEntry
-
-_MESSAGE: Final = Struct("<BQHIQQ")
-_INDEX_HEAD: Final = Struct("<BQHI")
 
 
 class LogCopy:
@@ -93,11 +75,14 @@ class LogCopy:
         if entry.channel not in self._channels:
             self._describe(channel, schema)
         self._index.setdefault(entry.channel, []).extend((entry.log_time, len(self._buffer)))
-        length = MESSAGE_SIZE - RECORD_HEAD.size + len(entry.data)
-        self._buffer += _MESSAGE.pack(Opcode.MESSAGE, length, entry.channel, entry.sequence, entry.log_time, entry.publish_time)
+        size = MESSAGE_RECORD_HEAD.size + len(entry.data)
+        length = size - RECORD_HEAD.size
+        self._buffer += MESSAGE_RECORD_HEAD.pack(
+            Opcode.MESSAGE, length, entry.channel, entry.sequence, entry.log_time, entry.publish_time
+        )
         self._buffer += entry.data
         self._counts[entry.channel] = self._counts.get(entry.channel, 0) + 1
-        self._sizes[channel.topic] = self._sizes.get(channel.topic, 0) + MESSAGE_SIZE + len(entry.data)
+        self._sizes[channel.topic] = self._sizes.get(channel.topic, 0) + size
         if len(self._buffer) >= self._chunk_size:
             self._finish_chunk()
 
@@ -115,17 +100,7 @@ class LogCopy:
         """Append an attachment as it stands."""
         found = Attachment.read(stream(content))
         record = RECORD_HEAD.pack(Opcode.ATTACHMENT, len(content)) + content
-        self._attachments.append(
-            AttachmentIndex(
-                offset=self._offset,
-                length=len(record),
-                log_time=found.log_time,
-                create_time=found.create_time,
-                data_size=len(found.data),
-                name=found.name,
-                media_type=found.media_type,
-            )
-        )
+        self._attachments.append(index_attachment(found, self._offset, len(record)))
         self._put(record)
 
     def finish(self) -> None:
@@ -133,7 +108,18 @@ class LogCopy:
         self._finish_chunk()
         self.values(SIZES, {topic: str(size) for topic, size in sorted(self._sizes.items())})
         self._put(serialize(DataEnd(0)))
-        self._put(self._summary())
+        self._put(
+            pack_summary(
+                self._offset,
+                schemas=list(self._schemas.values()),
+                channels=list(self._channels.values()),
+                counts=self._counts,
+                chunks=self._chunks,
+                attachments=self._attachments,
+                metadata=self._metadata,
+                indexed=self._indexed,
+            )
+        )
         self._put(MAGIC)
 
     def _describe(self, channel: Channel, schema: SchemaRecord | None) -> None:
@@ -146,62 +132,12 @@ class LogCopy:
     def _finish_chunk(self) -> None:
         if not self._index:
             return
-        times = [time for places in self._index.values() for time in places[::2]]
-        raw, start = bytes(self._buffer), self._offset
-        chunk = Chunk(
-            compression="zstd",
-            data=self._compressor.compress(raw),
-            message_end_time=max(times),
-            message_start_time=min(times),
-            uncompressed_crc=zlib.crc32(raw),
-            uncompressed_size=len(raw),
-        )
-        body = serialize(chunk)
-        self._put(body)
-        offsets: dict[int, int] = {}
-        for channel, places in self._index.items() if self._indexed else ():
-            offsets[channel] = self._offset
-            size = 8 * len(places)
-            self._put(_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(places)}Q", *places))
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=len(body),
-                chunk_start_offset=start,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=chunk.message_end_time,
-                message_index_length=self._offset - start - len(body),
-                message_index_offsets=offsets,
-                message_start_time=chunk.message_start_time,
-                uncompressed_size=len(raw),
-            )
-        )
+        raw = bytes(self._buffer)
+        records, found = pack_chunk(raw, self._index, self._offset, self._compressor, indexed=self._indexed)
+        self._put(records)
+        self._chunks.append(found)
         self._buffer.clear()
         self._index.clear()
-
-    def _summary(self) -> bytes:
-        statistics = Statistics(
-            attachment_count=len(self._attachments),
-            channel_count=len(self._channels),
-            channel_message_counts=dict(sorted(self._counts.items())),
-            chunk_count=len(self._chunks),
-            message_count=self.entries,
-            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
-            message_start_time=min((chunk.message_start_time for chunk in self._chunks), default=0),
-            metadata_count=len(self._metadata),
-            schema_count=len(self._schemas),
-        )
-        return summary(
-            self._offset,
-            {
-                Opcode.SCHEMA: list(self._schemas.values()),
-                Opcode.CHANNEL: list(self._channels.values()),
-                Opcode.STATISTICS: [statistics],
-                Opcode.CHUNK_INDEX: self._chunks if self._indexed else [],
-                Opcode.ATTACHMENT_INDEX: self._attachments,
-                Opcode.METADATA_INDEX: self._metadata,
-            },
-        )
 
     def _put_metadata(self, name: str, record: bytes) -> None:
         self._metadata.append(MetadataIndex(offset=self._offset, length=len(record), name=name))
@@ -210,29 +146,3 @@ class LogCopy:
     def _put(self, data: bytes) -> None:
         self._file.write(data)
         self._offset += len(data)
-
-
-def summary(begin: int, groups: Mapping[Opcode, Sequence[McapRecord]]) -> bytes:
-    """The summary of a log, from its first record to the footer.
-
-    Args:
-        begin: Where it will begin in the file, in bytes.
-        groups: Its records by kind.
-    """
-    body, offsets = bytearray(), bytearray()
-    for opcode, records in groups.items():
-        group = b"".join(map(serialize, records))
-        if group:
-            offsets += serialize(SummaryOffset(group_opcode=opcode, group_start=begin + len(body), group_length=len(group)))
-        body += group
-    footer = Footer(summary_start=begin, summary_offset_start=begin + len(body), summary_crc=0)
-    footer.summary_crc = zlib.crc32(serialize(footer)[:-4], zlib.crc32(body + offsets))
-    return bytes(body + offsets) + serialize(footer)
-
-
-def serialize(record: McapRecord) -> bytes:
-    """A record as it stands in a file."""
-    builder = RecordBuilder()
-    record.write(builder)
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return data

@@ -15,6 +15,7 @@ from mcap.opcode import Opcode
 
 from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.limits import remedy
+from hil.mcaplog.packing import INDEX_HEAD
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
 from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError, shown
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
 MESSAGE_HEAD: Final = Struct("<HIQQ")
 """Channel, sequence, log time and publish time of an entry, times in ns."""
 _ENTRY_HEAD: Final = Struct("<BQHIQ")
-_INDEX_HEAD: Final = Struct("<BQHI")
 _LARGEST_EMPTY_INDEXES: Final = 1 << 16
 _MOST_WORDS: Final = 500
 """Topics and reasons by which entries that can't be given are counted apart."""
@@ -342,12 +342,12 @@ def _places(indexes: bytes, wanted: Collection[int], data: bytes) -> list[tuple[
     missing = set(wanted)
     at = 0
     while at < len(indexes):
-        opcode, length, channel, size = _INDEX_HEAD.unpack_from(indexes, at)
+        opcode, length, channel, size = INDEX_HEAD.unpack_from(indexes, at)
         if opcode != Opcode.MESSAGE_INDEX or size + 6 != length:  # with more in it, one bit could take entries out of it
             raise ValueError("no message index")
         if channel in wanted:
             missing.discard(channel)
-            begin = at + _INDEX_HEAD.size
+            begin = at + INDEX_HEAD.size
             found += [_place(data, place, channel, stamp) for stamp, place in iter_unpack("<QQ", indexes[begin : begin + size])]
         at += RECORD_HEAD.size + length
     if missing:  # some writers name indexes that they do not write: the chunk itself tells

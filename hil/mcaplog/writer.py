@@ -9,37 +9,23 @@ The rare records are serialized by the `mcap` package. Messages and their index 
 
 from __future__ import annotations
 
-import zlib
-from struct import Struct, pack
 from typing import TYPE_CHECKING, Final
 
 import zstandard
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import (
-    Attachment,
-    AttachmentIndex,
-    Channel,
-    Chunk,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    Header,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Statistics,
-    SummaryOffset,
-)
+from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, MetadataIndex
 from mcap.records import Schema as SchemaRecord
 
 from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.log_file import LogFile
+from hil.mcaplog.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
+
+    from mcap.records import AttachmentIndex, ChunkIndex
 
     from hil.mcaplog.schemas import Schema
 
@@ -61,11 +47,9 @@ LONG_CHUNK_SIZE: Final = 1024 * 1024
 LEVEL: Final = 6
 """How hard zstd tries: 5 % less than with its usual 3, for 0.15 ms a robot second; beyond it little is gained for much more."""
 _PADDING: Final = "padding"
-_MESSAGE_HEAD: Final = Struct("<BQHIQQ")
-_PACK_HEAD: Final = _MESSAGE_HEAD.pack
-_HEAD_SIZE: Final = _MESSAGE_HEAD.size
+_PACK_HEAD: Final = MESSAGE_RECORD_HEAD.pack
+_HEAD_SIZE: Final = MESSAGE_RECORD_HEAD.size
 _MESSAGE: Final = int(Opcode.MESSAGE)
-_INDEX_HEAD: Final = Struct("<BQHI")
 
 
 class LogWriter:
@@ -126,7 +110,6 @@ class LogWriter:
         """Messages of each channel so far, which number them."""
         self._sizes: dict[int, int] = {}
         """Bytes of each channel's message records."""
-        self._span: tuple[int, int] | None = None
         self._open = True
         try:
             self._output = output or Output(path, overwrite=overwrite)
@@ -134,7 +117,7 @@ class LogWriter:
             raise LogError(f"cannot write the log {path}: {error.strerror}. Choose another place, or do without") from error
         self._file = LogFile(self._output)
         self._on_failure = on_failure
-        self._put(MAGIC + _serialize(Header(profile="", library=LIBRARY)))
+        self._put(MAGIC + serialize(Header(profile="", library=LIBRARY)))
         self._write_metadata(RUN, _padded(run))
         self._flush_file()
 
@@ -171,11 +154,11 @@ class LogWriter:
         if record is None:
             record = SchemaRecord(id=len(self._schemas) + 1, data=schema, encoding=schema_encoding, name=schema_name)
             self._schemas[schema_name] = record
-            self._buffer += _serialize(record)
+            self._buffer += serialize(record)
         found = Channel(id=len(self._channels) + 1, topic=topic, message_encoding=encoding, metadata={}, schema_id=record.id)
         self._channels[topic] = found
         self._counts[found.id] = self._sizes[found.id] = 0
-        self._buffer += _serialize(found)
+        self._buffer += serialize(found)
         return found.id
 
     def write(self, channel: int, time: float, data: bytes) -> None:
@@ -237,19 +220,9 @@ class LogWriter:
         """
         if not self._open:
             return
-        stamp = round(time * 1e9)
-        record = _serialize(Attachment(create_time=0, log_time=stamp, name=name, media_type=media_type, data=data))
-        self._attachments.append(
-            AttachmentIndex(
-                offset=self._file.offset,
-                length=len(record),
-                log_time=stamp,
-                create_time=0,
-                data_size=len(data),
-                name=name,
-                media_type=media_type,
-            )
-        )
+        attached = Attachment(create_time=0, log_time=round(time * 1e9), name=name, media_type=media_type, data=data)
+        record = serialize(attached)
+        self._attachments.append(index_attachment(attached, self._file.offset, len(record)))
         self._put(record)
         self._write_tail()
 
@@ -276,8 +249,18 @@ class LogWriter:
         self._finish_chunk()
         sizes = {topic: str(self._sizes[channel.id]) for topic, channel in self._channels.items()}
         self._write_metadata(SIZES, sizes)
-        self._put(_serialize(DataEnd(0)))
-        self._put(self._summary())
+        self._put(serialize(DataEnd(0)))
+        self._put(
+            pack_summary(
+                self._file.offset,
+                schemas=list(self._schemas.values()),
+                channels=list(self._channels.values()),
+                counts=self._counts,
+                chunks=self._chunks,
+                attachments=self._attachments,
+                metadata=self._metadata,
+            )
+        )
         self._put(MAGIC)
         if self._open:
             try:
@@ -297,77 +280,17 @@ class LogWriter:
             return
         raw, index = bytes(self._buffer), self._index
         self._forget()
-        stamps = [stamp for place in index.values() for stamp in (min(place[::2]), max(place[::2]))]
-        first, last = min(stamps), max(stamps)
-        chunk = Chunk("zstd", self._compressor.compress(raw), last, first, zlib.crc32(raw), len(raw))
-        start = self._file.offset
-        body = _serialize(chunk)
-        pieces, length = [body], len(body)
-        offsets: dict[int, int] = {}
-        for channel, place in index.items():
-            offsets[channel] = start + length
-            size = 8 * len(place)
-            piece = _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + pack(f"<{len(place)}Q", *place)
-            pieces.append(piece)
-            length += len(piece)
-        self._put(b"".join(pieces))
-        self._chunks.append(
-            ChunkIndex(
-                chunk_length=len(body),
-                chunk_start_offset=start,
-                compression=chunk.compression,
-                compressed_size=len(chunk.data),
-                message_end_time=last,
-                message_index_length=length - len(body),
-                message_index_offsets=offsets,
-                message_start_time=first,
-                uncompressed_size=len(raw),
-            )
-        )
-        self._span = (first, last) if self._span is None else (min(first, self._span[0]), max(last, self._span[1]))
+        records, found = pack_chunk(raw, index, self._file.offset, self._compressor)
+        self._put(records)
+        self._chunks.append(found)
 
     def _forget(self) -> None:
         self._buffer, self._index = bytearray(), {}
 
     def _write_metadata(self, name: str, values: dict[str, str]) -> None:
-        record = _serialize(Metadata(name=name, metadata=values))
+        record = serialize(Metadata(name=name, metadata=values))
         self._metadata.append(MetadataIndex(offset=self._file.offset, length=len(record), name=name))
         self._put(record)
-
-    def _summary(self) -> bytes:
-        start, end = self._span or (0, 0)
-        statistics = Statistics(
-            attachment_count=len(self._attachments),
-            channel_count=len(self._channels),
-            channel_message_counts={channel: count for channel, count in self._counts.items() if count},
-            chunk_count=len(self._chunks),
-            message_count=sum(self._counts.values()),
-            message_end_time=end,
-            message_start_time=start,
-            metadata_count=len(self._metadata),
-            schema_count=len(self._schemas),
-        )
-        groups: list[tuple[Opcode, list[McapRecord]]] = [
-            (Opcode.SCHEMA, list(self._schemas.values())),
-            (Opcode.CHANNEL, list(self._channels.values())),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, list(self._chunks)),
-            (Opcode.ATTACHMENT_INDEX, list(self._attachments)),
-            (Opcode.METADATA_INDEX, list(self._metadata)),
-        ]
-        body, offsets = bytearray(), bytearray()
-        for opcode, records in groups:
-            group = b"".join(map(_serialize, records))
-            if group:
-                offsets += _serialize(
-                    SummaryOffset(group_opcode=opcode, group_start=self._file.offset + len(body), group_length=len(group))
-                )
-            body += group
-        offset_start = self._file.offset + len(body)
-        footer_head = pack("<BQQQ", Opcode.FOOTER, 20, self._file.offset, offset_start)
-        crc = zlib.crc32(footer_head, zlib.crc32(body + offsets))
-        footer = Footer(summary_start=self._file.offset, summary_offset_start=offset_start, summary_crc=crc)
-        return bytes(body + offsets) + _serialize(footer)
 
     def _put(self, data: bytes) -> None:
         if not self._open:
@@ -421,13 +344,6 @@ class LogWriter:
         self._on_failure(text, kept)
 
 
-def _serialize(record: McapRecord) -> bytes:
-    builder = RecordBuilder()
-    record.write(builder)
-    data: bytes = builder.end()  # type: ignore[no-untyped-call]
-    return data
-
-
 def _text(values: Mapping[str, str]) -> dict[str, str]:
     """Values as UTF-8 can carry them: a path may hold bytes that are no text."""
     return {key: value.encode(errors="backslashreplace").decode() for key, value in values.items()}
@@ -436,5 +352,5 @@ def _text(values: Mapping[str, str]) -> dict[str, str]:
 def _padded(run: Mapping[str, str]) -> dict[str, str]:
     """Fill the record up to a whole number of blocks, so that its length does not tell what it says."""
     values = {**_text(run), _PADDING: ""}
-    short = -len(_serialize(Metadata(name=RUN, metadata=values))) % RUN_BLOCK
+    short = -len(serialize(Metadata(name=RUN, metadata=values))) % RUN_BLOCK
     return {**values, _PADDING: " " * short}

@@ -33,7 +33,8 @@ from report_logs import coaching_log
 from hil.mcaplog import LogReader
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.checking.rules import OURS, RULES
-from hil.mcaplog.copying import LogCopy, summary
+from hil.mcaplog.copying import LogCopy
+from hil.mcaplog.packing import pack_groups
 from hil.mcaplog.reader import RawEntry
 from hil.mcaplog.recovery import recover
 from hil.mcaplog.slimming import slim
@@ -71,7 +72,7 @@ def log(*records: McapRecord | bytes, begin: bytes = MAGIC + serialized(HEADER),
 def told(groups: dict[Opcode, Sequence[McapRecord]], *records: McapRecord, crc: int | None = None) -> bytes:
     """A file of these records and a summary; `crc` is what the footer says instead of the summary's checksum."""
     data = MAGIC + serialized(HEADER) + b"".join(map(serialized, records)) + serialized(DataEnd(0))
-    end = summary(len(data), groups)
+    end = pack_groups(len(data), groups)
     return data + (end if crc is None else end[:-4] + crc.to_bytes(4, "little")) + MAGIC
 
 
