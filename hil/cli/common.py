@@ -148,16 +148,6 @@ OutOption = Annotated[
 ]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace named outputs that exist, when the new are whole.")]
 NoLogOption = Annotated[bool, typer.Option("--no-log", help="Write no log.")]
-MaxChunkOption = Annotated[
-    int | None,
-    typer.Option(
-        "--max-chunk",
-        metavar="MIB",
-        min=1,
-        max=2048,
-        help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
-    ),
-]
 ReconnectOption = Annotated[
     float,
     typer.Option(

@@ -23,6 +23,7 @@ from hil.mcaplog.walking import shown
 from hil.mcaplog.writer import CUT, RUN, SIZES
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from rich.console import Console
@@ -220,16 +221,7 @@ def recover_log(
 
     Example: hil log recover runs/20261128-130501-coach-flat-light -o whole.mcap
     """
-    console = common.consoles(as_json=as_json, quiet=quiet)
-    found = find(log, console, quiet=quiet)
-    check_output(out, overwrite=overwrite)
-    try:
-        made = recover(found, out, lifted(max_chunk), overwrite=overwrite)
-    except UnreadableLogError as error:
-        common.complain(str(error))
-        return common.EXIT_FELL_SHORT
-    _tell(made, console, as_json=as_json, quiet=quiet)
-    return common.EXIT_DONE
+    return _make(recover, log, out, lifted(max_chunk), overwrite=overwrite, as_json=as_json, quiet=quiet)
 
 
 def slim_log(
@@ -245,11 +237,25 @@ def slim_log(
 
     Example: hil log slim runs/20261128-130501-coach-flat-light -o tests/logs/coach.mcap
     """
+    return _make(slim, log, out, lifted(max_chunk), overwrite=overwrite, as_json=as_json, quiet=quiet)
+
+
+def _make(
+    how: Callable[..., CopiedLog],
+    log: Path | None,
+    out: Path,
+    limits: ReadLimits,
+    *,
+    overwrite: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Make a log of another, say what became of it, and return the exit status."""
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
     check_output(out, overwrite=overwrite)
     try:
-        made = slim(found, out, lifted(max_chunk), overwrite=overwrite)
+        made = how(found, out, limits, overwrite=overwrite)
     except UnreadableLogError as error:
         common.complain(str(error))
         return common.EXIT_FELL_SHORT

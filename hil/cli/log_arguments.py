@@ -1,4 +1,4 @@
-"""What the verbs of `hil log` take: a log, where things go, what chunks may unpack to."""
+"""What verbs that read logs take: a log, where things go, what chunks may unpack to."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hil import runs
 from hil.cli import common
+from hil.cli.log_arguments import MaxChunkOption, find
 from hil.mcaplog.limits import lifted
 from hil.signing.key_file import load_key
 
@@ -44,7 +44,7 @@ def replay(
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="Key file of a run whose frames were signed.")
     ] = None,
-    max_chunk: common.MaxChunkOption = None,
+    max_chunk: MaxChunkOption = None,
     overwrite: common.OverwriteOption = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -60,9 +60,7 @@ def replay(
     from hil.replaying.host import replay as replay_log  # noqa: PLC0415 - it loads all verbs' jobs
 
     console = common.consoles(as_json=as_json, quiet=quiet)
-    found = runs.file_of(log, runs.LOG)
-    if not found.is_file():
-        raise common.UsageError(f"there is no log {found}")
+    found = find(log, console, quiet=True)
     limits = lifted(max_chunk)
     if rerecord is not None:
         from hil.cli.rerecord import rerecorded  # noqa: PLC0415 - likewise

@@ -9,6 +9,7 @@ import typer
 
 from hil import runs
 from hil.cli import common
+from hil.cli.log_arguments import MaxChunkOption, find
 
 
 def report(
@@ -22,7 +23,7 @@ def report(
     out: Annotated[
         Path | None, typer.Option("--out", "-o", metavar="FOLDER", help="Where to; in the run's folder, or beside the log.")
     ] = None,
-    max_chunk: common.MaxChunkOption = None,
+    max_chunk: MaxChunkOption = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Draw one anew that is there.")] = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
@@ -35,11 +36,7 @@ def report(
     from hil.report import PAGE, write_report  # noqa: PLC0415 - drawing takes a second to load
 
     console = common.consoles(as_json=as_json, quiet=quiet)
-    found = runs.file_of(log, runs.LOG)
-    if found != log and not quiet:
-        console.print(f"Log: {found}", markup=False)
-    if not found.is_file():
-        raise common.UsageError(f"there is no log {found}")
+    found = find(log, console, quiet=quiet)
     within = found.name == runs.LOG and (found.parent / runs.RECORD).exists()
     folder = out or (found.parent / runs.REPORT if within else found.with_name(f"{found.stem}-report"))
     page = folder / PAGE
