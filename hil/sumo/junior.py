@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Self, TypeVar, cast
 
 from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
@@ -21,6 +21,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.roles.junior import SLOW_REFEREE, drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.bridge.networks import RobotAddress
+from hil.bridge.serving import WAIT, Serving
 from hil.connecting.finding import find_robot
 from hil.safety import Limits
 from hil.sumo.referee import Referee
@@ -38,26 +39,6 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Company(Protocol):
-    """The robots that one belongs to, where there are several: whoever waits for one serves all.
-
-    Attributes:
-        telling: A step is being told of.
-    """
-
-    telling: bool
-
-    def now(self) -> float:
-        """Time of the last step, in s."""
-        ...
-
-    def step(self, wait: float) -> list[Event]:
-        """Serve all links once, and hand every robot its events."""
-        ...
-
-
-WAIT = 0.05
-"""Longest wait of one step of the bridge, in s."""
 REFEREE_WAIT = 0.5
 """A referee speaks 20 times a second: who is silent for ten periods is not there, bad line or slow emulator, in s."""
 TAKE_WAIT = 5.0
@@ -67,7 +48,7 @@ STOP_WAIT = 0.5
 STIMULUS_BITS = 15
 
 
-class Junior:
+class Junior(Serving):
     """A connected robot. Leaving its `with` block stops and disarms it; `hil.connect` makes one.
 
     Nothing here asks whether the robot is emulated. Calls block until the robot has answered; in lock-step the world is
@@ -86,6 +67,7 @@ class Junior:
         limits: Bounds on what is asked of it.
         referee: The referee, where one is; else None.
         between: Called after every step of the bridge, when nothing is under way; not where others serve the links.
+        telling: A step is being told of.
     """
 
     peer: Peer
@@ -95,14 +77,12 @@ class Junior:
         self,
         bridge: Bridge,
         limits: Limits = Limits(),  # noqa: B008 - frozen
-        robots: Company | None = None,
+        robots: Serving | None = None,
     ) -> None:
         self.bridge = bridge
         self.limits = limits
         self.referee: Referee | None = None
-        self.between: Callable[[], None] | None = None
         self._robots = robots
-        self._telling = False
         self._reading: Received | None = None
         self._early: dict[int, Received] = {}
         self._listeners: list[Callable[[Event], None]] = []
@@ -135,7 +115,7 @@ class Junior:
             VersionError: It speaks a protocol we do not.
             LinkClosedError: The link went away.
         """
-        peer = find_robot(self.bridge, self._step, system, timeout)
+        peer = find_robot(self.bridge, self.step, system, timeout)
         self.adopt(peer)
         self.bridge.keep([peer.system])
         self._look_for_referee()
@@ -154,7 +134,7 @@ class Junior:
         while not self.peer.session and self.now() < deadline:
             if self.peer.failure is not None:
                 raise self.peer.failure
-            self._step(WAIT)
+            self.step(WAIT)
         if not self.peer.session:
             raise PeerLostError(f"robot {self.peer.system} did not open a session within {TAKE_WAIT:g} s")
 
@@ -174,7 +154,7 @@ class Junior:
         pace = self.bridge.pace  # on a slow line a referee that was asked to says less
         deadline = self.now() + (REFEREE_WAIT if pace is None else REFEREE_WAIT + 2 * SLOW_REFEREE)
         while self.now() < deadline and REFEREE_COMPONENT not in self.peer.components:
-            self._step(min(WAIT, deadline - self.now()))
+            self.step(min(WAIT, deadline - self.now()))
         if REFEREE_COMPONENT in self.peer.components:
             self.referee = referee
 
@@ -219,7 +199,7 @@ class Junior:
                     raise why
                 late = f"robot {self.peer.system} did not come back within {patience:g} s"
                 raise PeerGoneError(late if patience or why is None else str(why))
-            self._step(min(WAIT, deadline - self.now()))
+            self.step(min(WAIT, deadline - self.now()))
         if self.referee is not None:
             self.referee.forget()
 
@@ -231,8 +211,8 @@ class Junior:
 
         Raises as `read_sensors`.
         """
-        if not self._telling and (self._robots is None or not self._robots.telling):  # else this is as fresh as can be
-            self._step(0.0)
+        if not self.telling and (self._robots is None or not self._robots.telling):  # else this is as fresh as can be
+            self.step(0.0)
         latest = self.latest
         return self.read_sensors() if latest is None or self.stale else latest
 
@@ -396,7 +376,7 @@ class Junior:
         """
         broken_off = False
         while not ticket.done:
-            self._step(WAIT)
+            self.step(WAIT)
             if until is not None and not broken_off and not ticket.done and until():
                 drive(self.peer, 0.0, 0.0, 0.0)
                 broken_off = True
@@ -469,38 +449,26 @@ class Junior:
         """Time of the last step, in s: between two steps it stands still, whatever the program does meanwhile."""
         return self.bridge.now if self._robots is None else self._robots.now()
 
-    def deadline(self, duration: float) -> float:
-        """When a time that begins now is over, in s; a step of no length sees what time it is.
-
-        Args:
-            duration: How long, in s.
-
-        Raises:
-            LinkError: The link is gone.
-        """
-        self._step(0.0)
-        return self.now() + duration
-
-    def wait(self, duration: float) -> None:
-        """Let time pass, and serve the link meanwhile.
-
-        Args:
-            duration: How long, in s.
-        """
-        deadline = self.deadline(duration)
-        while (left := deadline - self.now()) > 1e-9:
-            self._step(min(WAIT, left))
-
     def step(self, wait: float = WAIT) -> list[Event]:
-        """Serve the link once.
+        """Serve the link once, or all links where there are several robots.
 
         Args:
             wait: Longest wait for something to come, in s.
 
         Returns:
             What happened.
+
+        Raises:
+            LinkError: The link is gone.
         """
-        return self._step(wait)
+        if self._robots is not None:
+            return self._robots.step(wait)
+        events = self.bridge.step(wait)
+        for event in events:
+            self.notice(event)
+        if self.between is not None:
+            self.between()
+        return events
 
     def listen(self, listener: Callable[[Event], None]) -> None:
         """Have a function called with every event from now on."""
@@ -521,18 +489,8 @@ class Junior:
             LinkError: The link is gone.
         """
         while not ticket.done:
-            self._step(WAIT)
+            self.step(WAIT)
         return ticket.value()
-
-    def _step(self, wait: float) -> list[Event]:
-        if self._robots is not None:
-            return self._robots.step(wait)
-        events = self.bridge.step(wait)
-        for event in events:
-            self.notice(event)
-        if self.between is not None:
-            self.between()
-        return events
 
     def notice(self, event: Event) -> None:
         """Take in something that has happened on the link; what comes from other robots is none of ours.
@@ -549,12 +507,12 @@ class Junior:
                 self._reading = event
             elif type(message) is RefereeState and self.referee is not None:
                 self.referee.heard(message)
-        before, self._telling = self._telling, True
+        before, self.telling = self.telling, True
         try:
             for listener in self._listeners:
                 listener(event)
         finally:
-            self._telling = before
+            self.telling = before
 
     # --- leaving -----------------------------------------------------------------------------------------------------
 
@@ -574,7 +532,7 @@ class Junior:
         try:
             deadline = self.deadline(STOP_WAIT)
             while ticket is not None and not ticket.done and self.now() < deadline:
-                self._step(min(WAIT, deadline - self.now()))
+                self.step(min(WAIT, deadline - self.now()))
         except (HilError, OSError):
             pass  # the robot stops by its own watchdog
         finally:

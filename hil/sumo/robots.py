@@ -13,10 +13,11 @@ from firmware_protocol.messages import REFEREE_COMPONENT, ROBOT_COMPONENT, Comma
 from firmware_protocol.roles.junior import drive
 from firmware_protocol.vocabulary import Maneuver
 from hil.bridge.networks import Networks, RobotAddress
+from hil.bridge.serving import WAIT, Serving
 from hil.connecting.diagnosis import nobody
 from hil.connecting.finding import named
 from hil.safety import Limits
-from hil.sumo.junior import REFEREE_WAIT, STOP_WAIT, WAIT, Junior
+from hil.sumo.junior import REFEREE_WAIT, STOP_WAIT, Junior
 from hil.sumo.referee import Referee
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ class Answers(Generic[T]):
     errors: dict[RobotAddress, HilError] = field(default_factory=dict)
 
 
-class Robots:
+class Robots(Serving):
     """The robots on one link or several. Leaving its `with` block stops and disarms all; `hil.connect_all` makes one.
 
     Iterating gives the `Junior` of every robot that is there now, in order. Robots come and go: one that is heard for the
@@ -74,8 +75,6 @@ class Robots:
         self.networks = networks
         self.limits = limits
         self.members: dict[RobotAddress, Junior] = {}
-        self.between: Callable[[], None] | None = None
-        self.telling = False
         self._expected: frozenset[RobotAddress] = frozenset()
         self._listeners: list[Callable[[str, Event], None]] = []
         self._closed = False
@@ -242,28 +241,6 @@ class Robots:
     def now(self) -> float:
         """Time of the last step, in s; in lock-step that of the network furthest behind."""
         return self.networks.now()
-
-    def deadline(self, duration: float) -> float:
-        """When a time that begins now is over, in s; a step of no length sees what time it is.
-
-        Args:
-            duration: How long, in s.
-
-        Raises:
-            LinkError: The last link is gone.
-        """
-        self.step(0.0)
-        return self.now() + duration
-
-    def wait(self, duration: float) -> None:
-        """Let time pass, and serve the links meanwhile.
-
-        Args:
-            duration: How long, in s.
-        """
-        deadline = self.deadline(duration)
-        while (left := deadline - self.now()) > 1e-9:
-            self.step(min(WAIT, left))
 
     def listen(self, listener: Callable[[str, Event], None]) -> None:
         """Have a function called with every event from now on, and the name of its network.
