@@ -13,8 +13,8 @@ from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.bout import BoutJob, ControllerName
-from hil.jobs.options import OPPONENTS
 from hil.sumo.advice_file import load_advice
+from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
     from hil.sumo.bouts import Tally

@@ -17,10 +17,10 @@ from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
-from hil.jobs.options import OPPONENTS
 from hil.mcaplog import LogError
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
+from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
 from pal_advisor.maneuvers import Objective, PalSettings
 from pal_advisor.maneuvers.settings import SettingsError

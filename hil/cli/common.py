@@ -16,9 +16,9 @@ from rich.console import Console
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from hil.cli.arguments import load_config
 from hil.files.json_text import json_text
-from hil.jobs.options import OPPONENTS
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
+from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

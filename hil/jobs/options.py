@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.errors import HilError
-from firmware_protocol.messages import OpponentCode
+from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 E = TypeVar("E", bound=StrEnum)
 T = TypeVar("T")
 
-OPPONENTS: Final = tuple(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
-"""Names of the opponents that a referee can place."""
 MOST_SEED: Final = 2**32 - 1
 DAY: Final = 86400.0
 """In s."""

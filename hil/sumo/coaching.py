@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
-from firmware_protocol.messages import BoutOutcome, OpponentCode
+from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Outcome
 from hil.doors import Document, Door
 from hil.files.outputs import replace_file
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.bouts import MOST_LOSSES, Bout, check_engagement
-from hil.sumo.ring import UNKNOWN, Engagement, Ring, RingError
+from hil.sumo.ring import OPPONENTS, UNKNOWN, Engagement, Ring, RingError
 from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers import (
     Credit,
@@ -480,9 +480,8 @@ def _checkpoint(fields: Fields) -> Checkpoint:
         raise fields.wrong("bouts", f"{progress.bouts} are fewer than were won and lost")
     seed = fields.integer("seed", 0, 2**32 - 1)
     opponent = fields.text("opponent")
-    known = [code.label for code in OpponentCode if code is not OpponentCode.KEEP]
-    if opponent not in {*known, UNKNOWN}:
-        raise fields.wrong("opponent", f"expected one of {', '.join(known)} or {UNKNOWN}, not {shown(opponent)}")
+    if opponent not in {*OPPONENTS, UNKNOWN}:
+        raise fields.wrong("opponent", f"expected one of {', '.join(OPPONENTS)} or {UNKNOWN}, not {shown(opponent)}")
     try:
         pal = Pal.from_state(fields.take("pal"))
     except StateError as error:

@@ -7,7 +7,7 @@ says where the opponent is: a bout has no end, and an objective that needs to kn
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from hil.sumo.junior import Junior
     from hil.sumo.referee import Referee
 
+OPPONENTS: Final = {code.label: code for code in OpponentCode if code is not OpponentCode.KEEP}
+"""The opponents that a referee can place, by name."""
 SETTLE = 0.05
 """Time after a reset before the robot is asked what it senses, in s: its debouncing and thresholds forget the last bout."""
 UNKNOWN = "unknown"
@@ -202,8 +204,6 @@ def _lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
 
 
 def _code(name: str) -> OpponentCode:
-    for code in OpponentCode:
-        if code.label == name and code is not OpponentCode.KEEP:
-            return code
-    names = ", ".join(code.label for code in OpponentCode if code is not OpponentCode.KEEP)
-    raise RingError(f"there is no opponent {name!r}: choose one of {names}")
+    if name not in OPPONENTS:
+        raise RingError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
+    return OPPONENTS[name]
