@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Self
 
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError, bare_text
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     GROUND_STATION,
@@ -585,7 +585,7 @@ class Bridge:
         if complaint is None or now - complaint[0] > _LAST_WORDS:
             return error
         self.farewell = complaint[1]
-        return LinkClosedError(error.url, f"{str(error).removeprefix(f'{error.url}: ')}; it said: {self.farewell}")
+        return LinkClosedError(error.url, f"{bare_text(error)}; it said: {self.farewell}")
 
     def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone: tell everybody, once."""

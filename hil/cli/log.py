@@ -20,7 +20,7 @@ from hil.mcaplog.reader import LogReader
 from hil.mcaplog.recovery import CopiedLog, recover
 from hil.mcaplog.slimming import SLIM, kept_of, slim
 from hil.mcaplog.walking import shown
-from hil.mcaplog.writer import CUT, RUN, SIZES
+from hil.mcaplog.writer import CONFIG, CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.limits import ReadLimits
 
-CONFIG = "config"
 LONGEST = 300
 """Letters of what is wrong with a log."""
 

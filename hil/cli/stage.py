@@ -15,8 +15,8 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpener, fault_file, fault_option
-from hil.jobs.session import BEGUN_WITH
 from hil.jobs.stage import Job, Stage
+from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
 from hil.recording.process import begin_log
 from hil.signing.key_file import load_key

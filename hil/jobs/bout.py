@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of, opponent_of, wanted_file
-from hil.jobs.session import Session, open_session
+from hil.jobs.session import ADVICE, Session, open_session
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout, Tally, play
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
-ADVICE: Final = "advice.toml"
 MOST_TRIALS: Final = 100_000
 
 

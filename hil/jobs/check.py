@@ -13,7 +13,7 @@ from hil.connecting.connecting import asked_for
 from hil.connecting.lines import need_full_rate
 from hil.jobs.options import MOST_SEED, none_or
 from hil.jobs.session import begin_log, nothing_said
-from hil.jobs.words import tell_others
+from hil.jobs.words import nothing, tell_others
 from hil.signing.key_file import open_signing
 
 if TYPE_CHECKING:
@@ -26,10 +26,6 @@ if TYPE_CHECKING:
 MOST_SYSTEM: Final = 254
 LONGEST: Final = 60.0
 """Longest wait for a robot, in s."""
-
-
-def _nothing(_: Verdict) -> None:
-    """Do nothing."""
 
 
 def chosen_checks(only: tuple[str, ...]) -> list[Check]:
@@ -92,7 +88,7 @@ class CheckJob:
     system: int | None
     timeout: float
     seed: int
-    told: Callable[[Verdict], None] = field(default=_nothing, compare=False)
+    told: Callable[[Verdict], None] = field(default=nothing, compare=False)
 
     @property
     def reconnect(self) -> float:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from firmware_protocol.errors import HilError
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import Session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
 from hil.sumo.bouts import Tally, play
@@ -29,16 +30,10 @@ if TYPE_CHECKING:
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
-ADVICE: Final = "advice.toml"
-CHECKPOINT: Final = "checkpoint.json"
 HELD_OUT_LOCKSTEP: Final = 50
 HELD_OUT_REAL_TIME: Final = 5
 RANDOM_BOUTS: Final = 20
 MOST_BOUTS: Final = 1_000_000
-
-
-def _nothing(*_: object) -> None:
-    """Do nothing."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +49,10 @@ class Outputs:
     """
 
     checkpoint: Path | None = None
-    save: Callable[[Advice], object] = _nothing
-    cut: Callable[[Coaching], None] = _nothing
-    unsaved: Callable[[str], None] = _nothing
-    resumed: Callable[[Checkpoint], None] = _nothing
+    save: Callable[[Advice], object] = nothing
+    cut: Callable[[Coaching], None] = nothing
+    unsaved: Callable[[str], None] = nothing
+    resumed: Callable[[Checkpoint], None] = nothing
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.messages import State
 from hil.jobs.options import MOST_SEED, wanted_file
-from hil.jobs.session import Session, open_session
+from hil.jobs.session import ADVICE, Session, open_session
+from hil.jobs.words import nothing
 from hil.sumo import deploying
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.contest import Contest, Ending, follow_contest, start_contest
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
-ADVICE: Final = "advice.toml"
 MOST_COUNTDOWN: Final = 60.0
 """In s."""
 
@@ -69,10 +69,6 @@ class Deployed:
         }
 
 
-def _nothing(*_: object) -> None:
-    """Do nothing."""
-
-
 @dataclass(frozen=True)
 class DeployJob:
     """An advice to be deployed.
@@ -93,7 +89,7 @@ class DeployJob:
     countdown: float
     leave: bool
     seed: int
-    stored: Callable[[str, Deployment], None] = field(default=_nothing, compare=False)
+    stored: Callable[[str, Deployment], None] = field(default=nothing, compare=False)
 
     @property
     def reconnect(self) -> float:
@@ -137,7 +133,7 @@ class DeployJob:
         if self.leave:
             session.junior.leave()
             return None
-        return look_on(session.junior, self.countdown, self.seed, _nothing if stage.quiet else stage.say)
+        return look_on(session.junior, self.countdown, self.seed, nothing if stage.quiet else stage.say)
 
 
 def look_on(junior: Junior, countdown: float, seed: int, say: Callable[[str], object]) -> Contest:

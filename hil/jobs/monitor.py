@@ -14,7 +14,7 @@ from rich.text import Text
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import PeerError, PeerLostError, RefusedError
-from firmware_protocol.messages import SensorFlag, State
+from firmware_protocol.messages import State
 from firmware_protocol.vocabulary import Stimulus
 from hil.bridge.operator import KEY
 from hil.connecting.connecting import asked_for
@@ -22,6 +22,7 @@ from hil.jobs.options import DAY, MOST_SEED, none_or
 from hil.jobs.overview import Overview
 from hil.jobs.session import Session, open_session, open_watch
 from hil.jobs.stage import keys_taken_in
+from hil.jobs.words import sensed
 from hil.sumo.junior import STIMULUS_BITS
 from hil.terminal.suspending import around_stop
 
@@ -250,10 +251,6 @@ def obey(session: Session, key: str) -> str:
     return ""
 
 
-def _names(sensors: JuniorSensors) -> str:
-    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in SensorFlag(sensors.flags & 0xFF)) or "nothing"
-
-
 def _shown(junior: Junior) -> JuniorSensors:
     """The latest reading, however old: `_warning` says so. The first is waited for."""
     return junior.latest or junior.sensors
@@ -264,7 +261,7 @@ def _line(junior: Junior) -> str:
     state = junior.state.name.lower() if junior.peer.ready else "not heard" if junior.bridge.lost is None else "no link"
     return (
         f"{sensors.time:8.2f} s  {state:10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
-        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {_names(sensors)}  "
+        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {sensed(sensors.flags)}  "
         f"frames {counters.good}, lost {counters.lost}, rejected {counters.rejected}"
         f"{'  ' if (warning := _warning(junior)) else ''}{warning}"
     )
@@ -281,7 +278,7 @@ def _table(junior: Junior, refusal: str) -> Group:
     latency = f"{counters.latency * 1000:.1f} ms" if counters.answers else "-"
     return Group(
         table,
-        f"senses: {_names(sensors)}",
+        f"senses: {sensed(sensors.flags)}",
         f"state: {junior.state.name.lower()}{' (armed)' if junior.armed else ''}   battery {sensors.battery:.2f} V"
         f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
         f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "

@@ -9,7 +9,8 @@ from rich.table import Table
 from rich.text import Text
 
 from firmware_protocol.errors import PeerError
-from firmware_protocol.messages import SensorFlag, State
+from firmware_protocol.messages import State
+from hil.jobs.words import sensed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -112,21 +113,17 @@ class Overview:
         ]
 
 
-def _names(flags: SensorFlag) -> str:
-    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in flags) or "nothing"
-
-
 def _cells(junior: Junior) -> tuple[str, ...]:
     counters, sensors = junior.peer.counters, junior.latest
     state = junior.state.name.lower() if junior.peer.ready else "NOT HEARD"
     if junior.peer.ready and junior.state is not State.STOPPED and junior.armed:
         state += " (armed)"
-    flags = SensorFlag(0 if sensors is None else sensors.flags & 0xFF)
+    flags = 0 if sensors is None else sensors.flags
     return (
         str(junior.peer.system),
         state,
         "-" if sensors is None else f"{sensors.battery:.2f} V",
-        f"({junior.age:.1f} s old)" if sensors is not None and junior.stale else _names(flags),
+        f"({junior.age:.1f} s old)" if sensors is not None and junior.stale else sensed(flags),
         str(counters.good),
         str(counters.lost),
         str(counters.rejected),

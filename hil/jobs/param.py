@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from hil.files.parameter_loading import Wanted, load, parameters_of, shortest
 from hil.jobs.options import none_or
 from hil.jobs.session import open_session
+from hil.jobs.words import nothing
 from pal_advisor.fields import Fields
 
 if TYPE_CHECKING:
@@ -19,10 +20,6 @@ if TYPE_CHECKING:
 PARAMETERS: Final = "parameters.toml"
 GREATEST: Final = 3.5e38
 """No parameter has a greater value: they have 32 bits."""
-
-
-def _nothing(_: str) -> None:
-    """Do nothing."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +41,8 @@ class ParamJob:
     value: float | None
     wanted: Wanted | None
     everything: bool
-    tell: Callable[[str], None] = field(default=_nothing, compare=False)
-    warn: Callable[[str], None] = field(default=_nothing, compare=False)
+    tell: Callable[[str], None] = field(default=nothing, compare=False)
+    warn: Callable[[str], None] = field(default=nothing, compare=False)
 
     @property
     def seed(self) -> int:

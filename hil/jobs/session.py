@@ -13,6 +13,7 @@ from hil.connecting.connecting import asked_for, connect
 from hil.connecting.connecting_all import connect_all
 from hil.connecting.diagnosis import lost
 from hil.jobs.words import tell_others
+from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
 from hil.terminal.suspending import Suspension
 
@@ -34,9 +35,9 @@ OTHERS_WAIT = 0.25
 """How long to listen for other robots on the link, in s: each says something many times a second."""
 WITHOUT_A_WORD = (LinkOpenError, AddressError)
 """Nothing has been said when a run ends by one of these: it leaves nothing."""
-BEGUN_WITH = "begin/"
-ENDED_WITH = "end/"
-"""What the names of files begin with that a log holds since the run began, or ended, with them."""
+ADVICE = "advice.toml"
+CHECKPOINT = "checkpoint.json"
+"""What the files are called in a log that runs begin and end with."""
 
 
 class Session:

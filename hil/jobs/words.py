@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import shlex
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.address import parse_address
+from firmware_protocol.messages import SensorFlag
 from hil.connecting.connecting import asked_for, with_system
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection
+
+_SENSED: Final = 0xFF
 
 
 def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[str], None] | None) -> None:
@@ -25,3 +28,16 @@ def tell_others(system: int, others: Collection[int], url: str, tell: Callable[[
         named = f"{'robot' if len(others) == 1 else 'robots'} {', '.join(map(str, sorted(others)))}"
         another = shlex.quote(with_system(url, min(others)))
         tell(f"This is robot {system}. Also on this link: {named}. To take another: {another}")
+
+
+def sensed(flags: int) -> str:
+    """What a robot senses.
+
+    Args:
+        flags: As in JUNIOR_SENSORS; what they say of how it measures is left out.
+    """
+    return ", ".join(str(flag.name).lower().replace("_", " ") for flag in SensorFlag(flags & _SENSED)) or "nothing"
+
+
+def nothing(*_: object) -> None:
+    """Say nothing."""

@@ -5,9 +5,14 @@ from __future__ import annotations
 import zlib
 from dataclasses import dataclass
 from io import BytesIO
+from typing import Final
 
 from mcap.data_stream import ReadDataStream
 from mcap.records import Attachment
+
+BEGUN_WITH: Final = "begin/"
+ENDED_WITH: Final = "end/"
+"""What the names of files begin with that a run began, or ended, with."""
 
 
 @dataclass(frozen=True, slots=True)

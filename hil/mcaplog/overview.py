@@ -11,7 +11,7 @@ from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.limits import LARGEST_METADATA, MIB, ReadLimits
 from hil.mcaplog.reader import MESSAGE_HEAD, LogReader
-from hil.mcaplog.records import EventRecord
+from hil.mcaplog.records import EVENTS, SERIES, EventRecord
 from hil.mcaplog.schemas import RENAMED_TOPICS
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, stream
 from hil.mcaplog.walking import read_metadata
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.index import LogIndex
 
-EVENTS: Final = "/events"
-SERIES: Final = "series"
-"""Kind of the event that begins what belongs together."""
 MESSAGE_SIZE: Final = RECORD_HEAD.size + MESSAGE_HEAD.size
 """Of an entry's record without its data, in bytes."""
 _LOOKED_AT: Final = 8 * MIB

@@ -8,6 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Final
 
+EVENTS: Final = "/events"
+"""Topic of what is worth telling a person."""
+SERIES: Final = "series"
+"""Kind of the event that begins what belongs together."""
+
 
 @dataclass(frozen=True)
 class WireBytes:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogReader
+from hil.mcaplog.records import EVENTS
 from hil.mcaplog.recovery import CopiedLog, copy_log
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.copying import LogCopy
 
-KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", "/events")
+KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", EVENTS)
 """The topics that a slim log has, as patterns."""
 SLIM: Final = "slim"
 """Name of the metadata record that says which topics were kept."""

@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
-from hil.mcaplog.records import AdviceRecord, CheckpointRecord, CreditRecord, DecisionRecord, StepRecord, TrialRecord
+from hil.mcaplog.records import SERIES, AdviceRecord, CheckpointRecord, CreditRecord, DecisionRecord, StepRecord, TrialRecord
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,7 +37,7 @@ class SumoLog(ABC):
 
     def series(self, title: str) -> None:
         """What follows belongs together: `coaching`, `bouts played by the advice`, `bouts played by random maneuvers`."""
-        self.note("series", title)
+        self.note(SERIES, title)
 
     def decision(self, trial: Trial) -> None:
         """The learner asks for a maneuver.

@@ -32,6 +32,7 @@ from hil.bridge.taps import NOTHING
 from hil.mcaplog.drawing import TEXT, encode_text
 from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import (
+    EVENTS,
     BridgeOpening,
     BridgeStep,
     EventRecord,
@@ -41,7 +42,7 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.mcaplog.writer import LogWriter
+from hil.mcaplog.writer import CONFIG, LogWriter
 from hil.recording.drawing import NoDrawing
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ class WireLog:
             overwrite=overwrite,
             on_failure=on_failure,
         )
-        self._writer.metadata("config", config)
+        self._writer.metadata(CONFIG, config)
         self.now = 0.0
         self._network = Network(self._writer, link)
         self._host = sender_suffix(system, component)
@@ -252,7 +253,7 @@ class WireLog:
         self._noted(kind, text, json.dumps(fields, sort_keys=True, default=str))
 
     def _noted(self, kind: str, text: str, particulars: str) -> None:
-        self.record("/events", EventRecord(kind, text, particulars), self.now)
+        self.record(EVENTS, EventRecord(kind, text, particulars), self.now)
         self._say(self.now, SEVERITIES.get(kind, 6), text, kind)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:

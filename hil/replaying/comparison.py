@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from hil.mcaplog.attachments import ENDED_WITH
 from hil.mcaplog.decoding import decoder_of
 from hil.mcaplog.encode import read_sender
-from hil.mcaplog.records import EventRecord, WireBytes
+from hil.mcaplog.records import EVENTS, EventRecord, WireBytes
+from hil.mcaplog.slimming import matches
 from hil.replaying.difference import Difference, FieldDifference, ReplayDiverged, first_field, in_words, parting, same
-from hil.replaying.tape import EVENTS, OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
+from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -26,7 +27,6 @@ BEFORE: Final = 3
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
 PAL: Final = "/pal/"
-ENDED_WITH: Final = "end/"
 NONE: Final = FieldDifference()
 """An entry is missing, or one too many: it is no field that differs."""
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
@@ -175,7 +175,7 @@ class Comparison:
 
     def _was_kept(self, topic: str) -> bool:
         kept = self._tape.kept
-        return kept is None or any(fnmatchcase(topic, pattern) for pattern in kept)
+        return kept is None or matches(topic, kept)
 
     def _next(self) -> RawEntry | None:
         """The next entry to be compared, or the beginning of the next step; others are passed over."""

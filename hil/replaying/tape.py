@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.errors import HilError
 from hil.bridge.operator import INTERRUPT
 from hil.mcaplog.reader import LogReader, RawEntry
-from hil.mcaplog.records import BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
+from hil.mcaplog.records import EVENTS, BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.mcaplog.slimming import kept_of
-from hil.mcaplog.writer import CUT
+from hil.mcaplog.writer import CONFIG, CUT
 from hil.replaying.bounds import what_can_not_be
 
 if TYPE_CHECKING:
@@ -21,15 +21,12 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.limits import ReadLimits
 
-CONFIG: Final = "config"
-"""Name of the metadata record that says what was asked for."""
 OPEN: Final = "/bridge/open"
 SESSION: Final = "/bridge/session"
 STEP: Final = "/bridge/step"
 RX: Final = "/wire/rx"
 TX: Final = "/wire/tx"
 UNSENT: Final = "/wire/unsent"
-EVENTS: Final = "/events"
 RECORDER: Final = "recorder"
 """Kind of the event that tells of entries that the recorder has lost."""
 _KINDS: Final[dict[str, type]] = {

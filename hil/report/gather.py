@@ -25,7 +25,7 @@ from firmware_protocol.wire.fields import Message
 from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reader import LogEntry, LogReader
-from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
 from hil.recording.protagonist import Protagonist
 from hil.report.learnt import Learnt, read_learnt
 from hil.report.link import LinkQuality, LinkWatcher
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-SERIES: Final = "series"
-"""Kind of the event that begins a series of bouts."""
 SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints", *PLOTS})
 """Topics that tell a report nothing it does not know otherwise."""
 SENSORS: Final = "/junior/sensors"

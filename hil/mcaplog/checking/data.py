@@ -16,7 +16,7 @@ from hil.mcaplog.decoding import Channels, UnreadableError
 from hil.mcaplog.reader import MESSAGE_HEAD
 from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, split, stream, unpack
 from hil.mcaplog.walking import read_metadata
-from hil.mcaplog.writer import SIZES
+from hil.mcaplog.writer import CONFIG, RUN, SIZES
 
 if TYPE_CHECKING:
     from hil.mcaplog.limits import ReadLimits
@@ -143,7 +143,7 @@ class DataRules:
     def finish_ours(self) -> None:
         """Check what only the whole data can tell, of a log of ours."""
         names = [name for _, _, name in self.metadata]
-        if names[:1] != ["run"] or names.count("config") != 1:
+        if names[:1] != [RUN] or names.count(CONFIG) != 1:
             self._report("our metadata", 0, f"the metadata records are {', '.join(names[:5]) or 'none'}")
         if self._told is not None:
             offset, told = self._told
