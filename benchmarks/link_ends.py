@@ -17,7 +17,7 @@ from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_record
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock
 from simdevice._host import ffi, lib
-from simdevice.can_endpoints import SlcanEndpoint
+from simdevice.serving.can_endpoints import SlcanEndpoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

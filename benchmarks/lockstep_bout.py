@@ -31,7 +31,7 @@ from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
 from simdevice.period import PERIOD
-from simdevice.sumo import Table
+from simdevice.sumo.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -53,7 +53,7 @@ from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import Advice, PalSettings
-from simdevice.world import World, junior_world
+from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.faults.spec import FaultSpec
     from hil.sumo.junior import Junior
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 pytest_plugins = ("hil.pytest_replay",)
 
@@ -166,8 +166,8 @@ def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
     """
     from firmware_protocol.errors import LinkOpenError  # noqa: PLC0415
     from hil.bridge.clock import MonotonicClock  # noqa: PLC0415
-    from simdevice.endpoints import PtyEndpoint  # noqa: PLC0415
-    from simdevice.server import serve  # noqa: PLC0415
+    from simdevice.serving.endpoints import PtyEndpoint  # noqa: PLC0415
+    from simdevice.serving.server import serve  # noqa: PLC0415
 
     world = _world(junior_emulation)
     try:
@@ -199,7 +199,7 @@ def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
 
 def _world(wanted: Emulation) -> World:
     """A new world; an opponent or a fault that does not exist fails the test."""
-    from simdevice.world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.sumo.world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
 
     spec = _faults(wanted)
     try:

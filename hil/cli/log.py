@@ -15,12 +15,12 @@ from hil.files.outputs import check_output
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.overview import LogOverview, overview
-from hil.mcaplog.reader import LogReader
-from hil.mcaplog.recovery import CopiedLog, recover
-from hil.mcaplog.slimming import SLIM, kept_of, slim
-from hil.mcaplog.walking import shown
-from hil.mcaplog.writer import CONFIG, CUT, RUN, SIZES
+from hil.mcaplog.making.recovery import CopiedLog, recover
+from hil.mcaplog.making.slimming import SLIM, kept_of, slim
+from hil.mcaplog.reading.overview import LogOverview, overview
+from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.reading.walking import shown
+from hil.mcaplog.writing.writer import CONFIG, CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
     from simdevice.board_interface import BoardMaker
-    from simdevice.crowd import Crowd
-    from simdevice.world import World
+    from simdevice.sumo.crowd import Crowd
+    from simdevice.sumo.world import World
 
 DEFAULT_URL = "sim://junior"
 SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "board", "count", "system", "node")
@@ -404,8 +404,8 @@ def fault_file(address: Address) -> bytes | None:
 
 def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
     """An emulated robot in this process, or several."""
-    from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
-    from simdevice.world import junior_world  # noqa: PLC0415
+    from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.sumo.world import junior_world  # noqa: PLC0415
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":
@@ -469,7 +469,7 @@ def board_maker(name: str, wire: str = MAVLINK) -> BoardMaker | None:
         return None
     if wire != MAVLINK:
         raise AddressError("board=avr", "the AVR board has a serial line and no CAN", "Choose another wire or another board")
-    from simdevice.avr_board import AvrBoard  # noqa: PLC0415 - only where it is wanted
+    from simdevice.avr.board import AvrBoard  # noqa: PLC0415 - only where it is wanted
 
     return AvrBoard
 

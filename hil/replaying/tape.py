@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
 from hil.bridge.operator import INTERRUPT
-from hil.mcaplog.reader import LogReader, RawEntry
+from hil.mcaplog.making.slimming import kept_of
+from hil.mcaplog.reading.reader import LogReader, RawEntry
 from hil.mcaplog.records import EVENTS, BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
-from hil.mcaplog.slimming import kept_of
-from hil.mcaplog.writer import CONFIG, CUT
+from hil.mcaplog.writing.writer import CONFIG, CUT
 from hil.replaying.bounds import what_can_not_be
 
 if TYPE_CHECKING:

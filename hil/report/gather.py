@@ -22,10 +22,10 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire.fields import Message
-from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogEntry, LogReader
+from hil.mcaplog.reading.reader import LogEntry, LogReader
 from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
 from hil.report.learnt import Learnt, read_learnt
 from hil.report.link import LinkQuality, LinkWatcher

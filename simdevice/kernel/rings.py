@@ -11,18 +11,18 @@ import numpy as np
 
 from firmware_protocol.messages import BoutOutcome
 from simdevice.arena import Dummy, Rover
+from simdevice.junior.sensors import draw_noise
 from simdevice.kernel.chipmunk import FUNCTIONS, body_address, joint_address, space_address
 from simdevice.outline import NOTHING
 from simdevice.period import PERIOD, PERIOD_US
-from simdevice.sensors import draw_noise
-from simdevice.sumo import TIME_LIMIT
+from simdevice.sumo.table import TIME_LIMIT
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
-    from simdevice.board import Host
-    from simdevice.faults import DeviceFaults
+    from simdevice.boards import Host
+    from simdevice.junior.faults import DeviceFaults
     from simdevice.outline import Outline
-    from simdevice.sumo import Robot, Table
+    from simdevice.sumo.table import Robot, Table
 
 _PIECES: Final = 2
 _SENSORS: Final = 6

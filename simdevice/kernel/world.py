@@ -1,6 +1,6 @@
 """A world whose control periods run in the kernel, as many in a call as nobody has to look at.
 
-Every byte that it sends, and when, is that of `simdevice.world.World`, which is its oracle.
+Every byte that it sends, and when, is that of `simdevice.sumo.world.World`, which is its oracle.
 """
 
 from __future__ import annotations
@@ -8,19 +8,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import BoutOutcome
-from simdevice.board import board_host
+from simdevice.boards import board_host
 from simdevice.emulation import check_periods
 from simdevice.kernel.device import KernelDevice
 from simdevice.kernel.rings import Rings
 from simdevice.period import PERIOD
-from simdevice.referee import Referee
-from simdevice.world import World
+from simdevice.sumo.referee import Referee
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
-    from simdevice.sumo import Robot, Table
+    from simdevice.sumo.table import Robot, Table
 
 _JUNIOR = 0
 _SECOND = 1

@@ -19,9 +19,9 @@ from firmware_protocol.links import SerialPort
 from firmware_protocol.roles.junior import perform
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import connect
-from simdevice.endpoints import Endpoint, open_endpoint
-from simdevice.server import Server
-from simdevice.world import junior_world
+from simdevice.serving.endpoints import Endpoint, open_endpoint
+from simdevice.serving.server import Server
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

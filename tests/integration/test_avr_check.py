@@ -19,9 +19,9 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from simdevice.avr_board import AvrBoard
-from simdevice.avr_build import FIRMWARE, AvrFirmware, build
-from simdevice.world import junior_world
+from simdevice.avr.board import AvrBoard
+from simdevice.avr.build import FIRMWARE, AvrFirmware, build
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,8 +13,8 @@ from hil.cli.app import run
 from hil.sumo.advice_file import load_advice
 from hil.sumo.deploying import deploy, read_memory
 from hil.sumo.junior import Junior
-from simdevice.avr_board import AvrBoard
-from simdevice.world import junior_world
+from simdevice.avr.board import AvrBoard
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

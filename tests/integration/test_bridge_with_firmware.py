@@ -33,7 +33,7 @@ from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
-from simdevice.world import World, junior_world
+from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -25,10 +25,10 @@ from hil.sumo.contest import Ending, follow_contest, start_contest
 from hil.sumo.deploying import deploy, read_memory
 from hil.sumo.junior import Junior
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
-from simdevice.crowd import Crowd
-from simdevice.endpoints import PtyEndpoint
-from simdevice.server import Server, wait_readable
-from simdevice.world import World, junior_world
+from simdevice.serving.endpoints import PtyEndpoint
+from simdevice.serving.server import Server, wait_readable
+from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.world import World, junior_world
 
 PUSH = Advice(
     PalSettings(),

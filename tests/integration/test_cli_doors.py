@@ -19,8 +19,8 @@ from hil.cli.app import run
 from hil.connecting.connecting import connect
 from hil.files.memory_file import MemoryFileError, load_memory
 from hil.terminal.keys import pressed_keys
-from simdevice.board import NVM_SIZE
-from simdevice.endpoints import open_endpoint
+from simdevice.boards import NVM_SIZE
+from simdevice.serving.endpoints import open_endpoint
 
 if TYPE_CHECKING:
     from pathlib import Path

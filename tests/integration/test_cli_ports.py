@@ -17,9 +17,9 @@ from firmware_protocol.links.serial import SerialPort
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
 from hil.connecting.places import present
-from simdevice.endpoints import Endpoint, PtyEndpoint, open_endpoint
-from simdevice.server import serve
-from simdevice.world import junior_world
+from simdevice.serving.endpoints import Endpoint, PtyEndpoint, open_endpoint
+from simdevice.serving.server import serve
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,7 +18,7 @@ from firmware_protocol.parameters import PARAMETERS
 from hil.cli.app import app, run
 from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
-from simdevice.endpoints import PtyEndpoint
+from simdevice.serving.endpoints import PtyEndpoint
 
 VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
 CHASE = ["bout", "--controller", "chase", "--trials", "5"]

@@ -26,7 +26,7 @@ from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
-from simdevice.world import junior_world
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from mutants import Build
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.wire.signing import SigningKey
     from hil.conformance import Verdict
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
 NAMES: Final = [check.name for check in ON_BYTES]

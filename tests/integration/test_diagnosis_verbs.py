@@ -23,10 +23,10 @@ from hil.connecting.connecting import connect
 from hil.connecting.connecting_all import connect_all
 from hil.sumo.advice_file import save_advice
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
-from simdevice.admission import HELD
-from simdevice.endpoints import PtyEndpoint, TcpEndpoint
 from simdevice.period import PERIOD
-from simdevice.world import junior_world
+from simdevice.serving.admission import HELD
+from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -13,18 +13,18 @@ import pytest
 # Loaded before the inner runs, which forget what they have loaded themselves.
 import firmware_protocol.links.faulty  # noqa: F401
 import hil.sumo.ring
-import simdevice.server
-import simdevice.world
+import simdevice.serving.server
+import simdevice.sumo.world
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
 from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.clock import MonotonicClock
-from simdevice.endpoints import TcpEndpoint
+from simdevice.serving.endpoints import TcpEndpoint
 
 if TYPE_CHECKING:
     from hil import Junior
     from hil.pytest_plugin import ServedJunior
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 pytest_plugins = ["pytester"]
 
@@ -197,8 +197,8 @@ def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
             assert junior.bridge.signed > 0
     """)
     endpoint = TcpEndpoint(port=0)
-    world, stop = simdevice.world.junior_world(signing_key=key), threading.Event()
-    thread = threading.Thread(target=simdevice.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
+    world, stop = simdevice.sumo.world.junior_world(signing_key=key), threading.Event()
+    thread = threading.Thread(target=simdevice.serving.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:
         run = pytester.runpytest_inprocess(*STRICT, "--hil-link", endpoint.url, "--hil-signing-key", str(path))

@@ -34,10 +34,10 @@ from hil.signing.key_file import KeyFileError, create_key, load_key
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
-from simdevice.crowd import Crowd
-from simdevice.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
-from simdevice.server import Server
-from simdevice.world import junior_world
+from simdevice.serving.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
+from simdevice.serving.server import Server
+from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

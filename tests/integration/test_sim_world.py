@@ -34,8 +34,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.wire.fields import Message
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.junior import JuniorProfile
-from simdevice.world import World, junior_world
+from simdevice.junior.profile import JuniorProfile
+from simdevice.sumo.world import World, junior_world
 
 SESSION = 77
 T = TypeVar("T", bound=Message)

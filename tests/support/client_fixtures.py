@@ -16,9 +16,9 @@ import pytest
 from client_programs import Program
 
 from hil.bridge.clock import MonotonicClock
-from simdevice.endpoints import open_endpoint
-from simdevice.server import serve
-from simdevice.world import World, junior_world
+from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.server import serve
+from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

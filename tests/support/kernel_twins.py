@@ -31,10 +31,10 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
-from simdevice.junior import JuniorProfile
+from simdevice.junior.profile import JuniorProfile
+from simdevice.junior.second import REFLEXES
 from simdevice.kernel.world import KernelWorld
-from simdevice.second import REFLEXES
-from simdevice.world import World
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     import random

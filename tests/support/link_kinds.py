@@ -21,7 +21,7 @@ from firmware_protocol.wire.can_frame import CanFrame
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.clock import MonotonicClock
-from simdevice.can_endpoints import SlcanEndpoint
+from simdevice.serving.can_endpoints import SlcanEndpoint
 
 if TYPE_CHECKING:
     from collections.abc import Callable

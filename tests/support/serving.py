@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 from hil.bridge.clock import MonotonicClock
-from simdevice.endpoints import open_endpoint
-from simdevice.server import Server
-from simdevice.world import junior_world
+from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.server import Server
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from simdevice.endpoints import Endpoint
-    from simdevice.server import Steppable
-    from simdevice.world import World
+    from simdevice.serving.endpoints import Endpoint
+    from simdevice.serving.server import Steppable
+    from simdevice.sumo.world import World
 
 PATIENCE: Final = 60.0
 """How long the thread may take to end, in s."""

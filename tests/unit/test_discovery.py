@@ -37,7 +37,7 @@ from hil.bridge.witness import framing, printable
 from hil.connecting.discovery import Finding, Status, probe, survey
 from hil.connecting.listening import Listener, Signed
 from hil.connecting.places import Place, named
-from simdevice.world import junior_world
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import SigningKey
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 SERIAL = Place("serial", "/dev/test", "serial:///dev/test:115200")
 

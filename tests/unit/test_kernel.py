@@ -26,16 +26,16 @@ from firmware_protocol.firmware.headers import make_headers
 from firmware_protocol.messages import BoutOutcome, Command, CommandLong, ParamSet, RobotAlive
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import lib
-from simdevice.board import board_host
-from simdevice.crowd import Crowd
+from simdevice.boards import board_host
 from simdevice.disturbed import DisturbedWorld
 from simdevice.kernel import chipmunk
 from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
-from simdevice.opponents import OPPONENTS
 from simdevice.outline import Outline
 from simdevice.period import PERIOD
-from simdevice.world import World, junior_world
+from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

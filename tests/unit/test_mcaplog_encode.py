@@ -16,15 +16,6 @@ from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, RobotStat
 from firmware_protocol.wire.fields import Message, Wire, wire_fields
 from hil.bridge.operator import Input
 from hil.bridge.taps import NOTHING, Circumstances
-from hil.mcaplog.encode import (
-    compile_encoder,
-    compile_rebuilder,
-    read_sender,
-    sender_suffix,
-    step_encoder,
-    varint,
-    wire_encoder,
-)
 from hil.mcaplog.records import (
     RECORDS,
     BridgeOpening,
@@ -38,6 +29,15 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import Schema, message_schema, record_schema, topic_of
+from hil.mcaplog.writing.encode import (
+    compile_encoder,
+    compile_rebuilder,
+    read_sender,
+    sender_suffix,
+    step_encoder,
+    varint,
+    wire_encoder,
+)
 from pal_advisor.maneuvers import Motive, Origin, Telling
 
 if TYPE_CHECKING:

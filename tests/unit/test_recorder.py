@@ -18,7 +18,6 @@ from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode
 from hil.bridge.operator import Input
 from hil.bridge.taps import NOTHING, Circumstances, Opening
 from hil.mcaplog import LogError, LogReader, differences
-from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.records import (
     BridgeOpening,
     BridgeStep,
@@ -30,7 +29,8 @@ from hil.mcaplog.records import (
     UnsentBytes,
     WireBytes,
 )
-from hil.mcaplog.writer import LogWriter
+from hil.mcaplog.writing.joints import PLOTS
+from hil.mcaplog.writing.writer import LogWriter
 
 if TYPE_CHECKING:
     from pathlib import Path

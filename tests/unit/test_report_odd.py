@@ -11,10 +11,10 @@ from report_logs import bout_log, coaching_log, driving_log, open_recorder
 
 from firmware_protocol.messages import BoutOutcome, JuniorSensors, OpponentCode, Phase, RefereeState
 from firmware_protocol.vocabulary import Action
-from hil.mcaplog.encode import compile_encoder, sender_suffix
 from hil.mcaplog.records import AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.mcaplog.writer import LogWriter
+from hil.mcaplog.writing.encode import compile_encoder, sender_suffix
+from hil.mcaplog.writing.writer import LogWriter
 from hil.report import write as writing
 from hil.report import write_report
 from hil.report.learnt import read_learnt

@@ -19,12 +19,12 @@ from firmware_protocol.messages import (
     SensorFlag,
 )
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.junior import JuniorProfile
+from simdevice.junior.profile import JuniorProfile
 from simdevice.period import PERIOD
-from simdevice.world import World, junior_world
+from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
-    from simdevice.sumo import Robot
+    from simdevice.sumo.table import Robot
 
 
 class Bench:

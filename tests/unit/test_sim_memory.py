@@ -7,11 +7,11 @@ import math
 import pytest
 
 from simdevice.arena import Arena, Dummy
-from simdevice.junior import GRAVITY, JuniorProfile
-from simdevice.motors import Motors
-from simdevice.opponents import OPPONENTS
+from simdevice.junior.motors import Motors
+from simdevice.junior.profile import GRAVITY, JuniorProfile
 from simdevice.period import PERIOD
-from simdevice.sumo import Stream, Table, stream
+from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.table import Stream, Table, stream
 
 EXACT = JuniorProfile(command_noise=0.0, full_voltage=7.4, empty_voltage=7.4, resistance=0.0)
 

@@ -8,12 +8,12 @@ from statistics import fmean
 import pytest
 
 from simdevice.arena import Arena, Dummy, Rover
-from simdevice.junior import GRAVITY, JuniorProfile
-from simdevice.motors import Motors
-from simdevice.opponents import OPPONENTS
+from simdevice.junior.motors import Motors
+from simdevice.junior.profile import GRAVITY, JuniorProfile
 from simdevice.period import PERIOD
-from simdevice.ring import Ring
-from simdevice.sumo import Stream, Table, stream
+from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.ring import Ring
+from simdevice.sumo.table import Stream, Table, stream
 
 EXACT = JuniorProfile(command_noise=0.0, full_voltage=7.4, empty_voltage=7.4, resistance=0.0)
 """A robot without errors and with a stiff supply."""

@@ -16,8 +16,8 @@ from firmware_protocol.messages import (
     RobotResultAck,
 )
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.referee import Referee
-from simdevice.sumo import Table
+from simdevice.sumo.referee import Referee
+from simdevice.sumo.table import Table
 
 OTHERS = (
     Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4),

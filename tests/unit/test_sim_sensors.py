@@ -8,11 +8,11 @@ from itertools import pairwise
 import pytest
 
 from simdevice.arena import Dummy
-from simdevice.junior import JuniorProfile
-from simdevice.opponents import OPPONENTS
+from simdevice.junior.profile import JuniorProfile
 from simdevice.outline import NOTHING
-from simdevice.ring import Ring
-from simdevice.sumo import Robot, Stream, stream
+from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.ring import Ring
+from simdevice.sumo.table import Robot, Stream, stream
 
 QUIET = JuniorProfile(eye_noise=0.0, floor_noise=0.0)
 RING = Ring()

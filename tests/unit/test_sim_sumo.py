@@ -9,10 +9,10 @@ from collections.abc import Callable
 import pytest
 
 from firmware_protocol.messages import BoutOutcome
-from simdevice.junior import JuniorProfile
-from simdevice.opponents import OPPONENTS, outline
-from simdevice.sensors import Sensors
-from simdevice.sumo import Table, opponent_code
+from simdevice.junior.profile import JuniorProfile
+from simdevice.junior.sensors import Sensors
+from simdevice.sumo.opponents import OPPONENTS, outline
+from simdevice.sumo.table import Table, opponent_code
 
 Controller = Callable[[Sensors, float], tuple[float, float]]
 

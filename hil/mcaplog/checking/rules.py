@@ -14,9 +14,9 @@ from mcap.opcode import Opcode
 from hil.mcaplog.checking.data import DataRules
 from hil.mcaplog.checking.summary import SummaryRules
 from hil.mcaplog.limits import MIB, ReadLimits
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile, shown
-from hil.mcaplog.writer import LIBRARY, MAGIC
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD
+from hil.mcaplog.reading.walking import LogFile, shown
+from hil.mcaplog.writing.writer import LIBRARY, MAGIC
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -15,8 +15,8 @@ from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Footer, MetadataIndex, Statistics
 
 from hil.mcaplog.limits import LARGEST_CHANNEL, LARGEST_SCHEMAS, MIB, MOST_CHANNELS
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, stream
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD, stream
+from hil.mcaplog.writing.writer import MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

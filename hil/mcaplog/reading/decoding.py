@@ -12,8 +12,8 @@ from mcap.records import Schema as SchemaRecord
 from mcap_protobuf.decoder import DecoderFactory
 
 from firmware_protocol.messages import MESSAGES
-from hil.mcaplog.encode import NO_FRAME, compile_rebuilder, read_sender
 from hil.mcaplog.limits import LARGEST_CHANNEL, LARGEST_SCHEMAS, MOST_CHANNELS
+from hil.mcaplog.reading.unpacking import DAMAGE, stream
 from hil.mcaplog.records import RECORDS
 from hil.mcaplog.schemas import (
     RENAMED,
@@ -25,7 +25,7 @@ from hil.mcaplog.schemas import (
     message_schema,
     record_schema,
 )
-from hil.mcaplog.unpacking import DAMAGE, stream
+from hil.mcaplog.writing.encode import NO_FRAME, compile_rebuilder, read_sender
 
 Decode = Callable[[bytes], tuple[Any, ...]]
 """An entry's data -> the value, and where it is a robot message the sender and the frame."""

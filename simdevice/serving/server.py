@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.clock import Clock
-    from simdevice.endpoints import Endpoint
+    from simdevice.serving.endpoints import Endpoint
 
     Wait = Callable[[list[int], float], object]
     """Sleeps until one of these file descriptors is readable, or for this many seconds."""

@@ -1,6 +1,6 @@
 """The board of an emulated robot: it runs the C firmware itself, and stands where the drivers would.
 
-It and `avr_board` are the only modules that know cffi. One `Board` is one micro-controller: its working memory is a C
+It and `avr.board` are the only modules that know cffi. One `Board` is one micro-controller: its working memory is a C
 struct, its EEPROM an image of bytes that survives a power cycle.
 """
 
@@ -15,8 +15,8 @@ from firmware_protocol.firmware.host_io import FIELDS
 from simdevice.kernel.built_from import digest
 
 if TYPE_CHECKING:
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 NVM_SIZE: Final = 1024
 """Size of the EEPROM, in bytes (as on an ATmega328P)."""

@@ -34,14 +34,14 @@ from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.wire.payload import PAYLOADS
 from simdevice.period import PERIOD
-from simdevice.sumo import opponent_code
+from simdevice.sumo.table import opponent_code
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
-    from simdevice.sumo import Table
+    from simdevice.sumo.table import Table
 
 REPORT_PERIODS: Final = 10
 """Control periods between two REFEREE_STATE, unless others are asked for: 20 Hz."""

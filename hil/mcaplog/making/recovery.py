@@ -11,19 +11,19 @@ from mcap.records import Header
 
 from hil.files.outputs import Output, OutputError
 from hil.mcaplog.attachments import read_attachment
-from hil.mcaplog.copying import LogCopy
 from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogReader
-from hil.mcaplog.unpacking import DAMAGE, stream
-from hil.mcaplog.walking import read_metadata
-from hil.mcaplog.writer import CUT
+from hil.mcaplog.making.copying import LogCopy
+from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.reading.unpacking import DAMAGE, stream
+from hil.mcaplog.reading.walking import read_metadata
+from hil.mcaplog.writing.writer import CUT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from hil.mcaplog.walking import RawRecord
+    from hil.mcaplog.reading.walking import RawRecord
 
 _SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 256 << 10, "indexed": False}
 

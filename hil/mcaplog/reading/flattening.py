@@ -14,14 +14,14 @@ from google.protobuf.message import Message
 from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogReader
-from hil.mcaplog.walking import shown
+from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.reading.walking import shown
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
     from pathlib import Path
 
-    from hil.mcaplog.reader import LogEntry
+    from hil.mcaplog.reading.reader import LogEntry
 
 Scalar = str | int | float | bool | None
 MOST_ELEMENTS: Final = 16

@@ -13,7 +13,7 @@ from simdevice.period import PERIOD
 if TYPE_CHECKING:
     import numpy as np
 
-    from simdevice.junior import JuniorProfile
+    from simdevice.junior.profile import JuniorProfile
 
 
 class Motors:

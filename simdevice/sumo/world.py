@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.signing import Signing, virtual_time
-from simdevice.device import VirtualDevice
 from simdevice.emulation import check_periods
-from simdevice.junior import JuniorProfile
+from simdevice.junior.device import VirtualDevice
+from simdevice.junior.profile import JuniorProfile
+from simdevice.junior.second import Keeper
 from simdevice.period import PERIOD
-from simdevice.referee import Referee
-from simdevice.second import Keeper
-from simdevice.sumo import Stream, Table, stream
+from simdevice.sumo.referee import Referee
+from simdevice.sumo.table import Stream, Table, stream
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
-    from simdevice.sumo import Robot
+    from simdevice.boards import Host
+    from simdevice.sumo.table import Robot
 
 
 class World:

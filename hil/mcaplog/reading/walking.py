@@ -14,10 +14,10 @@ from mcap.records import Metadata
 
 from hil.mcaplog.attachments import LogAttachment, read_attachment
 from hil.mcaplog.errors import LogError, UnreadableLogError
-from hil.mcaplog.index import LogIndex, read_index
 from hil.mcaplog.limits import LARGEST_ATTACHMENTS, LARGEST_METADATA, ReadLimits, remedy
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, salvage, split, stream, unpack
-from hil.mcaplog.writer import CUT, MAGIC
+from hil.mcaplog.reading.index import LogIndex, read_index
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD, read_chunk, salvage, split, stream, unpack
+from hil.mcaplog.writing.writer import CUT, MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.wire.can_layout import NODE_MASK
 from firmware_protocol.wire.fields import CAN, MAVLINK
-from simdevice.board import Board
-from simdevice.faults import DeviceFaults
+from simdevice.boards import Board
+from simdevice.junior.faults import DeviceFaults
 from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.wire.signing import SigningKey
     from simdevice.arena import Piece
-    from simdevice.board import Host
     from simdevice.board_interface import BoardInterface, BoardMaker
-    from simdevice.faults import Battery
-    from simdevice.sumo import Robot
+    from simdevice.boards import Host
+    from simdevice.junior.faults import Battery
+    from simdevice.sumo.table import Robot
 
 _SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
 """Where a frame carries the sender's system id, by wire."""

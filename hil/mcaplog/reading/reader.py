@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final, NamedTuple
 
 from mcap.opcode import Opcode
 
-from hil.mcaplog.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.limits import remedy
-from hil.mcaplog.packing import INDEX_HEAD
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.walking import LogFile, RawRecord, TooMuchError, shown
+from hil.mcaplog.reading.decoding import Channels, Decode, UnreadableError, sender_only
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD
+from hil.mcaplog.reading.walking import LogFile, RawRecord, TooMuchError, shown
+from hil.mcaplog.writing.packing import INDEX_HEAD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
 
-    from hil.mcaplog.index import IndexedChunk, LogIndex
+    from hil.mcaplog.reading.index import IndexedChunk, LogIndex
 
 MESSAGE_HEAD: Final = Struct("<HIQQ")
 """Channel, sequence, log time and publish time of an entry, times in ns."""

@@ -9,16 +9,16 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, DataEnd, Header, Metadata, MetadataIndex
 from mcap.records import Schema as SchemaRecord
 
-from hil.mcaplog.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
-from hil.mcaplog.unpacking import RECORD_HEAD, stream
-from hil.mcaplog.writer import MAGIC, SIZES
+from hil.mcaplog.reading.unpacking import RECORD_HEAD, stream
+from hil.mcaplog.writing.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
+from hil.mcaplog.writing.writer import MAGIC, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from mcap.records import AttachmentIndex, ChunkIndex
 
-    from hil.mcaplog.reader import RawEntry
+    from hil.mcaplog.reading.reader import RawEntry
 
 
 class LogCopy:

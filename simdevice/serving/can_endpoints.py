@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.errors import AddressError, LinkTimeoutError
 from firmware_protocol.links.can import open_can
 from firmware_protocol.wire.fields import CAN
-from simdevice.endpoints import Endpoint, PtyEndpoint
-from simdevice.slcan import SlcanAdapter
+from simdevice.serving.endpoints import Endpoint, PtyEndpoint
+from simdevice.serving.slcan import SlcanAdapter
 
 if TYPE_CHECKING:
     from firmware_protocol.address import Address

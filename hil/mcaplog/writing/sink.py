@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 class LogSink(Protocol):
-    """Takes a log's entries in order; see `hil.mcaplog.writer.LogWriter`."""
+    """Takes a log's entries in order; see `hil.mcaplog.writing.writer.LogWriter`."""
 
     def channel(self, topic: str, schema: Schema) -> int:
         """The channel of a topic."""

@@ -15,12 +15,12 @@ from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPON
 from firmware_protocol.wire.can_layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.board import NVM_SIZE
-from simdevice.device import VirtualDevice
+from simdevice.boards import NVM_SIZE
 from simdevice.emulation import run_single_periods
+from simdevice.junior.device import VirtualDevice
 from simdevice.period import PERIOD
-from simdevice.sumo import Table
-from simdevice.world import junior_world
+from simdevice.sumo.table import Table
+from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board import Host
     from simdevice.board_interface import BoardMaker
-    from simdevice.junior import JuniorProfile
-    from simdevice.world import World
+    from simdevice.boards import Host
+    from simdevice.junior.profile import JuniorProfile
+    from simdevice.sumo.world import World
 
 LAST_SYSTEM: Final = 254
 """Greatest system id of a robot on a MAVLink network."""

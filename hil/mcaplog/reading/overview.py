@@ -10,19 +10,19 @@ from mcap.records import Channel
 from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.limits import LARGEST_METADATA, MIB, ReadLimits
-from hil.mcaplog.reader import MESSAGE_HEAD, LogReader
+from hil.mcaplog.reading.reader import MESSAGE_HEAD, LogReader
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD, stream
+from hil.mcaplog.reading.walking import read_metadata
 from hil.mcaplog.records import EVENTS, SERIES, EventRecord
 from hil.mcaplog.schemas import RENAMED_TOPICS
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, stream
-from hil.mcaplog.walking import read_metadata
-from hil.mcaplog.writer import SIZES
+from hil.mcaplog.writing.writer import SIZES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from mcap.records import Statistics
 
-    from hil.mcaplog.index import LogIndex
+    from hil.mcaplog.reading.index import LogIndex
 
 MESSAGE_SIZE: Final = RECORD_HEAD.size + MESSAGE_HEAD.size
 """Of an entry's record without its data, in bytes."""

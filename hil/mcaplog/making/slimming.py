@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.making.recovery import CopiedLog, copy_log
+from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import EVENTS
-from hil.mcaplog.recovery import CopiedLog, copy_log
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from hil.mcaplog.copying import LogCopy
+    from hil.mcaplog.making.copying import LogCopy
 
 KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", EVENTS)
 """The topics that a slim log has, as patterns."""

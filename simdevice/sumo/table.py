@@ -14,16 +14,16 @@ import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
 from simdevice.arena import Arena, Dummy, Piece, Rover
-from simdevice.junior import JuniorProfile
-from simdevice.motors import Motors
-from simdevice.opponents import JUNIOR_OPPONENT, OPPONENTS
+from simdevice.junior.motors import Motors
+from simdevice.junior.profile import JuniorProfile
+from simdevice.junior.sensors import Sensors
 from simdevice.period import PERIOD
-from simdevice.sensors import Sensors
+from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simdevice.ring import Ring
+    from simdevice.sumo.ring import Ring
 
 TIME_LIMIT: Final = 15.0
 """A bout that lasts longer is a draw, in s."""

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from simdevice.arena import Piece
-    from simdevice.junior import JuniorProfile
-    from simdevice.ring import Ring
+    from simdevice.junior.profile import JuniorProfile
+    from simdevice.sumo.ring import Ring
 
 ADC_MAX: Final = 1023
 """Greatest reading of a 10-bit converter."""

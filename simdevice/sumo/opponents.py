@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from simdevice.junior import JUNIOR_OUTLINE
+from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.outline import Disc, Outline, Point
 
 

@@ -17,7 +17,7 @@ from firmware_protocol.address import FASTEST_BAUD, Address, parse_address, whol
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.links.tcp import notice_half_open
 from firmware_protocol.wire.fields import MAVLINK
-from simdevice.admission import HELD, INVITED, SILENT, TAKEN_OVER, Farewells, Interpreter
+from simdevice.serving.admission import HELD, INVITED, SILENT, TAKEN_OVER, Farewells, Interpreter
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.signing import Signing
@@ -395,13 +395,13 @@ def open_endpoint(text: str, *, public: bool = False, signing: Signing | None = 
         if baud and not rate:
             raise AddressError(text, "the rate is not a positive number", f"Write it as {name}:115200")
         if name == "slcan":
-            from simdevice.can_endpoints import SLCAN_BAUD, SlcanEndpoint  # noqa: PLC0415 - made of what is here
+            from simdevice.serving.can_endpoints import SLCAN_BAUD, SlcanEndpoint  # noqa: PLC0415 - made of what is here
 
             return SlcanEndpoint(rate or SLCAN_BAUD)
         return PtyEndpoint(rate or DEFAULT_BAUD)
     address: Address = parse_address(text)
     if address.scheme == "can":
-        from simdevice.can_endpoints import CanEndpoint  # noqa: PLC0415
+        from simdevice.serving.can_endpoints import CanEndpoint  # noqa: PLC0415
 
         return CanEndpoint(address, public=public)
     if address.scheme not in {"tcp", "udp", "udpin"}:

@@ -19,15 +19,15 @@ import cffi
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.wire.mavlink import frame_size
 from firmware_protocol.wire.mavlink_layout import MARKER
-from simdevice.avr_build import SHIM, AvrFirmware, build, shim_hash
-from simdevice.board import NVM_SIZE
-from simdevice.sensors import ADC_MAX
+from simdevice.avr.build import SHIM, AvrFirmware, build, shim_hash
+from simdevice.boards import NVM_SIZE
+from simdevice.junior.sensors import ADC_MAX
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 CYCLES: Final = 80_000
 """Clock cycles of a control period."""

@@ -19,7 +19,7 @@ from mcap.records import Schema as SchemaRecord
 from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.log_file import LogFile
-from hil.mcaplog.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
+from hil.mcaplog.writing.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
