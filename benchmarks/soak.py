@@ -63,7 +63,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
     from hil.bridge.taps import Circumstances, Opening, Tap
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 PATIENCE: Final = 30.0
@@ -448,9 +448,9 @@ class Stopwatch:
     def checkpoint(self, used: int, digest: str) -> None:
         """A checkpoint was due."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed."""
-        del trial, engagement, performance, fitness
+        del trial, encounter, performance, fitness
         self.maneuvers += 1
         self._begun = self._meter.time if self._begun is None else self._begun
         if self._meter.time - self._begun >= self._seconds:

@@ -16,7 +16,7 @@ from firmware_protocol.messages import (
     Heartbeat,
     Statustext,
 )
-from firmware_protocol.roles.table import SIGNS
+from firmware_protocol.roles.known import SIGNS
 from firmware_protocol.wire.mavlink_layout import crc_extra
 
 if TYPE_CHECKING:

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from hil.bridge.operator import Operator
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from hil.conformance.probe import Codec
+    from hil.conformance.probe import Translator
 
 M = TypeVar("M", bound=Message)
 
@@ -85,7 +85,7 @@ class Subject(Orders):
         *,
         session: Callable[[], int],
         system: int | None = None,
-        codec: Codec | None = None,
+        codec: Translator | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
         pump: Pump | None = None,

@@ -24,7 +24,7 @@ from hil.bridge.networks import RobotAddress
 from hil.bridge.serving import WAIT, Serving
 from hil.connecting.finding import find_robot
 from hil.safety import Limits
-from hil.sumo.referee import Referee
+from hil.sumo.referee import RefereeHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -81,7 +81,7 @@ class Junior(Serving):
     ) -> None:
         self.bridge = bridge
         self.limits = limits
-        self.referee: Referee | None = None
+        self.referee: RefereeHandle | None = None
         self._robots = robots
         self._reading: Received | None = None
         self._early: dict[int, Received] = {}
@@ -150,7 +150,7 @@ class Junior(Serving):
         self.address = RobotAddress(self.bridge.link.url if network is None else network, peer.system)
 
     def _look_for_referee(self) -> None:
-        referee = Referee(self)
+        referee = RefereeHandle(self)
         pace = self.bridge.pace  # on a slow line a referee that was asked to says less
         deadline = self.now() + (REFEREE_WAIT if pace is None else REFEREE_WAIT + 2 * SLOW_REFEREE)
         while self.now() < deadline and REFEREE_COMPONENT not in self.peer.components:

@@ -18,7 +18,7 @@ from hil.connecting.diagnosis import nobody
 from hil.connecting.finding import named
 from hil.safety import Limits
 from hil.sumo.junior import REFEREE_WAIT, STOP_WAIT, Junior
-from hil.sumo.referee import Referee
+from hil.sumo.referee import RefereeHandle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Iterator
@@ -227,7 +227,7 @@ class Robots(Serving):
             junior = None if system is None else self.members.get(RobotAddress(network, system))
             if junior is not None:
                 if isinstance(event, Received) and event.component == REFEREE_COMPONENT and junior.referee is None:
-                    junior.referee = Referee(junior)
+                    junior.referee = RefereeHandle(junior)
                 junior.notice(event)
             for listener in self._listeners:
                 listener(network, event)

@@ -50,7 +50,7 @@ def test_the_world_is_the_one_junior_lives_in(junior: Junior, junior_world: Worl
 
 @pytest.mark.junior(opponent="flat-heavy", seed=3, faults="drop:0.2,jitter:0.02", referee=False)
 def test_the_mark_says_what_is_wanted(junior: Junior, junior_world: World) -> None:
-    assert junior_world.table.name == "flat-heavy"
+    assert junior_world.match.name == "flat-heavy"
     assert junior.referee is None
     junior.arm()
     for _ in range(20):

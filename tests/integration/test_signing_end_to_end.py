@@ -26,7 +26,7 @@ from firmware_protocol.messages import OpponentCode, Ping, RobotStatus, SetupSig
 from firmware_protocol.wire.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
 from hil.recording.recorder import Recorder
@@ -127,7 +127,7 @@ def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) 
     chosen = [check for check in on_wire(CHECKS, robot.wire) if check.moving == moving]
     verdicts = perform(robot, chosen, LAST, moving=moving)
     robot.close()
-    assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not Outcome.PASSED] == []
+    assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not CheckOutcome.PASSED] == []
 
 
 @pytest.mark.slow

@@ -58,7 +58,7 @@ class Served:
     @property
     def travelled(self) -> float:
         """Distance from where it stood at first, in m."""
-        body = self.world.table.robot.body
+        body = self.world.match.robot.body
         return float(((body.x - self.start[0]) ** 2 + (body.y - self.start[1]) ** 2) ** 0.5)
 
     def __post_init__(self) -> None:
@@ -66,7 +66,7 @@ class Served:
 
     def stand(self) -> None:
         """Count what it travels from where it stands now."""
-        body = self.world.table.robot.body
+        body = self.world.match.robot.body
         self.start = (body.x, body.y)
 
 

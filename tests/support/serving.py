@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from simdevice.serving.endpoints import Endpoint
-    from simdevice.serving.server import Steppable
+    from simdevice.serving.server import Servable
     from simdevice.sumo.world import World
 
 PATIENCE: Final = 60.0
@@ -32,7 +32,7 @@ class Stepped:
         world: What is served.
     """
 
-    def __init__(self, world: Steppable) -> None:
+    def __init__(self, world: Servable) -> None:
         self._served = world
         self._stepped = threading.Condition()
 
@@ -54,7 +54,7 @@ class Stepped:
 
 
 @contextmanager
-def in_thread(world: Steppable, endpoint: Endpoint, *, speed: float = 1.0) -> Iterator[None]:
+def in_thread(world: Servable, endpoint: Endpoint, *, speed: float = 1.0) -> Iterator[None]:
     """Serve a world in a thread, and close its endpoint at the end.
 
     Args:

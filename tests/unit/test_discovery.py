@@ -202,7 +202,7 @@ def driver(stop: float = 1e9) -> Callable[[float], Sequence[Message]]:
 
 def place(driven: Driven) -> tuple[float, float, float]:
     """Where the robot is."""
-    body = driven.world.table.robot.body
+    body = driven.world.match.robot.body
     return body.x, body.y, body.angle
 
 

@@ -27,8 +27,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.role import Role
 from firmware_protocol.roles.junior import JUNIOR, contest, drive, erase_memory, perform, read_memory, write_memory
+from firmware_protocol.roles.known import ROLES, SIGNS
 from firmware_protocol.roles.referee import reset_bout
-from firmware_protocol.roles.table import ROLES, SIGNS
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:

@@ -64,7 +64,7 @@ def systems(heard: list[Received], component: int = 1) -> set[int]:
 
 
 def place(crowd: Crowd, system: int) -> tuple[float, float]:
-    body = crowd.members[system].world.table.robot.body
+    body = crowd.members[system].world.match.robot.body
     return body.x, body.y
 
 
