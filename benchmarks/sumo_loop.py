@@ -26,8 +26,8 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.period import PERIOD
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.match import Match, opponent_code
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -199,7 +199,7 @@ def junior_pty(junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
 
 def _world(wanted: WantedJunior) -> World:
     """A new world; an opponent or a fault that does not exist fails the test."""
-    from simdevice.sumo.world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.sumo.junior_world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
 
     spec = _faults(wanted)
     try:

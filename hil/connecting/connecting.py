@@ -405,7 +405,7 @@ def fault_file(address: Address) -> bytes | None:
 def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
     """An emulated robot in this process, or several."""
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
-    from simdevice.sumo.world import junior_world  # noqa: PLC0415
+    from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":

@@ -19,8 +19,8 @@ from simdevice.boards import NVM_SIZE
 from simdevice.emulation import run_single_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.period import PERIOD
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.match import Match
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -21,7 +21,7 @@ from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from simdevice.avr.board import AvrBoard
 from simdevice.avr.build import FIRMWARE, AvrFirmware, build
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

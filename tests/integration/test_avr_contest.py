@@ -14,7 +14,7 @@ from hil.sumo.advice_file import load_advice
 from hil.sumo.deploying import deploy, read_memory
 from hil.sumo.junior import Junior
 from simdevice.avr.board import AvrBoard
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

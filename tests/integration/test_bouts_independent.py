@@ -11,7 +11,7 @@ from firmware_protocol.links import MemoryLink
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge.bridge import Bridge
 from hil.sumo.ring import Encounter, open_ring
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,6 +6,7 @@ import json
 import select
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 import serial
@@ -28,7 +29,10 @@ from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.serving.server import Server, wait_readable
 from simdevice.sumo.crowd import Crowd
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
+
+if TYPE_CHECKING:
+    from simdevice.sumo.world import World
 
 PUSH = Advice(
     PalSettings(),

@@ -20,7 +20,7 @@ from hil.connecting.connecting import connect
 from hil.files.memory_file import MemoryFileError, load_memory
 from hil.terminal.keys import pressed_keys
 from simdevice.boards import NVM_SIZE
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 
 if TYPE_CHECKING:
     from pathlib import Path

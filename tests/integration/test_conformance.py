@@ -26,7 +26,7 @@ from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from mutants import Build

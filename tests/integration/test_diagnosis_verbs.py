@@ -26,7 +26,7 @@ from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.period import PERIOD
 from simdevice.serving.admission import HELD
 from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields, is_dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 
@@ -35,7 +35,10 @@ from firmware_protocol.messages import (
 from firmware_protocol.wire.fields import Message
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
+
+if TYPE_CHECKING:
+    from simdevice.sumo.world import World
 
 SESSION = 77
 T = TypeVar("T", bound=Message)

@@ -16,12 +16,14 @@ import pytest
 from client_programs import Program
 
 from hil.bridge.clock import MonotonicClock
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from simdevice.sumo.world import World
 
 SERVING: float = 10.0
 """Longest wait for the server's end, in s."""

@@ -37,7 +37,7 @@ from hil.bridge.witness import framing, printable
 from hil.connecting.discovery import Finding, Status, probe, survey
 from hil.connecting.listening import Listener, Signed
 from hil.connecting.places import Place, named
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -34,8 +34,9 @@ from simdevice.kernel.world import KernelWorld
 from simdevice.outline import Outline
 from simdevice.period import PERIOD
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.opponents import OPPONENTS
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,10 +21,11 @@ from firmware_protocol.messages import (
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
 from simdevice.period import PERIOD
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from simdevice.junior.hardware import JuniorHardware
+    from simdevice.sumo.world import World
 
 
 class Bench:
