@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.events import PeerLost
 from firmware_protocol.links import SerialPort
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import connect
+from hil.sumo.connecting import connect
 from simdevice.serving.endpoints import Endpoint
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server

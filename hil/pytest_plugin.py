@@ -126,7 +126,7 @@ def junior_world(junior_emulation: WantedJunior) -> World:
 @pytest.fixture(scope="session")
 def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
     """The robot at `--hil-link`, connected once for the whole run: opening a port resets many boards."""
-    from hil.connecting.connecting import connect  # noqa: PLC0415
+    from hil.sumo.connecting import connect  # noqa: PLC0415
 
     with connect(request.config.getoption("--hil-link"), signing_key=request.config.getoption("--hil-signing-key")) as robot:
         yield robot

@@ -16,8 +16,8 @@ import pytest
 
 from firmware_protocol.parameters import PARAMETERS
 from hil.cli.app import app, run
-from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
+from hil.sumo.connecting import connect
 from simdevice.serving.endpoints import PtyEndpoint
 
 VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)

@@ -27,11 +27,11 @@ from firmware_protocol.wire.signing import TIME_LIMIT, Signing, SigningKey, setu
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
-from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
 from hil.recording.recorder import Recorder
 from hil.signing.key_file import KeyFileError, create_key, load_key
 from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.connecting import connect
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.serving.endpoints import TcpEndpoint, UdpEndpoint
