@@ -56,7 +56,7 @@ _AT_FLAGS: Final = 2
 _HEADER: Final = Struct("<BBBBBBBHB")
 _CHECKSUM: Final = Struct("<H")
 _EXTRA: Final = {number: bytes((crc_extra(message),)) for number, message in MESSAGES.items()}
-_DOWN: Final = {number: (PAYLOADS[number], _EXTRA[number]) for number in MESSAGES}
+_DOWN: Final = {number: (payload, payload.length, _EXTRA[number]) for number, payload in PAYLOADS.items()}
 _UP: Final = {message: (number, PAYLOADS[number], _EXTRA[number]) for number, message in MESSAGES.items()}
 
 
@@ -126,7 +126,7 @@ class MavlinkCodec:
         Returns:
             What it completed, in the order of the bytes.
         """
-        events = self.flush(now) if now - self._stamp > SILENCE else []
+        events = self.flush(now) if now - self._stamp > SILENCE and (self._buffer or self._junk) else []
         if data:
             self._stamp = now
             self._scan(self._buffer + data if self._buffer else bytes(data), events, final=False)
@@ -180,8 +180,8 @@ class MavlinkCodec:
         entry = _DOWN.get(high << 16 | low)
         if entry is None:
             return self._refuse_header(RejectReason.UNKNOWN_MESSAGE, size, f"message id {high << 16 | low}", events)
-        payload, extra = entry
-        if not 0 < length <= payload.length or flags & ~FLAG_SIGNED:
+        payload, longest, extra = entry
+        if not 0 < length <= longest or flags & ~FLAG_SIGNED:
             detail = f"{payload.message.NAME} with length {length}, flags {flags:#04x}"
             return self._refuse_header(RejectReason.BAD_HEADER, size, detail, events)
         if left < size:
