@@ -17,6 +17,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.peer.peer import Peer
+from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.table import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
@@ -132,6 +133,7 @@ class Bridge:
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
         self.peers: dict[int, Peer] = {}
+        self._timetable = Timetable()
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
         self.unclaimed = self.unsent = self.overrun = 0
@@ -298,7 +300,9 @@ class Bridge:
         """
         self._robots = robots
         self._shunned |= self._heard - set(robots)
-        self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
+        for system in self.peers.keys() - set(robots):
+            del self.peers[system]
+            self._timetable.leave(system)
 
     def begin_anew(self, cause: str) -> None:
         """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
@@ -342,18 +346,16 @@ class Bridge:
     @property
     def urgent(self) -> bool:
         """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
-        return any(peer.urgent for peer in self.peers.values())
+        return self._timetable.soonest == NOW and any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
         if self._failed:
-            return float("inf")
+            return NEVER
         if not self.peers:
             return self._hello_due
-        soonest = min([peer.next_due() for peer in self.peers.values()])
-        if self._alive_due < soonest and any(peer.kept for peer in self.peers.values()):
-            return self._alive_due
-        return soonest
+        timetable = self._timetable
+        return self._alive_due if timetable.kept and self._alive_due < timetable.soonest else timetable.soonest
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:
         """Tell the taps of bytes that came."""
@@ -415,6 +417,7 @@ class Bridge:
             return None
         if not heartbeat:
             return None
+        self._timetable.enter(system)
         peer = Peer(
             system,
             session=self._session,
@@ -425,6 +428,7 @@ class Bridge:
             host_system=self._system,
             host_component=self._component,
             pace=self.pace,
+            timetable=self._timetable,
         )
         self.peers[system] = peer
         return peer
@@ -538,8 +542,8 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        peers = list(self.peers.values())
-        urgent = self.urgent
+        peers = [self.peers[system] for system in self._timetable.take(now)]
+        urgent = any(peer.urgent for peer in peers)
         if urgent:
             peers.sort(key=lambda peer: not peer.urgent)
         else:
@@ -559,7 +563,7 @@ class Bridge:
 
     def _keep(self, now: float) -> None:
         """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
-        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+        if now >= self._alive_due and self._timetable.kept:
             self._alive_due = now + KEEP_ALIVE
             self._write([RobotAlive(self.host)], now)
 
