@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer.answers import for_another
+from firmware_protocol.peer.answers import ANSWERS, for_another
 from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
@@ -175,31 +175,33 @@ class Peer(Requests):
         Returns:
             What the user should see: the message, unless it is a repetition, and what has followed from it.
         """
-        message = received.message
+        message, time = received.message, received.time
+        kind = type(message)
         from_robot = received.component == ROBOT_COMPONENT
         if from_robot:
-            self._heard = received.time
+            self._heard = time
             if self.state is PeerState.LOST:
-                self._move(Input.HEARD, received.time)
+                self._move(Input.HEARD, time)
         elif self._pace is not None and self.ready:
             self._ease_companion(received.component)
         if not self._frames.count(received):
             return self._take()
-        if for_another(message, *self._us):
+        if kind in ANSWERS and for_another(message, *self._us):
             return [received, *self._take()]
         show = True
         if from_robot:
-            if self.streams.heard(type(message), received.time):
-                self._events.append(StreamBack(self.system, received.time, message.NAME))
-            if type(message) is self._readings:
-                self._watch_clock(cast("Any", message).time, received.time)
+            if self.streams.heard(kind, time):
+                self._events.append(StreamBack(self.system, time, message.NAME))
+            if kind is self._readings:
+                reading: Any = message
+                self._watch_clock(reading.time, time)
             else:
                 self._note(message, received)
-        if self._exchanges.active and not self._doubtful(message):
+        if self._exchanges.active and not (kind is RobotAck and self._doubtful(message)):
             wanted = self._exchanges.answer(received)
-            self._follow(received.time)
-            show = wanted or type(message) not in self._results
-        elif type(message) in self._results:
+            self._follow(time)
+            show = wanted or kind not in self._results
+        elif kind in self._results:
             show = False
         if not self._events:
             return (received,) if show else ()

@@ -29,7 +29,7 @@ from hil.bridge.pump import LIMIT, SLICE, Lost, Pump, open_pump
 from hil.bridge.redaction import Redaction
 from hil.bridge.sessions import random_session
 from hil.bridge.surroundings import Surroundings
-from hil.bridge.taps import Opening
+from hil.bridge.taps import NOTHING, Opening
 from hil.bridge.witness import Witness
 from hil.connecting.diagnosis import Seen
 
@@ -150,6 +150,7 @@ class Bridge:
         self._open_sessions = open_sessions
         self._draw = session
         self.host = self._session()
+        self._alive = (RobotAlive(self.host),)
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._redaction = Redaction(link.wire)
@@ -228,7 +229,8 @@ class Bridge:
         if self._anew is not None:
             self._forget_sessions(self._anew, now, events)
         self._take_in(chunks, now, events)
-        self._hear_of_link(met, now, events)
+        if met is not NOTHING or self._pace_untold is not None or self._around.dropped != self.overrun:
+            self._hear_of_link(met, now, events)
         if self._reopening is not None:
             self._turn(self._reopening, self._around.turn, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -255,7 +257,9 @@ class Bridge:
             if self._looking:
                 self.witness.came(data, stamp)
             found = self._codec.receive(data, stamp)
-            self._pass(self._redaction.received(stamp, data, found))
+            passed = self._redaction.received(stamp, data, found)
+            if self._taps:
+                self._pass(passed)
             self._take(found, events)
         if not chunks and (rest := self._codec.flush(now)):
             self._pass(self._redaction.judged(rest))
@@ -375,15 +379,16 @@ class Bridge:
         for item in items:
             if witness is not None:
                 witness.saw(item)
-            if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
+            if taps and item.system not in self._shunned:  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
             if not isinstance(item, Received):
                 events.append(item)
                 self._blame(item)
                 continue
-            if type(item.message) is Statustext and item.message.severity <= SEVERITY_ERROR:
-                self._complaint = (item.time, item.message.text)
+            message = item.message
+            if type(message) is Statustext and message.severity <= SEVERITY_ERROR:
+                self._complaint = (item.time, message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -565,7 +570,7 @@ class Bridge:
         """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
         if now >= self._alive_due and self._timetable.kept:
             self._alive_due = now + KEEP_ALIVE
-            self._write([RobotAlive(self.host)], now)
+            self._write(self._alive, now)
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""

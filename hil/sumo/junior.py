@@ -507,6 +507,11 @@ class Junior(Serving):
                 self._reading = event
             elif type(message) is RefereeState and self.referee is not None:
                 self.referee.heard(message)
+        if self._listeners:
+            self._tell(event)
+
+    def _tell(self, event: Event) -> None:
+        """Have every listener hear of it."""
         before, self.telling = self.telling, True
         try:
             for listener in self._listeners:
