@@ -1,4 +1,4 @@
-"""The terms that robot, Pal and host share: actions, stimuli, maneuvers, and what a maneuver reported.
+"""The terms that robot, Pal and host share: actions, stimuli, maneuvers, what a maneuver reported, and a swarm's classes.
 
 This module depends on nothing but the standard library, so that the adviser can use it without knowing any wire.
 The C firmware's action table is generated from `ACTIONS` (see `firmware_protocol.generate`).
@@ -215,3 +215,30 @@ class ActionTally:
     edges: tuple[int, int]
     longest_press: tuple[float, float]
     pressed_travel: float | None
+
+
+class RobotClass(IntEnum):
+    """What a micro-robot is among the others (Liu & Wu 2001, 7.2): those that surround, and those that are surrounded."""
+
+    RANGER = 0
+    WILD = 1
+
+    @property
+    def other(self) -> RobotClass:
+        """The class that this one looks out for."""
+        return RobotClass(1 - self)
+
+
+class SwarmOutcome(IntEnum):
+    """How a micro-robot's move ended. The value is the wire code."""
+
+    NONE = 0
+    """It ends no move: the observation was asked for."""
+    ARRIVED = 1
+    BLOCKED = 2
+    """Contact ahead, or wheels that stand although they are driven."""
+    STOPPED = 3
+    REFUSED = 4
+    """After it had been accepted: beyond the fence, or the position fix is lost."""
+    TIMED_OUT = 5
+    REPLACED = 6
