@@ -15,7 +15,6 @@ from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
@@ -37,6 +36,7 @@ from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
+from firmware_protocol.versions import spoken_minor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -511,7 +511,8 @@ class Peer(Requests):
             case PeerState.OPENING | PeerState.REOPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
-                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
+                minor = spoken_minor(0 if self.version is None else self.version.middleware_sw_version)
+                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=minor)
                 self._handshake = self._exchanges.add(SessionExchange(opening, self.numbering))
             case PeerState.CHECKING | PeerState.COMPARING:
                 check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
