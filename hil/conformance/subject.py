@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AckResult,
     AutopilotVersion,
@@ -30,7 +29,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
-from firmware_protocol.versions import other_version
+from firmware_protocol.versions import other_version, spoken_minor
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.fields import Message
 from hil.conformance.orders import Orders, named
@@ -107,6 +106,7 @@ class Subject(Orders):
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
+        self._minor = 0
         self.session = 0
         self.parameters_found: dict[str, float] = {}
         self.memory_found: list[JuniorMemoryEntry] | None = None
@@ -128,6 +128,7 @@ class Subject(Orders):
             if not major:
                 raise NoRobotError(nobody(self.seen(wanted=self.system, unusable=[self.system]), timeout))
             raise VersionError(f"{self._link.url}: the robot {other_version(f'{major}.{minor}')}")
+        self._minor = spoken_minor(0 if version is None else version.middleware_sw_version)
         try:
             self.fresh()
         except CheckFailedError as failure:
@@ -232,7 +233,7 @@ class Subject(Orders):
                 tap.session_drawn(drawn)
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
-        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, self._minor)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)
 
