@@ -73,6 +73,7 @@ class Subject(Orders):
 
     Attributes:
         session: Session that is open.
+        minor: The newest minor version of the protocol that it and this program know.
         parameters_found: Parameters as they were found, by name.
         memory_found: Maneuver memory as it was found; None where it could not be read, and must be left alone.
     """
@@ -106,7 +107,7 @@ class Subject(Orders):
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
-        self._minor = 0
+        self.minor = 0
         self.session = 0
         self.parameters_found: dict[str, float] = {}
         self.memory_found: list[JuniorMemoryEntry] | None = None
@@ -128,7 +129,7 @@ class Subject(Orders):
             if not major:
                 raise NoRobotError(nobody(self.seen(wanted=self.system, unusable=[self.system]), timeout))
             raise VersionError(f"{self._link.url}: the robot {other_version(f'{major}.{minor}')}")
-        self._minor = spoken_minor(0 if version is None else version.middleware_sw_version)
+        self.minor = spoken_minor(0 if version is None else version.middleware_sw_version)
         try:
             self.fresh()
         except CheckFailedError as failure:
@@ -233,7 +234,7 @@ class Subject(Orders):
                 tap.session_drawn(drawn)
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
-        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, self._minor)
+        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, self.minor)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)
 
