@@ -249,7 +249,7 @@ class Bridge:
 
     def _take_in(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
         """Decode what has come; where more may be waiting, see first to what is due."""
-        if sum([len(data) for _, data in chunks]) >= SLICE:
+        if chunks and sum([len(data) for _, data in chunks]) >= SLICE:
             self._fall_behind(chunks, now, events)
         else:
             self._taken_in = now
