@@ -13,7 +13,7 @@ import pymunk
 
 from simdevice.junior.profile import GRAVITY, JUNIOR_OUTLINE
 from simdevice.period import PERIOD
-from simdevice.sumo.ring import Ring
+from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
     from simdevice.junior.motors import Motors
@@ -252,8 +252,8 @@ class Arena:
         pieces: Everything in it, in the order of entry.
     """
 
-    def __init__(self, ring: Ring | None = None) -> None:
-        self.ring = ring if ring is not None else Ring()
+    def __init__(self, ring: SumoRing | None = None) -> None:
+        self.ring = ring if ring is not None else SumoRing()
         self.pieces: list[Piece] = []
         self.space = self._empty()
 

@@ -19,7 +19,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.peer.peer import Peer
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.roles.table import ROLES, SIGNS
+from firmware_protocol.roles.known import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.signing import trouble
 from hil.bridge.clock import LastReading

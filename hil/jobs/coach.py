@@ -152,7 +152,7 @@ class CoachJob:
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
         with open_session(stage, reconnect=self.reconnect) as session:
-            run = _Run(self, session, stage)
+            run = _CoachingRun(self, session, stage)
             try:
                 run.coach()
                 tally, random = run.held_out()
@@ -166,7 +166,7 @@ class CoachJob:
         return coached
 
 
-class _Run:
+class _CoachingRun:
     """One coaching run."""
 
     def __init__(self, job: CoachJob, session: Session, stage: Stage) -> None:
