@@ -251,7 +251,7 @@ class Bridge:
 
     def _take_in(self, chunks: Sequence[Chunk], now: float, events: list[Event]) -> None:
         """Decode what has come; where more may be waiting, see first to what is due."""
-        if chunks and sum([len(data) for _, data in chunks]) >= SLICE:
+        if sum([len(data) for _, data in chunks]) >= SLICE:
             self._fall_behind(chunks, now, events)
         else:
             self._taken_in = now
@@ -545,8 +545,8 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
+        urgent = self.urgent
         peers = [self.peers[system] for system in self._timetable.take(now)]
-        urgent = any(peer.urgent for peer in peers)
         if urgent:
             peers.sort(key=lambda peer: not peer.urgent)
         else:

@@ -163,8 +163,8 @@ class InlinePump:
             return []
         if self._rest is not None:
             return self._first(self._rest)
-        if wait > 0:
-            wait = min(wait, until - self._now())
+        if wait > 0 and (left := until - self._now()) < wait:
+            wait = left
         if self._down and self._reopening is not None:
             self._try_again(self._reopening, wait)
             return []
