@@ -19,14 +19,14 @@ from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
-from simdevice.avr_board import AvrBoard
-from simdevice.board import Board
+from simdevice.avr.board import AvrBoard
+from simdevice.boards import Board
 from simdevice.period import PERIOD, PERIOD_US
 
 if TYPE_CHECKING:
     from simdevice.board_interface import BoardInterface
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 HOST = Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
 

@@ -27,9 +27,9 @@ from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.messages import RobotStatus
 from firmware_protocol.roles.junior import drive
 from hil.bridge.clock import MonotonicClock
-from simdevice.crowd import Crowd
-from simdevice.endpoints import Endpoint, TcpEndpoint
-from simdevice.server import Server
+from simdevice.serving.endpoints import Endpoint, TcpEndpoint
+from simdevice.serving.server import Server
+from simdevice.sumo.crowd import Crowd
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

@@ -35,9 +35,9 @@ from firmware_protocol.messages import Command, CommandLong, Heartbeat, RobotSta
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.clock import MonotonicClock
 from hil.recording.recorder import Recorder
-from simdevice.endpoints import TcpEndpoint
-from simdevice.server import Server
-from simdevice.world import junior_world
+from simdevice.serving.endpoints import TcpEndpoint
+from simdevice.serving.server import Server
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,12 +12,12 @@ from collections.abc import Callable
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock
 from simdevice._host import ffi, lib
-from simdevice.can_endpoints import SlcanEndpoint
+from simdevice.serving.can_endpoints import SlcanEndpoint
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

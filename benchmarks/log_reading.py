@@ -21,9 +21,9 @@ from typing import Final
 from firmware_protocol.messages import Heartbeat, JuniorSensors, RefereeState
 from hil.bridge.taps import NOTHING
 from hil.mcaplog import LogWriter
-from hil.mcaplog.encode import compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import BridgeStep, EventRecord, WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
+from hil.mcaplog.writing.encode import compile_encoder, sender_suffix, step_encoder, wire_encoder
 
 TOPIC: Final = "/junior/sensors"
 SENSORS, STATE, BEAT = (message_schema(kind) for kind in (JuniorSensors, RefereeState, Heartbeat))
@@ -135,7 +135,7 @@ def main() -> None:
         begun = perf_counter()
         if not path.exists():
             make(path, options.size * 1_000_000)
-        from hil.mcaplog.overview import overview  # noqa: PLC0415 - not before the log is written
+        from hil.mcaplog.reading.overview import overview  # noqa: PLC0415 - not before the log is written
 
         found = overview(path)
         print(f"{path.stat().st_size / 1e6:,.0f} MB, {found.entries:,} entries, made in {perf_counter() - begun:.0f} s")

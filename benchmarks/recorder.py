@@ -25,7 +25,7 @@ from firmware_protocol.messages import Heartbeat, JuniorSensors, RefereeState
 from hil.mcaplog import LogReader
 from hil.mcaplog.records import BridgeStep, WireBytes
 from hil.mcaplog.schemas import Schema, message_schema, record_schema
-from hil.mcaplog.writer import CHUNK_SIZE
+from hil.mcaplog.writing.writer import CHUNK_SIZE
 from hil.recording.recorder import Recorder
 
 if TYPE_CHECKING:

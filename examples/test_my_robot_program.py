@@ -29,7 +29,7 @@ from hil import Outcome, Stimulus
 if TYPE_CHECKING:
     from hil import Junior
     from hil.pytest_plugin import ServedJunior
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 # --- The program: in your repository it would have a file of its own -------------------------------------------------
 

@@ -21,7 +21,7 @@ CLASSES: Final = tuple(RobotClass)
 
 
 @dataclass(frozen=True)
-class Ring:
+class SensorRing:
     """How a ring senses.
 
     Attributes:
@@ -38,7 +38,7 @@ class Ring:
 
 
 @dataclass(frozen=True)
-class Readings:
+class RingReadings:
     """What the rings of n robots read; columns are classes (`RobotClass`).
 
     Attributes:
@@ -54,7 +54,7 @@ class Readings:
     radius: NDArray[np.float64]
 
 
-def readings(poses: NDArray[np.float64], classes: NDArray[np.int64], ring: Ring) -> Readings:
+def readings(poses: NDArray[np.float64], classes: NDArray[np.int64], ring: SensorRing) -> RingReadings:
     """What every robot's ring reads. A robot on another's very position sees it straight along the arena's x.
 
     Args:
@@ -78,7 +78,7 @@ def readings(poses: NDArray[np.float64], classes: NDArray[np.int64], ring: Ring)
     near, seen = (np.zeros((len(poses), len(CLASSES)), dtype=np.int64) for _ in range(2))
     np.bitwise_or.at(near, (rows[close], found[close]), bits[close])
     np.bitwise_or.at(seen, (rows[inside], found[inside]), bits[inside])
-    return Readings(near, seen, _tally(rows[inside], found[inside], len(poses)), radius)
+    return RingReadings(near, seen, _tally(rows[inside], found[inside], len(poses)), radius)
 
 
 def count_within(poses: NDArray[np.float64], classes: NDArray[np.int64], radius: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -118,7 +118,7 @@ def _distances(poses: NDArray[np.float64]) -> NDArray[np.float64]:
     return distances
 
 
-def _grown(nearest: NDArray[np.float64], ring: Ring) -> NDArray[np.float64]:
+def _grown(nearest: NDArray[np.float64], ring: SensorRing) -> NDArray[np.float64]:
     """The smallest of R0, R0 + dR, ... at which the nearest is inside; where none is, the greatest within the limit."""
     if ring.increment <= 0.0 or ring.radius == inf:
         return np.full(len(nearest), ring.radius)

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Final
 
 import pymunk
 
-from simdevice.junior import GRAVITY, JUNIOR_OUTLINE
+from simdevice.junior.profile import GRAVITY, JUNIOR_OUTLINE
 from simdevice.period import PERIOD
-from simdevice.ring import Ring
+from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
-    from simdevice.junior import JuniorProfile
-    from simdevice.motors import Motors
-    from simdevice.opponents import OpponentSpec
+    from simdevice.junior.motors import Motors
+    from simdevice.junior.profile import JuniorProfile
     from simdevice.outline import Outline
+    from simdevice.sumo.opponents import OpponentSpec
 
 _ITERATIONS: Final = 10
 _SLOP: Final = 2e-4
@@ -252,8 +252,8 @@ class Arena:
         pieces: Everything in it, in the order of entry.
     """
 
-    def __init__(self, ring: Ring | None = None) -> None:
-        self.ring = ring if ring is not None else Ring()
+    def __init__(self, ring: SumoRing | None = None) -> None:
+        self.ring = ring if ring is not None else SumoRing()
         self.pieces: list[Piece] = []
         self.space = self._empty()
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 
 class BoardInterface(Protocol):

@@ -13,7 +13,7 @@ from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
 from simdevice.emulation import run_single_periods
 from simdevice.period import PERIOD
-from simdevice.server import Patient
+from simdevice.serving.server import Patient
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec

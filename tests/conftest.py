@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
-import simdevice.board  # noqa: F401 - refuses a firmware that was built from other sources than are tested
-from simdevice import avr_build
+import simdevice.boards  # noqa: F401 - refuses a firmware that was built from other sources than are tested
+from simdevice.avr import build as avr_build
 
 if TYPE_CHECKING:
     from collections.abc import Callable

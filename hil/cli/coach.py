@@ -22,8 +22,8 @@ from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
+from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -137,7 +137,7 @@ def coach(
         makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
         kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
     ) as run:
-        files = _Files(run, advice_out, checkpoint, report=report)
+        files = _CoachingFiles(run, advice_out, checkpoint, report=report)
         job = CoachJob(
             settings=settings,
             choose_objective=objective is None,
@@ -329,7 +329,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
             )
 
 
-class _Files:
+class _CoachingFiles:
     """Where a coaching run leaves what.
 
     Args:

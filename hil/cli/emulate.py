@@ -27,8 +27,8 @@ from hil.terminal.interrupts import interrupts
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
-    from simdevice.endpoints import Endpoint
-    from simdevice.world import World
+    from simdevice.serving.endpoints import Endpoint
+    from simdevice.sumo.world import World
 
 CROWD_BAUD = 921600
 """Rate of a pty that several robots share, unless another is asked for, in bit/s: each says up to 3 kB a second."""
@@ -99,10 +99,10 @@ def emulate(
 
     Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
     """
-    from simdevice.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
-    from simdevice.server import Server  # noqa: PLC0415
-    from simdevice.world import junior_world  # noqa: PLC0415
+    from simdevice.serving.server import Server  # noqa: PLC0415
+    from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
@@ -157,8 +157,8 @@ def emulate(
 
 def _open(link: str, key: SigningKey | None, *, public: bool) -> Endpoint:
     """Open where the robot is served, for a robot that has this key."""
-    from simdevice.admission import SERVER_LINK  # noqa: PLC0415
-    from simdevice.endpoints import open_endpoint  # noqa: PLC0415
+    from simdevice.serving.admission import SERVER_LINK  # noqa: PLC0415
+    from simdevice.serving.opening import open_endpoint  # noqa: PLC0415
 
     signing = Signing(key, calendar, link=SERVER_LINK) if key is not None else None
     endpoint = open_endpoint(link, public=public, signing=signing)

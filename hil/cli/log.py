@@ -8,19 +8,19 @@ import typer
 from rich.table import Table
 
 from hil.cli import common
-from hil.cli.arguments import Command
+from hil.cli.arguments import Subcommand
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OutLogOption, OverwriteOption, find
 from hil.cli.log_tables import csv, diff
 from hil.files.outputs import check_output
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.overview import LogOverview, overview
-from hil.mcaplog.reader import LogReader
-from hil.mcaplog.recovery import CopiedLog, recover
-from hil.mcaplog.slimming import SLIM, kept_of, slim
-from hil.mcaplog.walking import shown
-from hil.mcaplog.writer import CONFIG, CUT, RUN, SIZES
+from hil.mcaplog.making.recovery import CopiedLog, recover
+from hil.mcaplog.making.slimming import SLIM, kept_of, slim
+from hil.mcaplog.reading.overview import LogOverview, overview
+from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.reading.walking import shown
+from hil.mcaplog.writing.writer import CONFIG, CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -292,4 +292,4 @@ for name, command in (
     ("csv", csv),
     ("diff", diff),
 ):
-    app.command(name, cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+    app.command(name, cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))

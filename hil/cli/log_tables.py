@@ -13,9 +13,9 @@ from hil.cli import common
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OverwriteOption, find
 from hil.files.outputs import OutputError
 from hil.mcaplog.compare import LogComparison, TopicComparison, compare_logs
-from hil.mcaplog.flattening import write_tables
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.walking import shown
+from hil.mcaplog.reading.flattening import write_tables
+from hil.mcaplog.reading.walking import shown
 from hil.replaying.difference import parting
 
 if TYPE_CHECKING:

@@ -29,7 +29,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.versions import other_version
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.fields import Message
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from hil.bridge.operator import Operator
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from hil.conformance.probe import Codec
+    from hil.conformance.probe import Translator
 
 M = TypeVar("M", bound=Message)
 
@@ -85,7 +85,7 @@ class Subject(Orders):
         *,
         session: Callable[[], int],
         system: int | None = None,
-        codec: Codec | None = None,
+        codec: Translator | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
         pump: Pump | None = None,
@@ -172,7 +172,7 @@ class Subject(Orders):
     def _values(self) -> dict[str, float]:
         """All parameters; those that a bad line swallows from the list are asked for one by one."""
         values = {value.param_id: value.param_value for value in self.list_parameters()}
-        for parameter in PARAMETERS:
+        for parameter in JUNIOR_PARAMETERS:
             if parameter.name not in values:
                 with suppress(CheckFailedError):
                     values[parameter.name] = self.parameter(parameter.name).param_value

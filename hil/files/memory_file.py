@@ -33,7 +33,7 @@ def load_memory(path: Path, count: int = 1) -> bytes | None:
     Raises:
         MemoryFileError: It can't be read, or has another size.
     """
-    from simdevice.board import NVM_SIZE  # noqa: PLC0415 - the firmware is loaded with it
+    from simdevice.boards import NVM_SIZE  # noqa: PLC0415 - the firmware is loaded with it
 
     try:
         if not path.exists():

@@ -10,16 +10,16 @@ if TYPE_CHECKING:
     from hil.mcaplog.attachments import LogAttachment
     from hil.mcaplog.compare import LogComparison, compare_logs, differences
     from hil.mcaplog.errors import LogError, UnreadableLogError
-    from hil.mcaplog.reader import LogEntry, LogReader
-    from hil.mcaplog.writer import LogWriter
+    from hil.mcaplog.reading.reader import LogEntry, LogReader
+    from hil.mcaplog.writing.writer import LogWriter
 
 _HOMES: Final = {
     "LogAttachment": "hil.mcaplog.attachments",
     "LogComparison": "hil.mcaplog.compare",
-    "LogEntry": "hil.mcaplog.reader",
+    "LogEntry": "hil.mcaplog.reading.reader",
     "LogError": "hil.mcaplog.errors",
-    "LogReader": "hil.mcaplog.reader",
-    "LogWriter": "hil.mcaplog.writer",
+    "LogReader": "hil.mcaplog.reading.reader",
+    "LogWriter": "hil.mcaplog.writing.writer",
     "UnreadableLogError": "hil.mcaplog.errors",
     "compare_logs": "hil.mcaplog.compare",
     "differences": "hil.mcaplog.compare",

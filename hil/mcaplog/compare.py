@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Final
 from mcap.opcode import Opcode
 
 from hil.mcaplog.errors import UnreadableLogError
-from hil.mcaplog.flattening import flatten
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogReader, RawEntry
-from hil.mcaplog.slimming import SLIM, kept_of, matches
-from hil.mcaplog.walking import LogFile, RawRecord
-from hil.mcaplog.writer import CUT, RUN, SIZES
+from hil.mcaplog.making.slimming import SLIM, kept_of, matches
+from hil.mcaplog.reading.flattening import flatten
+from hil.mcaplog.reading.reader import LogReader, RawEntry
+from hil.mcaplog.reading.walking import RawRecord, WalkedLog
+from hil.mcaplog.writing.writer import CUT, RUN, SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Collection
     from pathlib import Path
 
-    from hil.mcaplog.flattening import Scalar
+    from hil.mcaplog.reading.flattening import Scalar
 
 _NAMES: Final = {int(opcode): opcode.name.lower().replace("_", " ") for opcode in Opcode}
 _RUN_START: Final = len(RUN).to_bytes(4, "little") + RUN.encode()
@@ -44,7 +44,7 @@ def differences(first: Path, second: Path, *, limit: int = 20) -> list[str]:
         LogError: One of them cannot be opened or is not a log.
     """
     limits = ReadLimits(chunk=1 << 28, lifted=True)  # who compares logs has made them
-    one, two = LogFile(first, limits), LogFile(second, limits)
+    one, two = WalkedLog(first, limits), WalkedLog(second, limits)
     found: list[str] = []
     for number, (a, b) in enumerate(zip_longest(one.records(), two.records())):
         if len(found) >= limit:

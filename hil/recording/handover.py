@@ -17,7 +17,7 @@ from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, SetupSigning
 from firmware_protocol.wire.fields import wire_fields
-from hil.bridge.operator import Input
+from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import RECORDS
 
@@ -124,7 +124,7 @@ def _error(error: LinkError | None) -> tuple[str, str] | None:
 def _met(item: Item) -> Circumstances:
     inputs, lost, ended, back, news, dropped = item
     return Circumstances(
-        inputs=tuple(Input(*one) for one in inputs),
+        inputs=tuple(OperatorInput(*one) for one in inputs),
         lost=None if lost is None else LinkError(*lost),
         ended=None if ended is None else LinkError(*ended),
         back=back,

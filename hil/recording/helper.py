@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hil.files.outputs import Output
-from hil.mcaplog.writer import CUT, LogWriter
+from hil.mcaplog.writing.writer import CUT, LogWriter
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
 from hil.recording.pipe import frame, read_frame
 from hil.recording.recorder import Recorder

@@ -80,7 +80,7 @@ class RecorderProcess(Recorder):
     ) -> None:
         self.path = path
         self.lost = 0
-        self._network = _Network(self, link, OWN)
+        self._network = _HandedNetwork(self, link, OWN)
         self.now = 0.0
         self._networks = 0
         self._closed = False
@@ -117,7 +117,7 @@ class RecorderProcess(Recorder):
         """See `Recorder.of_network`."""
         self.feed.keep((kinds.NETWORK, name))
         self._networks += 1
-        return OneOfSeveral(self, _Network(self, name, self._networks - 1))
+        return OneOfSeveral(self, _HandedNetwork(self, name, self._networks - 1))
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """See `Recorder.step`."""
@@ -268,7 +268,7 @@ class RecorderProcess(Recorder):
         return f"the log {self.path} cannot be written any further: the process that writes it {how}; {rest}", kept
 
 
-class _Network(Network):
+class _HandedNetwork(Network):
     """The steps and the bytes of one of several networks, handed over.
 
     Args:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import JuniorSensors, RefereeState, RobotSession
-from hil.mcaplog.drawing import POINTS, SCENE, TRANSFORMS, encode_outline, encode_scene, encode_transforms
-from hil.mcaplog.joints import DEFINITION, JOINT_STATE, JointPlots
+from hil.mcaplog.writing.drawing import POINTS, SCENE, TRANSFORMS, encode_outline, encode_scene, encode_transforms
+from hil.mcaplog.writing.joints import DEFINITION, JOINT_STATE, JointPlots
 from hil.recording.protagonist import Protagonist
 from hil.recording.scene import SceneClock, places, shapes
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
     from firmware_protocol.wire.fields import Message
-    from hil.mcaplog.sink import LogSink
+    from hil.mcaplog.writing.sink import LogSink
 
 
 class SumoDrawing:

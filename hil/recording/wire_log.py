@@ -29,8 +29,6 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from hil.bridge.taps import NOTHING
-from hil.mcaplog.drawing import TEXT, encode_text
-from hil.mcaplog.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
 from hil.mcaplog.records import (
     EVENTS,
     BridgeOpening,
@@ -42,7 +40,9 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.mcaplog.writer import CONFIG, LogWriter
+from hil.mcaplog.writing.drawing import TEXT, encode_text
+from hil.mcaplog.writing.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
+from hil.mcaplog.writing.writer import CONFIG, LogWriter
 from hil.recording.drawing import NoDrawing
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from firmware_protocol.errors import LinkError
     from firmware_protocol.wire.fields import Message
     from hil.bridge.taps import Circumstances, Opening, Tap
-    from hil.mcaplog.sink import LogSink
+    from hil.mcaplog.writing.sink import LogSink
     from hil.recording.drawing import Drawing
 
 FLUSH: Final = 0.25

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from hil.mcaplog.attachments import ENDED_WITH
-from hil.mcaplog.decoding import decoder_of
-from hil.mcaplog.encode import read_sender
+from hil.mcaplog.making.slimming import matches
+from hil.mcaplog.reading.decoding import decoder_of
 from hil.mcaplog.records import EVENTS, EventRecord, WireBytes
-from hil.mcaplog.slimming import matches
+from hil.mcaplog.writing.encode import read_sender
 from hil.replaying.difference import Difference, FieldDifference, ReplayDiverged, first_field, in_words, parting, same
 from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from firmware_protocol.errors import HilError
-    from hil.mcaplog.reader import RawEntry
+    from hil.mcaplog.reading.reader import RawEntry
     from hil.mcaplog.schemas import Schema
     from hil.replaying.tape import Step, Tape
 
@@ -43,7 +43,7 @@ def decides(topic: str) -> bool:
 
 
 class Comparison:
-    """A log's sink that compares: see `hil.mcaplog.sink.LogSink`.
+    """A log's sink that compares: see `hil.mcaplog.writing.sink.LogSink`.
 
     Args:
         tape: What was recorded.

@@ -19,13 +19,13 @@ from firmware_protocol.messages import (
     RefereeState,
     RobotSession,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire.fields import Message
-from hil.mcaplog.joints import PLOTS
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.reader import LogEntry, LogReader
+from hil.mcaplog.reading.reader import LogEntry, LogReader
 from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
 from hil.report.learnt import Learnt, read_learnt
 from hil.report.link import LinkQuality, LinkWatcher
@@ -192,7 +192,7 @@ def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B
     data.metadata, data.health = reader.metadata, reader.health()
     data.whole = reader.whole
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
-    data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
+    data.parameters = {**{parameter.name: parameter.default for parameter in JUNIOR_PARAMETERS}, **told} if told else {}
     return data
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from pal_advisor.fields import Fields
+from pal_advisor.fields import Fields, StateError
 from pal_advisor.generators import plain, read_generator
 from pal_advisor.maneuvers.advice import EYES, Advice, AdviceEntry, make_maneuver
 from pal_advisor.maneuvers.credit import WAITING_FIELDS, Share, Trace, Waiting
@@ -30,7 +30,6 @@ from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population, spelled
 from pal_advisor.maneuvers.state import (
     STATE_VERSION,
-    StateError,
     read_category,
     read_digest,
     read_settings,

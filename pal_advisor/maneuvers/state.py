@@ -6,10 +6,10 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.vocabulary import ANY_STIMULUS
-from pal_advisor.fields import FieldError, Fields, shown
+from pal_advisor.fields import Fields, SettingsError, StateError, shown
 from pal_advisor.maneuvers.advice import EYES
 from pal_advisor.maneuvers.decisions import DIGEST_BYTES, START, GenerationRecord
-from pal_advisor.maneuvers.settings import PalSettings, SettingsError
+from pal_advisor.maneuvers.settings import PalSettings
 
 if TYPE_CHECKING:
     from pal_advisor.maneuvers.population import Category
@@ -17,10 +17,6 @@ if TYPE_CHECKING:
 STATE_VERSION: Final = 2
 """2: the digest, and the numbers of trials that wait for credit, and in which generation a maneuver arose."""
 OLDEST_VERSION: Final = 1
-
-
-class StateError(FieldError):
-    """A saved state can't be gone on from: a field is missing, unknown or wrong."""
 
 
 def read_version(fields: Fields) -> int:
@@ -49,7 +45,7 @@ def read_settings(data: object) -> PalSettings:
     try:
         return PalSettings.from_dict(data)
     except SettingsError as error:
-        raise StateError(f"settings.{error.field}", str(error).partition(": ")[2]) from error
+        raise StateError(f"settings.{error.path}", str(error).partition(": ")[2]) from error
 
 
 def read_category(fields: Fields, *, arms: bool = True) -> Category:

@@ -7,22 +7,18 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.vocabulary import RobotClass
-from pal_advisor.fields import FieldError, Fields, shown
+from pal_advisor.fields import Fields, StateError, shown
 from pal_advisor.generators import plain, read_generator
-from pal_advisor.surround.group import Group
-from pal_advisor.surround.tables import Tables, Vector
+from pal_advisor.surround.group import RobotGroup
+from pal_advisor.surround.tables import StimulusRecord, Tables
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pal_advisor.surround.rounds import Learnt, Moves, Results, Sights
+    from pal_advisor.surround.rounds import Lesson, Moves, Results, Sights
     from pal_advisor.surround.settings import GroupSettings
 
 STATE_VERSION: Final = 1
-
-
-class StateError(FieldError):
-    """A saved state can't be gone on from: a field is missing, unknown or wrong."""
 
 
 class Surround:
@@ -48,11 +44,11 @@ class Surround:
             raise ValueError("settings of RANGERs are wanted first, then settings of WILDs")
         if rangers.sectors != wilds.sectors:
             raise ValueError(f"both classes have as many sectors, not {rangers.sectors} and {wilds.sectors}")
-        self.groups = (Group(rangers), Group(wilds))
+        self.groups = (RobotGroup(rangers), RobotGroup(wilds))
         self._rng = rng
 
     def ask(self, kind: RobotClass, sights: Sights) -> Moves:
-        """The next moves of one class; see `Group.ask`.
+        """The next moves of one class; see `RobotGroup.ask`.
 
         Args:
             kind: The class.
@@ -61,7 +57,7 @@ class Surround:
         return self.groups[kind].ask(sights, self._rng)
 
     def redraw(self, kind: RobotClass, refused: NDArray[np.bool_]) -> Moves:
-        """Other moves for those that were refused; see `Group.redraw`.
+        """Other moves for those that were refused; see `RobotGroup.redraw`.
 
         Args:
             kind: The class.
@@ -69,8 +65,8 @@ class Surround:
         """
         return self.groups[kind].redraw(refused, self._rng)
 
-    def tell(self, kind: RobotClass, results: Results) -> Learnt:
-        """Take in what became of the moves of one class; see `Group.tell`.
+    def tell(self, kind: RobotClass, results: Results) -> Lesson:
+        """Take in what became of the moves of one class; see `RobotGroup.tell`.
 
         Args:
             kind: The class.
@@ -90,7 +86,7 @@ class Surround:
             learnt = (weights[:, mask] != 1.0 / max(1, int(mask.sum()))).any(axis=1)
             known.append(
                 {
-                    int(index) + 1: Vector(int(group.met[index]), tuple(weights[index].tolist()))
+                    int(index) + 1: StimulusRecord(int(group.met[index]), tuple(weights[index].tolist()))
                     for index in np.flatnonzero(learnt | (group.met > 0))
                 }
             )
@@ -144,7 +140,7 @@ class Surround:
         if version != STATE_VERSION or type(version) is not int:
             raise fields.wrong("version", f"{shown(version)} is not known; this program goes on from {STATE_VERSION}")
         rng = read_generator(fields.table("rng"))
-        groups = [Group.from_fields(Fields(data, path, StateError)) for path, data in fields.items("groups")]
+        groups = [RobotGroup.from_fields(Fields(data, path, StateError)) for path, data in fields.items("groups")]
         fields.done()
         if len(groups) != len(RobotClass):
             raise fields.wrong("groups", f"expected {len(RobotClass)} classes, not {len(groups)}")

@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol.vocabulary import SwarmOutcome
 from pal_advisor.fields import MOST
 from pal_advisor.surround.experience import INCREMENTS, Experience
-from pal_advisor.surround.rounds import Learnt, Moves
+from pal_advisor.surround.rounds import Lesson, Moves
 from pal_advisor.surround.selection import NONE, at_random, by_maximum, by_probability
 from pal_advisor.surround.settings import GroupSettings, Motion, Sensing
 from pal_advisor.surround.stimuli import stimuli_of
@@ -26,7 +26,7 @@ LEARNT_FROM: Final = (SwarmOutcome.ARRIVED, SwarmOutcome.BLOCKED, SwarmOutcome.T
 _ROW_STATE: Final = ("stimulus", "version", "still")
 
 
-class Group:
+class RobotGroup:
     """One class of robots.
 
     Args:
@@ -162,7 +162,7 @@ class Group:
         self._moves = Moves(self._moves.stimulus, behaviour, self._sectors(behaviour), mutated)
         return self._moves
 
-    def tell(self, results: Results) -> Learnt:
+    def tell(self, results: Results) -> Lesson:
         """Take in what became of the moves, one robot after the other in the order of rows (Eq. 6.12).
 
         Learnt from are moves that arrived, were blocked or timed out, and whose count is of the radius that was decided by.
@@ -186,7 +186,7 @@ class Group:
         changed = self.experience.learn(self._moves.stimulus[rows], self._moves.behaviour[rows], delta[rows])
         self._versions[changed] += 1
         self._moves = self._nobody()
-        return Learnt(learnt, delta, changed)
+        return Lesson(learnt, delta, changed)
 
     def to_dict(self) -> dict[str, Any]:
         """State as plain values; moves that are under way are no part of it."""
@@ -199,7 +199,7 @@ class Group:
         }
 
     @classmethod
-    def from_fields(cls, fields: Fields) -> Group:
+    def from_fields(cls, fields: Fields) -> RobotGroup:
         """The inverse of `to_dict`.
 
         Args:

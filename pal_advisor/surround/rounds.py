@@ -66,7 +66,7 @@ class Results:
 
 
 @dataclass(frozen=True)
-class Learnt:
+class Lesson:
     """What a class learnt from a round.
 
     Attributes:

@@ -10,7 +10,7 @@ from pal_advisor.surround.stimuli import stimuli_of
 from pal_advisor.surround.tables import behaviour_names
 
 if TYPE_CHECKING:
-    from pal_advisor.surround.tables import Tables, Vector
+    from pal_advisor.surround.tables import StimulusRecord, Tables
 
 BOOK_SECTORS: Final = 8
 """The book's rules are of rings of eight sectors."""
@@ -95,7 +95,7 @@ def rules(tables: Tables, kind: RobotClass) -> list[Rule]:
     return sorted(found, key=lambda rule: (-rule.met, rule.stimulus))
 
 
-def _rule(sectors: int, kind: RobotClass, stimulus: int, vector: Vector) -> Rule:
+def _rule(sectors: int, kind: RobotClass, stimulus: int, vector: StimulusRecord) -> Rule:
     book = BOOK_RULES.get((kind, stimulus)) if sectors == BOOK_SECTORS else None
     pattern = stimuli_of(sectors).text(stimulus)
     return Rule(kind, stimulus, pattern, vector.best, max(vector.weights), vector.met, book)

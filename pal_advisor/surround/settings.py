@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.vocabulary import RobotClass
-from pal_advisor.fields import FieldError, Fields, shown
+from pal_advisor.fields import Fields, SettingsError, shown
 from pal_advisor.surround.case import MOST_ROBOTS, Case, WildMotion
 from pal_advisor.surround.experience import INCREMENTS
 from pal_advisor.surround.stimuli import MOST_SECTORS, stimuli_of
@@ -47,10 +47,6 @@ class Sensing(StrEnum):
     """Whom the grown radius shows makes both (Fig. 6.6)."""
     FIXED = "fixed"
     """Who is within R0 makes both."""
-
-
-class SettingsError(FieldError):
-    """A setting of a class has a value that makes no sense."""
 
 
 @dataclass(frozen=True)

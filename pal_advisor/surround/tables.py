@@ -28,7 +28,7 @@ class TablesError(FieldError):
 
 
 @dataclass(frozen=True)
-class Vector:
+class StimulusRecord:
     """What is known of one stimulus.
 
     Attributes:
@@ -59,10 +59,10 @@ class Tables:
 
     sectors: int
     case: str = ""
-    rangers: Mapping[int, Vector] = field(default_factory=dict)
-    wilds: Mapping[int, Vector] = field(default_factory=dict)
+    rangers: Mapping[int, StimulusRecord] = field(default_factory=dict)
+    wilds: Mapping[int, StimulusRecord] = field(default_factory=dict)
 
-    def of(self, kind: RobotClass) -> Mapping[int, Vector]:
+    def of(self, kind: RobotClass) -> Mapping[int, StimulusRecord]:
         """What one class knows.
 
         Args:
@@ -101,7 +101,7 @@ class Tables:
         return cls(sectors, case, rangers, wilds)
 
 
-def _entry(stimuli: Stimuli, number: int, vector: Vector) -> dict[str, Any]:
+def _entry(stimuli: Stimuli, number: int, vector: StimulusRecord) -> dict[str, Any]:
     return {
         "stimulus": number,
         "pattern": stimuli.text(number),
@@ -120,9 +120,9 @@ def behaviour_names(behaviours: tuple[int, ...]) -> str:
     return " x ".join(f"B{behaviour}" for behaviour in behaviours)
 
 
-def _read_class(fields: Fields, kind: RobotClass, stimuli: Stimuli) -> dict[int, Vector]:
+def _read_class(fields: Fields, kind: RobotClass, stimuli: Stimuli) -> dict[int, StimulusRecord]:
     name = kind.name.lower()
-    found: dict[int, Vector] = {}
+    found: dict[int, StimulusRecord] = {}
     for path, data in fields.items(name) if fields.has(name) else ():
         entry = Fields(data, path, TablesError)
         number = entry.integer("stimulus", 1, len(stimuli))
@@ -134,7 +134,7 @@ def _read_class(fields: Fields, kind: RobotClass, stimuli: Stimuli) -> dict[int,
         met = entry.integer("met") if entry.has("met") else 0
         if entry.has("behaviour"):
             entry.text("behaviour")
-        found[number] = Vector(met, tuple(read_weights(entry, "weights", None, stimuli.sectors).tolist()))
+        found[number] = StimulusRecord(met, tuple(read_weights(entry, "weights", None, stimuli.sectors).tolist()))
         entry.done()
     return found
 

@@ -1,4 +1,4 @@
-/* The arithmetic is that of simdevice/sensors.py, operation by operation, and is to stay so. */
+/* The arithmetic is that of simdevice/junior/sensors.py, operation by operation, and is to stay so. */
 #include <math.h>
 
 #include "order.h"

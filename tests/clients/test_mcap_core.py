@@ -15,9 +15,9 @@ from report_logs import coaching_log
 
 from hil.mcaplog import LogReader
 from hil.mcaplog.checking import check_log
-from hil.mcaplog.joints import PLOTS
-from hil.mcaplog.recovery import recover
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.making.recovery import recover
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.writing.joints import PLOTS
 
 pytest_plugins = ["client_fixtures"]
 pytestmark = [pytest.mark.clients, pytest.mark.node]

@@ -33,10 +33,11 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import Action
 from hil.cli.app import run
-from simdevice import avr_board, avr_build
-from simdevice.avr_board import CYCLES, AvrBoard, battery_counts, declarations, whole_frames
-from simdevice.avr_build import SHIM
-from simdevice.world import junior_world
+from simdevice.avr import board as avr_board
+from simdevice.avr import build as avr_build
+from simdevice.avr.board import CYCLES, AvrBoard, battery_counts, declarations, whole_frames
+from simdevice.avr.build import SHIM
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

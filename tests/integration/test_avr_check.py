@@ -18,10 +18,10 @@ from mutants import MUTANTS, Mutant
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from simdevice.avr_board import AvrBoard
-from simdevice.avr_build import FIRMWARE, AvrFirmware, build
-from simdevice.world import junior_world
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from simdevice.avr.board import AvrBoard
+from simdevice.avr.build import FIRMWARE, AvrFirmware, build
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -120,14 +120,14 @@ def with_needs(name: str) -> list[Check]:
 
 
 def failed(verdicts: list[Verdict]) -> list[str]:
-    return [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.FAILED]
+    return [verdict.check.name for verdict in verdicts if verdict.outcome is CheckOutcome.FAILED]
 
 
 def test_the_elf_passes_every_check() -> None:
     robot = subject()
     robot.greet()
     verdicts = perform(robot, [check for check in on_wire(CHECKS, MAVLINK) if not check.keyed], LAST, moving=True)
-    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
+    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not CheckOutcome.PASSED] == []
 
 
 def test_the_command_checks_the_board_by_its_address(capsys: pytest.CaptureFixture[str]) -> None:

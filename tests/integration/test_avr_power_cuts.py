@@ -27,14 +27,14 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, FINE_ACTIONS, Action, Maneuver
-from simdevice.avr_board import CYCLES
+from simdevice.avr.board import CYCLES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from firmware_protocol.wire.fields import Message
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 pytestmark = [pytest.mark.avr, pytest.mark.slow]
 CUTS: Final = 250

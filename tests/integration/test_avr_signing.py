@@ -16,11 +16,11 @@ from signed_pair import KEY, NOW, signed_at, signed_codec
 from firmware_protocol.messages import Ping
 from firmware_protocol.wire.signing import TIME_LIMIT
 from simdevice._host import lib
-from simdevice.avr_board import CYCLES
-from simdevice.avr_build import FIRMWARE, build
+from simdevice.avr.board import CYCLES
+from simdevice.avr.build import FIRMWARE, build
 
 if TYPE_CHECKING:
-    from simdevice.avr_build import AvrFirmware
+    from simdevice.avr.build import AvrFirmware
 
 pytestmark = [pytest.mark.avr, pytest.mark.slow]
 BOOT: Final = 12 * CYCLES

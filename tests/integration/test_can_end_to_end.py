@@ -18,14 +18,14 @@ from firmware_protocol.vocabulary import Outcome
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.bridge import Bridge
 from hil.bridge.clock import MonotonicClock
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.reading.reader import LogReader
 from hil.recording.recorder import Recorder
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
-from simdevice.endpoints import open_endpoint
-from simdevice.server import serve
-from simdevice.world import junior_world
+from simdevice.serving.opening import open_endpoint
+from simdevice.serving.server import serve
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -20,18 +20,20 @@ from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks
 from hil.cli.app import run
 from hil.connecting.connecting import fault_option
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.reading.reader import LogReader
 from hil.recording.recorder import Recorder
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.ring import open_ring
 from hil.sumo.robots import Robots
 from pal_advisor.maneuvers import PalSettings
-from simdevice.crowd import Crowd
 from simdevice.period import PERIOD
-from simdevice.world import World, junior_world
+from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from simdevice.sumo.world import World
 
 WATCHDOG: Final = 0.25
 """Longest silence of the host, in s."""

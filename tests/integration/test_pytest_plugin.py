@@ -13,18 +13,18 @@ import pytest
 # Loaded before the inner runs, which forget what they have loaded themselves.
 import firmware_protocol.links.faulty  # noqa: F401
 import hil.sumo.ring
-import simdevice.server
-import simdevice.world
+import simdevice.serving.server
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
 from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.clock import MonotonicClock
-from simdevice.endpoints import TcpEndpoint
+from simdevice.serving.endpoints import TcpEndpoint
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from hil import Junior
     from hil.pytest_plugin import ServedJunior
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 pytest_plugins = ["pytester"]
 
@@ -50,7 +50,7 @@ def test_the_world_is_the_one_junior_lives_in(junior: Junior, junior_world: Worl
 
 @pytest.mark.junior(opponent="flat-heavy", seed=3, faults="drop:0.2,jitter:0.02", referee=False)
 def test_the_mark_says_what_is_wanted(junior: Junior, junior_world: World) -> None:
-    assert junior_world.table.name == "flat-heavy"
+    assert junior_world.match.name == "flat-heavy"
     assert junior.referee is None
     junior.arm()
     for _ in range(20):
@@ -197,8 +197,8 @@ def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
             assert junior.bridge.signed > 0
     """)
     endpoint = TcpEndpoint(port=0)
-    world, stop = simdevice.world.junior_world(signing_key=key), threading.Event()
-    thread = threading.Thread(target=simdevice.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
+    world, stop = junior_world(signing_key=key), threading.Event()
+    thread = threading.Thread(target=simdevice.serving.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:
         run = pytester.runpytest_inprocess(*STRICT, "--hil-link", endpoint.url, "--hil-signing-key", str(path))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 # Loaded before the inner runs, which forget what they have loaded themselves.
-import simdevice.world  # noqa: F401
+import simdevice.sumo.world  # noqa: F401
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.cli.app import run as run_hil
 from hil.sumo.controllers import ChaseController

@@ -17,11 +17,11 @@ from firmware_protocol.messages import Heartbeat, State
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
 from hil.mcaplog import LogReader
-from hil.mcaplog.writer import CUT
+from hil.mcaplog.writing.writer import CUT
 from hil.runs import load_run
 from hil.sumo.coaching import load_checkpoint
-from simdevice.endpoints import open_endpoint
-from simdevice.world import junior_world
+from simdevice.serving.opening import open_endpoint
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 import hil
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.reading.reader import LogReader
 
 if TYPE_CHECKING:
     from hil.mcaplog.records import BridgeStep

@@ -21,11 +21,11 @@ import hil
 from firmware_protocol.errors import AddressError
 from hil.cli.app import run as run_hil
 from hil.mcaplog.errors import LogError
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.making.recovery import recover
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import EventRecord
-from hil.mcaplog.recovery import recover
-from hil.mcaplog.slimming import slim
-from hil.mcaplog.writer import CUT
+from hil.mcaplog.writing.writer import CUT
 from hil.recording.recorder import Recorder
 from hil.replaying.comparison import decides
 from hil.replaying.difference import same

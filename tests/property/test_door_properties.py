@@ -23,10 +23,10 @@ from hil.files.parameter_loading import ParameterLoadError, read_parameters
 from hil.mcaplog import LogError, compare_logs
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.checking.rules import OURS
-from hil.mcaplog.flattening import write_tables
-from hil.mcaplog.overview import overview
-from hil.mcaplog.recovery import recover
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.making.recovery import recover
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.reading.flattening import write_tables
+from hil.mcaplog.reading.overview import overview
 from hil.report.gather import gather
 from hil.report.words import bout_table, effort_table, event_table, learnt_table, link_table, metadata_tables, summary, title_of
 from hil.signing.key_file import KeyFileError, load_key

@@ -10,13 +10,13 @@ from firmware_bench import HOST, SESSION, TICK, FirmwareBench
 from firmware_protocol.events import Received
 from firmware_protocol.messages import Reason, RobotAck
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.avr_board import AvrBoard
+from simdevice.avr.board import AvrBoard
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
-    from simdevice.avr_build import AvrFirmware
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.avr.build import AvrFirmware
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 UID = 0x1122334455667788
 ROUND_TRIP = 6

@@ -19,13 +19,13 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import SysStatus
 from firmware_protocol.wire.mavlink import split_frames
-from simdevice.avr_board import AvrBoard, battery_counts
-from simdevice.board import Board
+from simdevice.avr.board import AvrBoard, battery_counts
+from simdevice.boards import Board
 
 if TYPE_CHECKING:
-    from simdevice.avr_build import AvrFirmware
-    from simdevice.faults import Readings
-    from simdevice.motors import Motors
+    from simdevice.avr.build import AvrFirmware
+    from simdevice.junior.faults import Readings
+    from simdevice.junior.motors import Motors
 
 RX_SIZE, TX_SIZE = 128, 192
 """Buffers of the firmware's board.h."""

@@ -15,7 +15,7 @@ from mcap.opcode import Opcode
 from mcap.records import Chunk, DataEnd, Footer, Header
 
 from hil.mcaplog import LogReader
-from hil.mcaplog.writer import MAGIC
+from hil.mcaplog.writing.writer import MAGIC
 
 if TYPE_CHECKING:
     import random

@@ -9,8 +9,7 @@ from mcap.reader import NonSeekingReader
 from mcap.writer import Writer
 
 from hil.bridge.taps import NOTHING
-from hil.mcaplog.decoding import decoder_of
-from hil.mcaplog.encode import compile_encoder, step_encoder
+from hil.mcaplog.reading.decoding import decoder_of
 from hil.mcaplog.records import (
     BridgeOpening,
     BridgeStep,
@@ -26,6 +25,7 @@ from hil.mcaplog.records import (
     WireBytes,
 )
 from hil.mcaplog.schemas import record_schema
+from hil.mcaplog.writing.encode import compile_encoder, step_encoder
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.wire.fields import Message
-    from simdevice.world import World
+    from simdevice.sumo.world import World
 
 
 class Device(Protocol):

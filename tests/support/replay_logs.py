@@ -20,15 +20,16 @@ from processes import Hil
 from serving import MULTICAST, Stepped, in_thread
 
 from firmware_protocol.address import parse_address
-from hil.mcaplog.slimming import slim
-from simdevice.endpoints import TcpEndpoint, open_endpoint
-from simdevice.world import junior_world
+from hil.mcaplog.making.slimming import slim
+from simdevice.serving.endpoints import TcpEndpoint
+from simdevice.serving.opening import open_endpoint
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from simdevice.endpoints import Endpoint
-    from simdevice.world import World
+    from simdevice.serving.endpoints import Endpoint
+    from simdevice.sumo.world import World
 
 FOLDER: Final = Path(__file__).parents[1] / "replay_logs"
 DONE, LOST, INTERRUPTED = 0, 3, 130

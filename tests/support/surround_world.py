@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from firmware_protocol.vocabulary import RobotClass, SwarmOutcome
-from pal_advisor.ring import Ring, count_within, readings
+from pal_advisor.ring import SensorRing, count_within, readings
 from pal_advisor.surround import Case, Results, Sights, Surround, case_settings, start_places
 from pal_advisor.surround.measures import mean_distance, ranger_distance, share_outside, share_surrounded
 from pal_advisor.surround.places import APART, AREA
@@ -105,7 +105,7 @@ class KinematicWorld:
         self._wall = wall
         self._rng = rng
 
-    def sights(self, kind: RobotClass, ring: Ring, there: NDArray[np.bool_]) -> Sights:
+    def sights(self, kind: RobotClass, ring: SensorRing, there: NDArray[np.bool_]) -> Sights:
         """What the robots of a class see of the other."""
         seen, rows, other = readings(self.poses, self.classes, ring), self.rows[kind], kind.other
         return Sights(there, seen.near[rows, other], seen.seen[rows, other], seen.count[rows, other], seen.radius[rows])
@@ -164,7 +164,7 @@ class KinematicWorld:
 
 
 def half_round(
-    adviser: Surround, world: KinematicWorld, kinds: list[RobotClass], ring: Ring, only: int | None = None
+    adviser: Surround, world: KinematicWorld, kinds: list[RobotClass], ring: SensorRing, only: int | None = None
 ) -> dict[RobotClass, Moves]:
     """Let classes observe, choose, move at once and learn; of one class one robot alone where one is given."""
     asked: dict[RobotClass, tuple[Sights, Moves]] = {}
@@ -181,7 +181,7 @@ def half_round(
     return {kind: moves for kind, (_, moves) in asked.items()}
 
 
-def play_step(adviser: Surround, world: KinematicWorld, ring: Ring) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def play_step(adviser: Surround, world: KinematicWorld, ring: SensorRing) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """One step of both classes, in the order that the conditions say.
 
     Returns:
@@ -197,9 +197,9 @@ def play_step(adviser: Surround, world: KinematicWorld, ring: Ring) -> tuple[NDA
     return np.sum([move.stimulus for move in moves], axis=0), np.sum([move.behaviour for move in moves], axis=0)
 
 
-def ring_of(case: Case, limit: float = inf) -> Ring:
+def ring_of(case: Case, limit: float = inf) -> SensorRing:
     """How robots of a case sense."""
-    return Ring(radius=inf, increment=0.0) if case.long_range else Ring(limit=limit)
+    return SensorRing(radius=inf, increment=0.0) if case.long_range else SensorRing(limit=limit)
 
 
 def run(

@@ -88,7 +88,7 @@ MODULES = {
 
 
 def test_it_is_looked_everywhere() -> None:
-    assert {"hil", "hil.sumo.junior", "hil.cli.app", "hil.mcaplog.reader", "pal_advisor.maneuvers"} <= MODULES.keys()
+    assert {"hil", "hil.sumo.junior", "hil.cli.app", "hil.mcaplog.reading.reader", "pal_advisor.maneuvers"} <= MODULES.keys()
 
 
 def test_nobody_reads_a_clock_or_draws_by_chance_who_may_not() -> None:

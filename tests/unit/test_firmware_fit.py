@@ -19,7 +19,7 @@ from firmware_protocol.firmware.fit import check_layout, check_sources, expected
 from firmware_protocol.firmware.host_header import HOST_H, HeaderError, declarations, fields, functions
 from firmware_protocol.firmware.host_io import FIELDS
 from simdevice._host import ffi, lib
-from simdevice.board import Board
+from simdevice.boards import Board
 
 HEADER = HOST_H.read_text(encoding="utf-8")
 

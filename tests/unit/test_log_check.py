@@ -33,11 +33,11 @@ from report_logs import coaching_log
 from hil.mcaplog import LogReader
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.checking.rules import OURS, RULES
-from hil.mcaplog.copying import LogCopy
-from hil.mcaplog.packing import pack_groups
-from hil.mcaplog.reader import RawEntry
-from hil.mcaplog.recovery import recover
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.making.copying import LogCopy
+from hil.mcaplog.making.recovery import recover
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.reading.reader import RawEntry
+from hil.mcaplog.writing.packing import pack_groups
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,7 +16,7 @@ from hil.files.outputs import Output
 from hil.mcaplog.log_file import LogFile
 from hil.mcaplog.records import EventRecord
 from hil.mcaplog.schemas import record_schema
-from hil.mcaplog.writer import LONG_CHUNK_SIZE, LogWriter
+from hil.mcaplog.writing.writer import LONG_CHUNK_SIZE, LogWriter
 
 if TYPE_CHECKING:
     from pathlib import Path

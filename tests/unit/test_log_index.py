@@ -12,8 +12,8 @@ from mcap.writer import Writer
 from report_logs import coaching_log
 
 from hil.mcaplog import LogReader
-from hil.mcaplog.overview import overview
-from hil.mcaplog.writer import SIZES
+from hil.mcaplog.reading.overview import overview
+from hil.mcaplog.writing.writer import SIZES
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,15 +21,15 @@ from report_logs import coaching_log
 
 from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader, UnreadableLogError
-from hil.mcaplog.overview import overview
-from hil.mcaplog.recovery import recover
-from hil.mcaplog.slimming import SLIM, is_kept, slim
-from hil.mcaplog.writer import CUT, SIZES
+from hil.mcaplog.making.recovery import recover
+from hil.mcaplog.making.slimming import SLIM, is_kept, slim
+from hil.mcaplog.reading.overview import overview
+from hil.mcaplog.writing.writer import CUT, SIZES
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hil.mcaplog.reader import RawEntry
+    from hil.mcaplog.reading.reader import RawEntry
 
 
 @pytest.fixture(scope="module")

@@ -16,11 +16,11 @@ from report_logs import coaching_log
 from firmware_protocol.messages import JuniorSensors
 from hil.cli.app import run
 from hil.mcaplog import LogError, LogReader, LogWriter, UnreadableLogError, compare_logs
-from hil.mcaplog.encode import compile_encoder, sender_suffix
-from hil.mcaplog.flattening import flatten, write_tables
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.reading.flattening import flatten, write_tables
 from hil.mcaplog.records import WireBytes
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.writing.encode import compile_encoder, sender_suffix
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -20,10 +20,10 @@ from report_logs import FullDisk
 
 from firmware_protocol.messages import JuniorSensors, Ping
 from hil.mcaplog import LogError, LogReader, LogWriter, differences
-from hil.mcaplog.encode import compile_encoder, sender_suffix
 from hil.mcaplog.records import EventRecord
 from hil.mcaplog.schemas import message_schema, record_schema
-from hil.mcaplog.writer import CHUNK_SIZE, MAGIC
+from hil.mcaplog.writing.encode import compile_encoder, sender_suffix
+from hil.mcaplog.writing.writer import CHUNK_SIZE, MAGIC
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -35,7 +35,7 @@ USES: Final = {
     "arduino": ("/usr/share/arduino",),
 }
 """By marker: what stands in a text that asks for the tool, a robot's address say."""
-MODULES: Final = {"avr": {"simdevice.avr_board", "simdevice.avr_build", "avr_bench", "avr_twins"}}
+MODULES: Final = {"avr": {"simdevice.avr.board", "simdevice.avr.build", "avr_bench", "avr_twins"}}
 """By marker: modules of no use without the tool."""
 MACHINE: Final = {"Path", "hasattr", "os", "signal", "sys"}
 """What a condition for skipping a test may ask: the operating system, and what Python has of it."""
@@ -115,7 +115,7 @@ def looks(source: str) -> list[str]:
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.ImportFrom):
             taken = {alias.name for alias in node.names}
-            if taken & LOOKING or (node.module == "simdevice.avr_build" and "missing" in taken):
+            if taken & LOOKING or (node.module == "simdevice.avr.build" and "missing" in taken):
                 found.append(f"line {node.lineno}: takes what looks for a program")
         if isinstance(node, ast.Attribute) and (
             node.attr in LOOKING or (node.attr == "missing" and called(node.value, "avr_build"))
@@ -145,7 +145,7 @@ def test_what_needs_a_tool_bears_its_marker() -> None:
     [
         'import shutil\nNODE = shutil.which("node")',
         "from shutil import which",
-        "from simdevice.avr_build import missing",
+        "from simdevice.avr.build import missing",
         "MISSING = avr_build.missing()",
         'needs_avr = pytest.mark.skipif(bool(MISSING), reason="")',
     ],
@@ -162,8 +162,8 @@ def test_one_that_looks_is_found(source: str) -> None:
         ('@pytest.mark.avr\ndef test_x():\n    run(["/usr/bin/node"])', False),
         ('pytestmark = pytest.mark.avr\ndef test_x():\n    run(["make", "-C", "x"])', True),
         ('@pytest.mark.avr\ndef test_x():\n    pass\ndef test_y():\n    connect("sim://junior?board=avr")', False),
-        ("from simdevice.avr_board import AvrBoard\ndef test_x():\n    AvrBoard(uid=1)", False),
-        ("from simdevice import avr_build as it\n@pytest.mark.avr\ndef test_x():\n    it.build()", True),
+        ("from simdevice.avr.board import AvrBoard\ndef test_x():\n    AvrBoard(uid=1)", False),
+        ("from simdevice.avr import build as it\n@pytest.mark.avr\ndef test_x():\n    it.build()", True),
         ("from avr_bench import UID\n@pytest.mark.avr\ndef test_x():\n    pass\ndef test_y():\n    return UID", False),
         ('def test_x():\n    """node is a number here."""\n    assert name("node") == "node"', True),
         ('def test_x():\n    run(["git", "init"])', False),
@@ -178,7 +178,7 @@ def test_pages_whose_code_needs_a_tool_say_so() -> None:
     for page in PAGES:
         for block in blocks(page):
             if block.language == "python" or block.use == "run":
-                asks = any(text in block.text for text in ("board=avr", "board avr", "avr_board", "AvrBoard"))
+                asks = any(text in block.text for text in ("board=avr", "board avr", "avr.board", "AvrBoard"))
                 assert asks == (block.use == "avr"), block
 
 

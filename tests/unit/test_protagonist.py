@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import hil
-from hil.mcaplog.reader import LogReader
+from hil.mcaplog.reading.reader import LogReader
 from hil.recording.protagonist import Protagonist
 from hil.recording.recorder import Recorder
 from hil.report.gather import gather

@@ -7,13 +7,13 @@ from math import inf, nan, pi, tau
 import numpy as np
 import pytest
 
-from pal_advisor.ring import Readings, Ring, count_within, readings
+from pal_advisor.ring import RingReadings, SensorRing, count_within, readings
 
 
-def read(robots: list[tuple[float, float, float, int]], ring: Ring | None = None) -> Readings:
-    """Readings of robots given as x, y, heading, class."""
+def read(robots: list[tuple[float, float, float, int]], ring: SensorRing | None = None) -> RingReadings:
+    """RingReadings of robots given as x, y, heading, class."""
     data = np.array(robots).reshape(-1, 4)
-    return readings(data[:, :3], data[:, 3].astype(np.int64), ring or Ring())
+    return readings(data[:, :3], data[:, 3].astype(np.int64), ring or SensorRing())
 
 
 def at(bearing: float, distance: float = 0.5) -> tuple[float, float, float, int]:
@@ -43,8 +43,8 @@ def test_each_class_has_its_own_column() -> None:
 
 def test_inside_is_strictly_nearer() -> None:
     """Eq. 6.4."""
-    assert read([(0, 0, 0, 0), (1.0, 0.0, 0, 1)], Ring(increment=0.0)).near[0, 1] == 0
-    assert read([(0, 0, 0, 0), (np.nextafter(1.0, 0), 0.0, 0, 1)], Ring(increment=0.0)).near[0, 1] == 128
+    assert read([(0, 0, 0, 0), (1.0, 0.0, 0, 1)], SensorRing(increment=0.0)).near[0, 1] == 0
+    assert read([(0, 0, 0, 0), (np.nextafter(1.0, 0), 0.0, 0, 1)], SensorRing(increment=0.0)).near[0, 1] == 128
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_the_radius_grows_until_somebody_is_seen(distance: float, radius: float)
 
 @pytest.mark.parametrize("increment", [0.1, 0.05, 1 / 3, 0.7])
 def test_the_grown_radius_is_the_smallest_whatever_rounding_does(increment: float) -> None:
-    ring = Ring(radius=0.2, increment=increment)
+    ring = SensorRing(radius=0.2, increment=increment)
     for steps in range(40):
         for distance in (0.2 + steps * increment, np.nextafter(0.2 + steps * increment, 0)):
             expected = next(0.2 + k * increment for k in range(99) if distance < 0.2 + k * increment)
@@ -77,20 +77,20 @@ def test_only_the_other_class_stops_the_radius() -> None:
 
 
 def test_no_radius_is_greater_than_the_limit() -> None:
-    found = read([(0, 0, 0, 0), (3.1, 0, 0, 1)], Ring(limit=3.1))
+    found = read([(0, 0, 0, 0), (3.1, 0, 0, 1)], SensorRing(limit=3.1))
     assert found.radius.tolist() == [3.0, 3.0]
     assert found.seen.tolist() == [[0, 0], [0, 0]]
 
 
 def test_long_range_has_no_limit() -> None:
-    found = read([(0, 0, 0, 0), (1e6, 1, 0, 1), (-1, -1, 0, 0)], Ring(radius=inf))
+    found = read([(0, 0, 0, 0), (1e6, 1, 0, 1), (-1, -1, 0, 0)], SensorRing(radius=inf))
     assert found.radius.tolist() == [inf] * 3
     assert found.near[0].tolist() == [0b00000100, 0b10000000]
     assert (found.near == found.seen).all()
 
 
 def test_without_the_other_class_the_radius_grows_to_the_limit() -> None:
-    assert read([(0, 0, 0, 0), (0.5, 0, 0, 0)], Ring(limit=2.1)).radius.tolist() == [2.0, 2.0]
+    assert read([(0, 0, 0, 0), (0.5, 0, 0, 0)], SensorRing(limit=2.1)).radius.tolist() == [2.0, 2.0]
     assert read([(0, 0, 0, 0)]).radius.tolist() == [inf]
     assert read([]).near.shape == (0, 2)
 
@@ -103,7 +103,7 @@ def test_robots_on_one_point_see_each_other_along_the_arenas_x() -> None:
 
 
 def test_who_is_nowhere_sees_nothing_and_is_not_seen() -> None:
-    found = read([(0, 0, 0, 0), (nan, nan, 0, 1), (2, 0, 0, 1)], Ring(limit=5.0))
+    found = read([(0, 0, 0, 0), (nan, nan, 0, 1), (2, 0, 0, 1)], SensorRing(limit=5.0))
     assert found.radius.tolist() == [2.25, 5.0, 2.25]
     assert found.seen.tolist() == [[0, 128], [0, 0], [8, 0]]
 
@@ -119,7 +119,7 @@ def test_whole_arrays_read_as_one_robot_after_the_other(sectors: int) -> None:
     rng = np.random.default_rng(sectors)
     poses = np.column_stack((rng.uniform(-4, 4, (40, 2)), rng.uniform(-pi, pi, 40)))
     classes = (rng.random(40) < 0.2).astype(np.int64)
-    found = readings(poses, classes, Ring(sectors=sectors))
+    found = readings(poses, classes, SensorRing(sectors=sectors))
     for row, (x, y, heading) in enumerate(poses):
         others = [other for other in range(40) if other != row]
         away = {other: float(np.hypot(*(poses[other, :2] - (x, y)))) for other in others}

@@ -18,7 +18,7 @@ from firmware_protocol.roles.junior import write_memory
 from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks, RobotAddress
 from hil.sumo.robots import Robots
-from simdevice.crowd import Crowd
+from simdevice.sumo.crowd import Crowd
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -6,8 +6,8 @@ import pytest
 from period_runner import PERIOD, Runner
 
 from firmware_protocol.clock import ManualClock
-from simdevice.endpoints import Endpoint
-from simdevice.server import MAX_CATCH_UP, Server
+from simdevice.serving.endpoints import Endpoint
+from simdevice.serving.server import MAX_CATCH_UP, Server
 
 
 class Wall(Endpoint):

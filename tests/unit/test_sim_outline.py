@@ -8,9 +8,9 @@ import numpy as np
 import pymunk
 import pytest
 
-from simdevice.junior import JUNIOR_OUTLINE
-from simdevice.opponents import OPPONENTS, mean_distance
+from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.outline import NOTHING, Outline
+from simdevice.sumo.opponents import OPPONENTS, mean_distance
 
 STEEPEST = math.radians(45.0)
 TANGENT = math.tan(STEEPEST)

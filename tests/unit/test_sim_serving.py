@@ -9,8 +9,9 @@ import pytest
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import AddressError, LinkOpenError
-from simdevice.endpoints import Endpoint, Line, TcpEndpoint, open_endpoint
-from simdevice.server import MAX_CATCH_UP, Server
+from simdevice.serving.endpoints import Endpoint, Line, TcpEndpoint
+from simdevice.serving.opening import open_endpoint
+from simdevice.serving.server import MAX_CATCH_UP, Server
 
 
 def test_a_line_passes_a_byte_per_ten_bit_times() -> None:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.wire.can_frame import CanFrame, split_records
-from simdevice.slcan import ERROR, OK, SlcanAdapter
+from simdevice.serving.slcan import ERROR, OK, SlcanAdapter
 
 FRAMES = [CanFrame(0x7FF), CanFrame(0x005, b"\1"), CanFrame(0x1ABCDEF0, bytes(range(8)), extended=True)]
 TEXT = b"t7FF0\rt005101\rT1ABCDEF080001020304050607\r"

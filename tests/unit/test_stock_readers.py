@@ -13,8 +13,8 @@ from report_logs import coaching_log
 from firmware_protocol.events import Received
 from firmware_protocol.messages import JuniorSensors
 from hil.mcaplog import LogReader
-from hil.mcaplog.joints import PLOTS
-from hil.mcaplog.slimming import slim
+from hil.mcaplog.making.slimming import slim
+from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.recorder import Recorder
 
 if TYPE_CHECKING:

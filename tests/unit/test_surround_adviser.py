@@ -11,12 +11,12 @@ import pytest
 from firmware_protocol.vocabulary import RobotClass, SwarmOutcome
 from pal_advisor.surround import (
     Case,
-    Group,
     GroupSettings,
-    Learnt,
+    Lesson,
     Motion,
     Moves,
     Results,
+    RobotGroup,
     Sensing,
     Sights,
     Surround,
@@ -49,15 +49,15 @@ def results(outcome: list[int], count_before: list[int], radius: float = 200.0) 
     return Results(np.array(outcome), np.array(count_before), np.full(len(outcome), radius))
 
 
-def group(**changes: Any) -> Group:  # noqa: ANN401
-    return Group(replace(RANGERS, **changes))
+def group(**changes: Any) -> RobotGroup:  # noqa: ANN401
+    return RobotGroup(replace(RANGERS, **changes))
 
 
 def bits(rng: np.random.Generator) -> object:
     return rng.bit_generator.state["state"]
 
 
-def prefer(robots: Group, behaviour: int) -> None:
+def prefer(robots: RobotGroup, behaviour: int) -> None:
     """Give a behaviour all the weight, whatever the stimulus."""
     robots.experience.weights[:] = 0.0
     robots.experience.weights[:, behaviour - 1] = 1.0
@@ -109,7 +109,7 @@ def tell(
     *,
     radius: float = 200.0,
     **changes: Any,  # noqa: ANN401
-) -> tuple[Group, Moves, Learnt]:
+) -> tuple[RobotGroup, Moves, Lesson]:
     """One robot of three moves and is told of."""
     robots = group(**changes)
     moves = robots.ask(sights([1, 1, 1], there=[0, 1, 0]), np.random.default_rng(1))

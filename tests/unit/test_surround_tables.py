@@ -11,17 +11,17 @@ import pytest
 from surround_world import Conditions, KinematicWorld, play_step
 
 from firmware_protocol.vocabulary import RobotClass
-from pal_advisor.ring import Ring
+from pal_advisor.ring import SensorRing
 from pal_advisor.surround import (
     BOOK_RULES,
     Case,
     ConditionalError,
     Motion,
     StateError,
+    StimulusRecord,
     Surround,
     Tables,
     TablesError,
-    Vector,
     case_settings,
     read_conditional,
     rules,
@@ -40,7 +40,7 @@ def fresh(seed: int = 1, **options: Any) -> tuple[Surround, KinematicWorld]:  # 
 def learnt(**options: Any) -> tuple[Surround, KinematicWorld]:  # noqa: ANN401
     adviser, world = fresh(**options)
     for _ in range(15):
-        play_step(adviser, world, Ring())
+        play_step(adviser, world, SensorRing())
     return adviser, world
 
 
@@ -67,8 +67,8 @@ def test_a_saved_adviser_goes_on_as_if_it_had_not_been_saved() -> None:
     assert again.state_dict() == adviser.state_dict()
     other = KinematicWorld(world.poses, CASE.rangers, Conditions(), None, np.random.default_rng(9))
     for _ in range(10):
-        play_step(adviser, world, Ring())
-        play_step(again, other, Ring())
+        play_step(adviser, world, SensorRing())
+        play_step(again, other, SensorRing())
         assert (world.poses == other.poses).all()
     assert again.state_dict() == adviser.state_dict()
 
@@ -141,7 +141,7 @@ def test_learnt_tables_are_gone_on_from() -> None:
 def test_what_people_leave_out_is_uniform_or_not_known() -> None:
     data = {"version": 1, "sectors": 4, "wild": [{"stimulus": 2, "pattern": "0001", "weights": [0, 1, 0, 0]}]}
     tables = Tables.from_dict(data)
-    assert (tables.rangers, tables.wilds) == ({}, {2: Vector(0, (0.0, 1.0, 0.0, 0.0))})
+    assert (tables.rangers, tables.wilds) == ({}, {2: StimulusRecord(0, (0.0, 1.0, 0.0, 0.0))})
 
 
 @pytest.mark.parametrize(
@@ -196,13 +196,21 @@ def test_tables_of_other_robots_are_refused_and_change_nothing() -> None:
 def test_rules_in_words_beside_the_books(stimulus: int, best: int, line: str) -> None:
     weights = [0.58 / 7] * 8
     weights[best - 1] = 0.42
-    (rule,) = rules(Tables(8, rangers={stimulus: Vector(3, tuple(weights))}), RobotClass.RANGER)
+    (rule,) = rules(Tables(8, rangers={stimulus: StimulusRecord(3, tuple(weights))}), RobotClass.RANGER)
     assert str(rule) == line
 
 
 def test_rules_come_as_often_met() -> None:
     uniform = (0.125,) * 8
-    tables = Tables(8, wilds={2: Vector(3, uniform), 8: Vector(9, uniform), 23: Vector(3, uniform), 1: Vector(0, (-1.0,) * 8)})
+    tables = Tables(
+        8,
+        wilds={
+            2: StimulusRecord(3, uniform),
+            8: StimulusRecord(9, uniform),
+            23: StimulusRecord(3, uniform),
+            1: StimulusRecord(0, (-1.0,) * 8),
+        },
+    )
     found = rules(tables, RobotClass.WILD)
     assert [rule.stimulus for rule in found] == [8, 2, 23, 1]
     assert [rule.book and f"{rule.book.name} {rule.book.behaviour}" for rule in found] == [
@@ -217,7 +225,7 @@ def test_rules_come_as_often_met() -> None:
 
 
 def test_the_books_rules_are_of_eight_sectors() -> None:
-    (rule,) = rules(Tables(4, rangers={2: Vector(1, (0.0, 0.0, 0.0, 1.0))}), RobotClass.RANGER)
+    (rule,) = rules(Tables(4, rangers={2: StimulusRecord(1, (0.0, 0.0, 0.0, 1.0))}), RobotClass.RANGER)
     assert rule.book is None
     assert len(BOOK_RULES) == 9
 

@@ -11,7 +11,7 @@ import pytest
 from surround_world import Conditions, KinematicWorld, play_step, run
 
 from firmware_protocol.vocabulary import RobotClass
-from pal_advisor.ring import Ring
+from pal_advisor.ring import SensorRing
 from pal_advisor.surround import Case, Motion, Sensing, Surround, case_settings, start_places
 from pal_advisor.surround.measures import settle_step
 
@@ -66,8 +66,8 @@ def rotated(poses: NDArray[np.float64], angle: float = 2.0) -> NDArray[np.float6
 def test_turning_the_world_with_its_headings_turns_all_that_happens() -> None:
     (adviser, world), (turned_adviser, turned_world) = crowd(lambda poses: poses), crowd(rotated)
     for _ in range(5):
-        play_step(adviser, world, Ring())
-        play_step(turned_adviser, turned_world, Ring())
+        play_step(adviser, world, SensorRing())
+        play_step(turned_adviser, turned_world, SensorRing())
     assert turned_world.poses[:, :2] == pytest.approx(rotated(world.poses)[:, :2], abs=1e-9)
     for group, turned_group in zip(adviser.groups, turned_adviser.groups, strict=True):
         assert (group.experience.weights == turned_group.experience.weights).all()
@@ -76,9 +76,9 @@ def test_turning_the_world_with_its_headings_turns_all_that_happens() -> None:
 def test_mirroring_the_world_mirrors_the_moves_where_the_frame_is_unique() -> None:
     (adviser, world), (mirrored_adviser, mirrored_world) = crowd(lambda poses: poses), crowd(lambda poses: poses * (1, -1, -1))
     there = np.ones(25, dtype=np.bool_)
-    sights = world.sights(RobotClass.RANGER, Ring(), there)
+    sights = world.sights(RobotClass.RANGER, SensorRing(), there)
     moves = adviser.ask(RobotClass.RANGER, sights)
-    image = mirrored_adviser.ask(RobotClass.RANGER, mirrored_world.sights(RobotClass.RANGER, Ring(), there))
+    image = mirrored_adviser.ask(RobotClass.RANGER, mirrored_world.sights(RobotClass.RANGER, SensorRing(), there))
     assert (moves.stimulus == image.stimulus).all()
     assert (moves.behaviour == image.behaviour).all()
     ways = [

@@ -12,11 +12,11 @@ from mcap.records import Attachment, Channel, Chunk, DataEnd, Header, MessageInd
 from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.attachments import read_attachment
-from hil.mcaplog.decoding import Channels, UnreadableError
-from hil.mcaplog.reader import MESSAGE_HEAD
-from hil.mcaplog.unpacking import DAMAGE, RECORD_HEAD, read_chunk, split, stream, unpack
-from hil.mcaplog.walking import read_metadata
-from hil.mcaplog.writer import CONFIG, RUN, SIZES
+from hil.mcaplog.reading.decoding import Channels, UnreadableError
+from hil.mcaplog.reading.reader import MESSAGE_HEAD
+from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD, read_chunk, split, stream, unpack
+from hil.mcaplog.reading.walking import read_metadata
+from hil.mcaplog.writing.writer import CONFIG, RUN, SIZES
 
 if TYPE_CHECKING:
     from hil.mcaplog.limits import ReadLimits

@@ -10,8 +10,8 @@ from mcap.records import AttachmentIndex, Channel, ChunkIndex, Footer, MetadataI
 from mcap.records import Schema as SchemaRecord
 
 from hil.mcaplog.checking.data import PRIVATE
-from hil.mcaplog.slimming import SLIM
-from hil.mcaplog.unpacking import stream
+from hil.mcaplog.making.slimming import SLIM
+from hil.mcaplog.reading.unpacking import stream
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

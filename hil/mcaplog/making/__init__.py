@@ -1,0 +1,1 @@
+"""One log made of another: whole, or small."""

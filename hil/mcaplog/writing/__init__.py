@@ -1,0 +1,1 @@
+"""From records to a file in chunks, with its indexes and summary."""

@@ -1,0 +1,1 @@
+"""An emulated robot in real time, behind ptys, ports and CAN buses."""

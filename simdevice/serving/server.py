@@ -1,0 +1,166 @@
+"""Serves an emulated robot in real time: one control period every 5 ms of a clock, bytes through an endpoint.
+
+Clock and waiting are arguments, so that the loop can be tested without any time passing.
+"""
+
+from __future__ import annotations
+
+import select
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+
+from firmware_protocol.links.memory import Runnable
+from simdevice.period import PERIOD
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.clock import Clock
+    from simdevice.serving.endpoints import Endpoint
+
+    Wait = Callable[[list[int], float], object]
+    """Sleeps until one of these file descriptors is readable, or for this many seconds."""
+
+MAX_CATCH_UP: Final = 4
+"""Periods that may be made up for at once; what is further behind is given up and counted as an overrun."""
+_PACE: Final = 0.001
+"""Shortest wait while bytes are on their way, in s."""
+
+
+class Servable(Protocol):
+    """What can be served."""
+
+    def step(self, inbound: bytes) -> bytes:
+        """Advance by one control period."""
+        ...
+
+
+@runtime_checkable
+class Patient(Protocol):
+    """What can be served, and says no more than its line takes.
+
+    Attributes:
+        room: Bytes that its line takes in the next control period; None: any number.
+    """
+
+    room: int | None
+
+
+def wait_readable(files: list[int], timeout: float) -> None:
+    """Sleep until one of the files is readable.
+
+    Args:
+        files: File descriptors.
+        timeout: Longest wait in s.
+    """
+    select.select(files, [], [], timeout)
+
+
+class Server:
+    """Steps a world in real time.
+
+    Args:
+        world: What is served.
+        endpoint: Where its client comes.
+        clock: The time to keep up with.
+        wait: How to sleep.
+        speed: Seconds of emulation per second of the clock.
+
+    Attributes:
+        steps: Control periods done.
+        overruns: Times the machine was too slow, so that emulated time fell behind for good.
+        late: Control periods given up that way.
+
+    Raises:
+        ValueError: The speed is not positive.
+    """
+
+    def __init__(
+        self,
+        world: Servable,
+        endpoint: Endpoint,
+        clock: Clock,
+        *,
+        wait: Wait = wait_readable,
+        speed: float = 1.0,
+    ) -> None:
+        if speed <= 0:
+            raise ValueError(f"the speed is a positive factor, not {speed:g}")
+        self._world = world
+        self._runnable = world if isinstance(world, Runnable) else None
+        self._patient = world if isinstance(world, Patient) else None
+        self._endpoint = endpoint
+        self._clock = clock
+        self._wait = wait
+        self._period = PERIOD / speed
+        self._next = clock.now() + self._period
+        self.steps = 0
+        self.overruns = 0
+        self.late = 0
+
+    def turn(self) -> None:
+        """Wait for the next thing to do, and do it: pass bytes on, or a control period or a few."""
+        endpoint = self._endpoint
+        now = self._clock.now()
+        if now < self._next:
+            pause = min(self._next - now, max(_PACE, endpoint.due() - now))
+            self._wait(endpoint.files(), pause)
+            now = self._clock.now()
+            endpoint.poll(now)
+        if now < self._next:
+            endpoint.send(b"", now)
+            return
+        behind = int((now - self._next) / self._period)
+        if behind > MAX_CATCH_UP:
+            self.overruns += 1
+            self.late += behind - MAX_CATCH_UP
+            self._next += (behind - MAX_CATCH_UP) * self._period
+        while self._next <= now:
+            inbound = endpoint.receive(now)
+            if self._patient is not None:
+                self._patient.room = endpoint.room()
+            sent, lived = self._live(inbound, int((now - self._next) / self._period) + 1)
+            endpoint.send(sent, now)
+            self._next += lived * self._period
+            self.steps += lived
+
+    def _live(self, inbound: bytes, periods: int) -> tuple[bytes, int]:
+        """Let the world live for at most so many control periods, until it sends something.
+
+        Returns:
+            What it has sent, and how many it were.
+        """
+        world = self._runnable
+        if world is None:
+            return self._world.step(inbound), 1
+        since = world.now()
+        chunks = world.run(inbound, periods)
+        return b"".join([data for _, data in chunks]), round((world.now() - since) / world.period)
+
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Serve until told to stop.
+
+        Args:
+            stopped: Asked before every turn, at least every 5 ms; an Event's `is_set` will do.
+        """
+        while not stopped():
+            self.turn()
+
+
+def serve(world: Servable, endpoint: Endpoint, clock: Clock, stopped: Callable[[], bool]) -> Server:
+    """Serve a world in real time until told to stop, then close the endpoint.
+
+    Args:
+        world: What is served.
+        endpoint: Where its client comes, as from `open_endpoint`; its `url` is what the client opens.
+        clock: The machine's monotonic clock.
+        stopped: An Event's `is_set`, for instance.
+
+    Returns:
+        The server, for its counters.
+    """
+    server = Server(world, endpoint, clock)
+    try:
+        server.run(stopped)
+    finally:
+        endpoint.close()
+    return server

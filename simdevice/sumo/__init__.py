@@ -1,0 +1,1 @@
+"""The sumo ring: its measures, the dummies, the referee, and worlds to play bouts in."""
