@@ -93,7 +93,7 @@ class Workshop:
             self.make(self.sources("original"), original)
         name = re.sub(r"\W", "-", mutant.fault)
         source = self.sources(name)
-        (source / "core" / mutant.source).write_text(mutant.text(), encoding="utf-8")
+        mutant.path(source).write_text(mutant.text(), encoding="utf-8")
         objects = self.folder / name / "objects"
         shutil.copytree(original, objects)
         return self.make(source, objects)
