@@ -88,7 +88,7 @@ class FirmwareBench:
         streamed: Its streams: heartbeats, sensors, status.
     """
 
-    STREAMS = ("Heartbeat", "SysStatus", "JuniorSensors", "RobotStatus")
+    STREAMS: tuple[str, ...] = ("Heartbeat", "SysStatus", "JuniorSensors", "RobotStatus")
 
     def __init__(self, nvm: bytes = BLANK, *, ground: bool = True, encoders: bool = True, start: bool = False) -> None:
         robot: Any = ffi.new("host_robot *")
