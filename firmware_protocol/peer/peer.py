@@ -123,7 +123,6 @@ class Peer(Requests):
         self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
-        self._outbox: list[Message] = []
         self._frames = FrameStreams(self.counters)
         self._robot_clock = float("-inf")
         self._heard = now
@@ -202,8 +201,8 @@ class Peer(Requests):
         if self._exchanges.active and not self._doubtful(message):
             wanted = self._exchanges.answer(received)
             self._follow(received.time)
-            show = wanted or type(message) not in self._results
-        elif type(message) in self._results:
+            show = wanted or not self.role.ends(message, self.session)
+        elif self.role.ends(message, self.session):
             show = False
         if not self._events:
             return (received,) if show else ()
@@ -408,7 +407,7 @@ class Peer(Requests):
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
                 self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _ if type(message) in self._results:
+            case _ if self.role.ends(message, self.session):
                 result = cast("Any", message)
                 self._outbox.append(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
@@ -487,7 +486,8 @@ class Peer(Requests):
 
     def _play(self, role: Role) -> None:
         """It is of this kind."""
-        self.role, self._readings, self._results = role, role.readings, role.results
+        self.role = role
+        self._readings = None if role.readings is RobotStatus else role.readings  # a status means more than its clock
         self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
 
     def _move(self, happened: Input, now: float) -> bool:
