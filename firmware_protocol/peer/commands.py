@@ -19,7 +19,8 @@ from firmware_protocol.messages import (
     RobotSession,
     State,
 )
-from firmware_protocol.peer.exchange import NEVER, Exchange
+from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.timetable import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -17,6 +17,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.peer.peer import Peer
+from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.known import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
@@ -28,7 +29,7 @@ from hil.bridge.pump import LIMIT, SLICE, Lost, Pump, open_pump
 from hil.bridge.redaction import Redaction
 from hil.bridge.sessions import random_session
 from hil.bridge.surroundings import Surroundings
-from hil.bridge.taps import Opening
+from hil.bridge.taps import NOTHING, Opening
 from hil.bridge.witness import Witness
 from hil.connecting.diagnosis import Seen
 
@@ -132,6 +133,7 @@ class Bridge:
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
         self.peers: dict[int, Peer] = {}
+        self._timetable = Timetable()
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
         self.unclaimed = self.unsent = self.overrun = 0
@@ -148,6 +150,7 @@ class Bridge:
         self._open_sessions = open_sessions
         self._draw = session
         self.host = self._session()
+        self._alive = (RobotAlive(self.host),)
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._redaction = Redaction(link.wire)
@@ -226,7 +229,8 @@ class Bridge:
         if self._anew is not None:
             self._forget_sessions(self._anew, now, events)
         self._take_in(chunks, now, events)
-        self._hear_of_link(met, now, events)
+        if met is not NOTHING or self._pace_untold is not None or self._around.dropped != self.overrun:
+            self._hear_of_link(met, now, events)
         if self._reopening is not None:
             self._turn(self._reopening, self._around.turn, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -253,7 +257,9 @@ class Bridge:
             if self._looking:
                 self.witness.came(data, stamp)
             found = self._codec.receive(data, stamp)
-            self._pass(self._redaction.received(stamp, data, found))
+            passed = self._redaction.received(stamp, data, found)
+            if self._taps:
+                self._pass(passed)
             self._take(found, events)
         if not chunks and (rest := self._codec.flush(now)):
             self._pass(self._redaction.judged(rest))
@@ -298,7 +304,9 @@ class Bridge:
         """
         self._robots = robots
         self._shunned |= self._heard - set(robots)
-        self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
+        for system in self.peers.keys() - set(robots):
+            del self.peers[system]
+            self._timetable.leave(system)
 
     def begin_anew(self, cause: str) -> None:
         """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
@@ -342,18 +350,16 @@ class Bridge:
     @property
     def urgent(self) -> bool:
         """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
-        return any(peer.urgent for peer in self.peers.values())
+        return self._timetable.soonest == NOW and any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
         if self._failed:
-            return float("inf")
+            return NEVER
         if not self.peers:
             return self._hello_due
-        soonest = min([peer.next_due() for peer in self.peers.values()])
-        if self._alive_due < soonest and any(peer.kept for peer in self.peers.values()):
-            return self._alive_due
-        return soonest
+        timetable = self._timetable
+        return self._alive_due if timetable.kept and self._alive_due < timetable.soonest else timetable.soonest
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:
         """Tell the taps of bytes that came."""
@@ -373,15 +379,16 @@ class Bridge:
         for item in items:
             if witness is not None:
                 witness.saw(item)
-            if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
+            if taps and item.system not in self._shunned:  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
             if not isinstance(item, Received):
                 events.append(item)
                 self._blame(item)
                 continue
-            if type(item.message) is Statustext and item.message.severity <= SEVERITY_ERROR:
-                self._complaint = (item.time, item.message.text)
+            message = item.message
+            if type(message) is Statustext and message.severity <= SEVERITY_ERROR:
+                self._complaint = (item.time, message.text)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -415,6 +422,7 @@ class Bridge:
             return None
         if not heartbeat:
             return None
+        self._timetable.enter(system)
         peer = Peer(
             system,
             session=self._session,
@@ -425,6 +433,7 @@ class Bridge:
             host_system=self._system,
             host_component=self._component,
             pace=self.pace,
+            timetable=self._timetable,
         )
         self.peers[system] = peer
         return peer
@@ -538,8 +547,8 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        peers = list(self.peers.values())
-        urgent = self.urgent
+        peers = [self.peers[system] for system in self._timetable.take(now)]
+        urgent = any(peer.urgent for peer in peers)
         if urgent:
             peers.sort(key=lambda peer: not peer.urgent)
         else:
@@ -559,9 +568,9 @@ class Bridge:
 
     def _keep(self, now: float) -> None:
         """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
-        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+        if now >= self._alive_due and self._timetable.kept:
             self._alive_due = now + KEEP_ALIVE
-            self._write([RobotAlive(self.host)], now)
+            self._write(self._alive, now)
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""

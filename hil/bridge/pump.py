@@ -177,7 +177,7 @@ class InlinePump:
 
     def _first(self, chunk: Chunk) -> list[Chunk]:
         """As much of a chunk as may be taken at once; the rest is kept."""
-        head, self._rest = _cut(chunk, SLICE)
+        head, self._rest = (chunk, None) if len(chunk[1]) <= SLICE else _cut(chunk, SLICE)
         return [head]
 
     def drop(self, error: LinkError, *, refused: bool = False) -> None:

@@ -48,7 +48,7 @@ class Redaction:
         Returns:
             The chunks that may go on, in order.
         """
-        if not self._keys:
+        if not self._keys or self._is_one_frame(data, events):
             return [(stamp, data)]
         unjudged = self._unjudged + data
         if not self._chunks and not self._claimed and not may_carry_key(unjudged):
@@ -58,6 +58,12 @@ class Redaction:
         self._held += data
         self._chunks.append((stamp, len(data)))
         return self.judged(events)
+
+    def _is_one_frame(self, data: bytes, events: list[Received | Rejected]) -> bool:
+        """Whether a chunk is a frame without a key, with nothing left over before or behind it: what most are."""
+        if self._unjudged or self._chunks or self._claimed or len(events) != 1:
+            return False
+        return len(events[0].raw) == len(data) and not carries_key(events[0])
 
     def judged(self, events: list[Received | Rejected]) -> list[Chunk]:
         """The codec has made up its mind without anything more having come.

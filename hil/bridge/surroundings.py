@@ -43,8 +43,9 @@ class Surroundings:
             link: The link in use.
         """
         pump = self._pump
-        turn, pump.turn = pump.turn, None
-        self.turn = turn
+        self.turn = turn = pump.turn
+        if turn is not None:
+            pump.turn = None
         inputs, news, overrun, ended = self._operator.take(), link.news(), pump.overrun, pump.error
         if not (inputs or news or turn or ended) and overrun == self.dropped:
             return NOTHING

@@ -22,8 +22,8 @@ from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
+from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -29,7 +29,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.role import role_of
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.known import ROLES
@@ -179,7 +179,7 @@ class Subject(Orders):
     def _values(self) -> dict[str, float]:
         """All parameters; those that a bad line swallows from the list are asked for one by one."""
         values = {value.param_id: value.param_value for value in self.list_parameters()}
-        for parameter in PARAMETERS:
+        for parameter in JUNIOR_PARAMETERS:
             if parameter.name not in values:
                 with suppress(CheckFailedError):
                     values[parameter.name] = self.parameter(parameter.name).param_value

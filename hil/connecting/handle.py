@@ -342,6 +342,11 @@ class RobotHandle(Serving):
         """
         if isinstance(event, Received):
             self.hear(event)
+        if self._listeners:
+            self._tell(event)
+
+    def _tell(self, event: Event) -> None:
+        """Have every listener hear of it."""
         before, self.telling = self.telling, True
         try:
             for listener in self._listeners:

@@ -18,8 +18,8 @@ from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
 from hil.sumo.summary import per_stimulus
+from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -19,7 +19,7 @@ from firmware_protocol.messages import (
     RefereeState,
     RobotSession,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
 from firmware_protocol.wire.fields import Message
 from hil.mcaplog.limits import ReadLimits
@@ -192,7 +192,7 @@ def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B
     data.metadata, data.health = reader.metadata, reader.health()
     data.whole = reader.whole
     told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
-    data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
+    data.parameters = {**{parameter.name: parameter.default for parameter in JUNIOR_PARAMETERS}, **told} if told else {}
     return data
 
 

@@ -29,7 +29,7 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.sumo.junior_world import junior_world
@@ -78,7 +78,7 @@ class Life:
     def parameter(self) -> bytes:
         """Set one: to a value within its limits, at them, beyond them, or none."""
         choose = self.random
-        row = choose.choice([row for row in PARAMETERS if row.name not in KEPT])
+        row = choose.choice([row for row in JUNIOR_PARAMETERS if row.name not in KEPT])
         value = choose.choice(
             (row.minimum, row.maximum, row.default, choose.uniform(row.minimum, row.maximum), 1e9, float("nan"))
         )
@@ -116,7 +116,7 @@ class Life:
             case 1:
                 return Timesync(tc1=0, ts1=choose.getrandbits(60))
             case 2:
-                return ParamRequestRead(1, 1, choose.choice(PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
+                return ParamRequestRead(1, 1, choose.choice(JUNIOR_PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
             case 3:
                 return self.command(Command.REQUEST_MESSAGE, float(choose.choice((*STREAMS, AutopilotVersion)).ID))
             case 4:

@@ -26,7 +26,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.roles.junior import drive, erase_memory, perform, read_memory, write_memory
 from firmware_protocol.roles.referee import reset_bout
@@ -97,8 +97,8 @@ def test_the_handshake_takes_three_control_periods() -> None:
 def test_every_parameter_is_there_and_can_be_set() -> None:
     ring = Ring()
     listed = ring.ask(ring.peer.list_parameters())
-    assert list(listed) == [parameter.name for parameter in PARAMETERS]
-    assert list(listed.values()) == pytest.approx([parameter.default for parameter in PARAMETERS])
+    assert list(listed) == [parameter.name for parameter in JUNIOR_PARAMETERS]
+    assert list(listed.values()) == pytest.approx([parameter.default for parameter in JUNIOR_PARAMETERS])
     assert ring.ask(ring.peer.set_parameter("SPD_SLOW", 0.45)) == pytest.approx(0.45)
     assert ring.ask(ring.peer.read_parameter("SPD_SLOW")) == pytest.approx(0.45)
     for name, value in (("SPD_SLOW", 7.0), ("MEM_SLOTS", 5.0), ("NO_SUCH", 1.0)):

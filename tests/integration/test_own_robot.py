@@ -55,7 +55,7 @@ def test_it_keeps_the_protocol() -> None:
 
 
 def test_its_parameters_are_the_protocol_s() -> None:
-    ours = {one.name: (one.default, one.minimum, one.maximum, one.whole) for one in parameters.PARAMETERS}
+    ours = {one.name: (one.default, one.minimum, one.maximum, one.whole) for one in parameters.JUNIOR_PARAMETERS}
     assert ours == PARAMETERS
 
 

@@ -10,12 +10,15 @@ from peer_bench import HOST_NUMBER, Bench, failed
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.messages import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     AutopilotVersion,
     Command,
     CommandLong,
     CommandResult,
     Heartbeat,
     JuniorSensors,
+    JuniorWheels,
     Ping,
     Reason,
     RefereeState,
@@ -59,9 +62,9 @@ def test_heartbeat_version_session_ready(bench: Bench) -> None:
     assert bench.requests() == [AutopilotVersion.ID]
     bench.version()
     assert bench.state() is PeerState.OPENING
-    assert bench.take(RobotSession) == [RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0)]
+    assert bench.take(RobotSession) == [RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=1)]
     bench.peer.due(bench.clock.now())
-    bench.sent.append(RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0))
+    bench.sent.append(RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=1))
     bench.ack()
     assert bench.peer.ready
     assert bench.peer.session == 701
@@ -79,6 +82,18 @@ def test_a_newer_minor_version_works(bench: Bench) -> None:
     bench.heartbeat()
     bench.version(2, 7)
     assert bench.state() is PeerState.OPENING
+
+
+@pytest.mark.parametrize("minor", [0, PROTOCOL_MINOR, PROTOCOL_MINOR + 1, 255])
+def test_an_older_minor_version_is_as_good_as_ours_and_a_newer_one_likewise(bench: Bench, minor: int) -> None:
+    bench.heartbeat()
+    bench.version(PROTOCOL_MAJOR, minor)
+    bench.ack()
+    assert bench.state() is PeerState.READY
+    ticket = drive(bench.peer, 0.1, 0.1, 0.1)
+    bench.peer.due(bench.clock.now())
+    bench.ack(JuniorWheels, 1)
+    assert ticket.value().result == 0
 
 
 @pytest.mark.parametrize(
