@@ -30,7 +30,7 @@ from firmware_protocol.peer.answers import ANSWERS, for_another
 from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
-from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
+from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
 from firmware_protocol.peer.recognition import unfit
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.role import role_of
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
-_CLOCK_SLACK: Final = 1.0
-"""Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
 
 
 class Peer(Requests):
@@ -130,7 +128,7 @@ class Peer(Requests):
         self._events: list[Event] = []
         self._outbox: list[Message] = []
         self._frames = FrameStreams(self.counters)
-        self._robot_clock = float("-inf")
+        self._robot_clock = RobotClock()
         self._heard = now
         self._armed_at = float("-inf")
         self._heartbeat_due = NOW
@@ -427,7 +425,7 @@ class Peer(Requests):
         """Look whether the robot has restarted."""
         before, self.status = self.status, status
         if before is not None and before.boot_count != status.boot_count:
-            self._robot_clock = status.time
+            self._robot_clock.begin(status.time)
             self._move(Input.RESTARTED, now)
             return
         self._watch_clock(status.time, now)
@@ -440,11 +438,8 @@ class Peer(Requests):
             self._move(Input.RESTARTED if self._had_session and status.session == 0 else same, now)
 
     def _watch_clock(self, time: float, now: float) -> None:
-        """A robot whose clock goes back has restarted."""
-        if time > self._robot_clock:
-            self._robot_clock = time
-        elif time < self._robot_clock - _CLOCK_SLACK:
-            self._robot_clock = time
+        """See whether the robot has restarted."""
+        if self._robot_clock.went_back(time):
             self._move(Input.RESTARTED, now)
 
     def _follow(self, now: float) -> None:

@@ -131,7 +131,12 @@ class MavlinkCodec:
         events = self.flush(now) if now - self._stamp > SILENCE and (self._buffer or self._junk) else []
         if data:
             self._stamp = now
-            self._scan(self._buffer + data if self._buffer else bytes(data), events, final=False)
+            data = self._buffer + data if self._buffer else bytes(data)
+            plain = self._take_plain(data, events)
+            if plain < len(data):
+                self._scan(data, plain, events, final=False)
+            else:
+                self._buffer = b""
         return events
 
     def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
@@ -146,13 +151,13 @@ class MavlinkCodec:
         """
         events: list[Received | Rejected] = []
         if (self._buffer or self._junk) and (ended or now - self._stamp > SILENCE):
-            self._scan(self._buffer, events, final=True)
+            self._scan(self._buffer, 0, events, final=True)
             self._report(events)
         return events
 
-    def _scan(self, data: bytes, events: list[Received | Rejected], *, final: bool) -> None:
-        """Find frames; leaves in the buffer what may yet become one, unless `final`."""
-        at, end = self._take_plain(data, events), len(data)
+    def _scan(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> None:
+        """Find frames from `at` on; leaves in the buffer what may yet become one, unless `final`."""
+        end = len(data)
         while at < end:
             if data[at] == MARKER:
                 taken = self._take(data, at, events, final=final)

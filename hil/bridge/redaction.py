@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from firmware_protocol.events import Received
+from firmware_protocol.messages import SetupSigning
 from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.mavlink import frame_size
 from firmware_protocol.wire.mavlink_layout import HEADER_LENGTH
@@ -48,8 +49,12 @@ class Redaction:
         Returns:
             The chunks that may go on, in order.
         """
-        if not self._keys or self._is_one_frame(data, events):
+        if not self._keys:
             return [(stamp, data)]
+        if len(events) == 1 and not (self._unjudged or self._chunks or self._claimed):
+            event = events[0]
+            if isinstance(event, Received) and len(event.raw) == len(data) and type(event.message) is not SetupSigning:
+                return [(stamp, data)]  # a frame without a key, and nothing before or behind it: what most chunks are
         unjudged = self._unjudged + data
         if not self._chunks and not self._claimed and not may_carry_key(unjudged):
             self._unjudged = unjudged[sum(len(event.raw) for event in events) :]
@@ -58,12 +63,6 @@ class Redaction:
         self._held += data
         self._chunks.append((stamp, len(data)))
         return self.judged(events)
-
-    def _is_one_frame(self, data: bytes, events: list[Received | Rejected]) -> bool:
-        """Whether a chunk is a frame without a key, with nothing left over before or behind it: what most are."""
-        if self._unjudged or self._chunks or self._claimed or len(events) != 1:
-            return False
-        return len(events[0].raw) == len(data) and not carries_key(events[0])
 
     def judged(self, events: list[Received | Rejected]) -> list[Chunk]:
         """The codec has made up its mind without anything more having come.

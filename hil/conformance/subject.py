@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from firmware_protocol.errors import NoRobotError, VersionError, WrongRoleError
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AckResult,
     AutopilotVersion,
@@ -33,7 +32,7 @@ from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.role import role_of
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.known import ROLES
-from firmware_protocol.versions import other_version
+from firmware_protocol.versions import other_version, spoken_minor
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.fields import Message
 from hil.conformance.orders import Orders, named
@@ -77,6 +76,7 @@ class Subject(Orders):
 
     Attributes:
         session: Session that is open.
+        minor: The newest minor version of the protocol that it and this program know.
         parameters_found: Parameters as they were found, by name.
         memory_found: Maneuver memory as it was found; None where it could not be read, and must be left alone.
     """
@@ -110,6 +110,7 @@ class Subject(Orders):
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
+        self.minor = 0
         self.session = 0
         self.parameters_found: dict[str, float] = {}
         self.memory_found: list[JuniorMemoryEntry] | None = None
@@ -135,6 +136,7 @@ class Subject(Orders):
         if version is not None and version.product_id != JUNIOR.product:
             name = role_of(version.product_id, ROLES).name
             raise WrongRoleError(f"{self._link.url}: robot {self.system} is a {name}; these checks are for a {JUNIOR.name}")
+        self.minor = spoken_minor(0 if version is None else version.middleware_sw_version)
         try:
             self.fresh()
         except CheckFailedError as failure:
@@ -239,7 +241,7 @@ class Subject(Orders):
                 tap.session_drawn(drawn)
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
-        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, self.minor)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)
 

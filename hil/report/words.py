@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hil.mcaplog.records import StepRecord, TrialRecord
-    from hil.report.gather import BoutPath, RunData
+    from hil.report.run_data import BoutPath, RunData
     from pal_advisor.maneuvers import AdviceEntry
 
 OBJECTIVES: Final = {
