@@ -33,6 +33,7 @@ from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
 from firmware_protocol.peer.recognition import unfit
 from firmware_protocol.peer.requests import Requests
+from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
@@ -473,8 +474,8 @@ class Peer(Requests):
         elif self.failure is not None:
             self._move(Input.VERSION_BAD, now)
         else:
-            role = next((role for role in self._roles if role.product == version.product_id), self.role)
-            if role is not self.role:  # one that names no product that we know is what it was taken for
+            role = role_of(version.product_id, self._roles)
+            if role != self.role:
                 self._play(role)
             self._uid = version.uid or self._uid
             if self.status is None or not self._move(Input.RECOGNISED, now):

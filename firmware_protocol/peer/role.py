@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from firmware_protocol.messages import RobotStatus
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from firmware_protocol.wire.fields import Message
 
@@ -34,3 +36,21 @@ class Role:
     results: frozenset[type[Message]] = frozenset()
     undisturbed: frozenset[int] = frozenset()
     companions: Mapping[int, Mapping[type[Message], float]] = field(default_factory=dict)
+
+
+def role_of(product: int, roles: Sequence[Role]) -> Role:
+    """The role of a robot that has said what it is.
+
+    Args:
+        product: AUTOPILOT_VERSION.product_id.
+        roles: Those that are known.
+
+    Returns:
+        One of them; or else a role with nothing but what any robot has, so that nobody takes it for another.
+    """
+    return next((role for role in roles if role.product == product), _unknown(product))
+
+
+def _unknown(product: int) -> Role:
+    name = f"robot of product {product}, which this program does not know"
+    return Role(name=name, product=product, readings=RobotStatus, streams={RobotStatus: 1.0}, slowest=1.0)
