@@ -20,6 +20,7 @@ _FUNCTIONS: Final = {
     "space_step": ("cpSpaceStep", "void(*)(struct cpSpace *, double)"),
     "position": ("cpBodyGetPosition", "struct cpVect(*)(struct cpBody *)"),
     "angle": ("cpBodyGetAngle", "double(*)(struct cpBody *)"),
+    "rotation": ("cpBodyGetRotation", "struct cpVect(*)(struct cpBody *)"),
     "velocity": ("cpBodyGetVelocity", "struct cpVect(*)(struct cpBody *)"),
     "spin": ("cpBodyGetAngularVelocity", "double(*)(struct cpBody *)"),
     "set_force": ("cpBodySetForce", "void(*)(struct cpBody *, struct cpVect)"),

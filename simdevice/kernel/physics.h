@@ -10,6 +10,7 @@ typedef struct { /* Chipmunk's functions */
     void (*space_step)(void *space, double period);
     kernel_vector (*position)(void *body);
     double (*angle)(void *body);
+    kernel_vector (*rotation)(void *body); /* cosine and sine of its angle */
     kernel_vector (*velocity)(void *body);
     double (*spin)(void *body);
     void (*set_force)(void *body, kernel_vector force);

@@ -122,31 +122,29 @@ static void refresh(kernel_table *table)
     for (row = 0; row < table->count; row++) {
         void *body = table->body[row];
         kernel_vector at = physics->position(body), velocity = physics->velocity(body);
-        double angle = physics->angle(body), dx = at.x - table->seen_x[row], dy = at.y - table->seen_y[row];
+        kernel_vector rotation = physics->rotation(body);
+        double dx = at.x - table->seen_x[row], dy = at.y - table->seen_y[row];
 
         table->x[row] = at.x;
         table->y[row] = at.y;
         table->vx[row] = velocity.x;
         table->vy[row] = velocity.y;
         table->spin[row] = physics->spin(body);
-        if (angle != table->angle[row]) {
-            table->angle[row] = angle;
-            table->cos[row] = cos(angle);
-            table->sin[row] = sin(angle);
-        }
+        table->angle[row] = physics->angle(body);
+        table->cos[row] = rotation.x;
+        table->sin[row] = rotation.y;
         if (!(dx * dx + dy * dy < farthest)) {
             table->stale = 1;
         }
     }
     if (table->box_kind != TABLE_NO_BOX) {
-        kernel_vector at = physics->position(table->box);
-        double angle = physics->angle(table->box);
+        kernel_vector at = physics->position(table->box), rotation = physics->rotation(table->box);
 
         table->box_x = at.x;
         table->box_y = at.y;
-        table->box_angle = angle;
-        table->box_cos = cos(angle);
-        table->box_sin = sin(angle);
+        table->box_angle = physics->angle(table->box);
+        table->box_cos = rotation.x;
+        table->box_sin = rotation.y;
     }
 }
 

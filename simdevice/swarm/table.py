@@ -16,12 +16,15 @@ from simdevice.boards import board_host
 from simdevice.kernel.table import MOST_GAP, TableArrays
 from simdevice.swarm.bodies import Bodies, Segment, put
 from simdevice.swarm.noise import Noise
+from simdevice.swarm.places import free_places
 from simdevice.swarm.profile import MicroProfile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+    from simdevice.swarm.rooms import Room
 
 PERIODS: Final = (0.005, 0.01)
 """Control periods that a table may have, in s."""
@@ -31,10 +34,6 @@ _SIZES: Final = (64, 256, 1024, 64, 64)
 """Deviates in a block of noise, by kind: slip, fix, range, box, goal."""
 _BOXES: Final = (None, "cylinder", "cube")
 """By their number in the kernel."""
-_SPACING: Final = 0.1
-"""Between robots that have not been placed yet, in m."""
-_CLEAR: Final = 0.01
-"""Least room between such a robot and a wall or the box, in m."""
 
 
 @dataclass(frozen=True)
@@ -168,28 +167,31 @@ class SwarmTable:
         self,
         seed: int,
         *,
-        size: tuple[float, float] = (2.0, 2.0),
+        size: tuple[float, float] | None = None,
         wall: bool = False,
         box: str | None = None,
-        obstacles: Sequence[Segment] = (),
+        room: Room | None = None,
     ) -> None:
         """Begin anew: other things on the table, noise from its beginning, all robots at rest in rows about the middle.
 
         Args:
             seed: The noise follows from it.
-            size: Of the table, in m.
+            size: Of the table, in m; None: as large as the room, else 2 x 2.
             wall: There is a wall around it.
             box: None, "cylinder" or "cube"; it stands in the middle.
-            obstacles: Segments that nobody gets through: x, y of one end and x, y of the other, in m.
+            room: What else stands there.
 
         Raises:
             ValueError: No such box, no such size, or no room for so many robots within the wall.
         """
         if box not in _BOXES:
             raise ValueError(f"a box is a cylinder or a cube, not {box!r}")
+        if size is None:
+            size = (2.0, 2.0) if room is None else room.size
         if not all(0 < side < math.inf for side in size):
             raise ValueError(f"a table measures more than 0 m, not {size[0]} x {size[1]}")
-        self._put_up(seed, size, wall=wall, box=box, obstacles=obstacles)
+        obstacles = () if room is None else room.walls
+        self._put_up(seed, size, wall=wall, box=box, obstacles=obstacles, room=room)
         self.resets += 1
 
     def _put_up(
@@ -200,6 +202,7 @@ class SwarmTable:
         wall: bool = False,
         box: str | None = None,
         obstacles: Sequence[Segment] = (),
+        room: Room | None = None,
         places: NDArray[np.float64] | None = None,
     ) -> None:
         """Put everything up, the robots in these places, shape (count, 2), or where there is room."""
@@ -209,7 +212,14 @@ class SwarmTable:
         walls = [*border, *obstacles]
         segments = np.array(walls, np.float64).reshape(-1, 4)
         if places is None:
-            places = self._places(segments, (half_x, half_y) if wall else None, box)
+            places = free_places(
+                self._count,
+                self.profile.radius,
+                walls=segments,
+                within=(half_x, half_y) if wall else None,
+                box_half=0.0 if box is None else self.profile.box_half,
+                room=room,
+            )
         arrays, struct = self.arrays, self.arrays.struct
         self.bodies = Bodies(self.profile, self._count, walls, box)
         arrays.take_bodies(self.bodies.space, self.bodies.robots, self.bodies.box)
@@ -227,32 +237,6 @@ class SwarmTable:
         for row, (x, y) in enumerate(places.tolist()):
             self.place(row, x, y, 0.0)
 
-    def _places(self, walls: NDArray[np.float64], within: tuple[float, float] | None, box: str | None) -> NDArray[np.float64]:
-        """Where robots stand before they are placed: the free points of a lattice that are nearest to the middle.
-
-        Raises:
-            ValueError: There are too few.
-        """
-        clear = self.profile.radius + _CLEAR
-        reach = _SPACING * math.ceil(math.sqrt(self._count + 4 * len(walls)) + 4)
-        half_x, half_y = (reach, reach) if within is None else (min(side - clear, reach) for side in within)
-        steps_x, steps_y = math.floor(half_x / _SPACING), math.floor(half_y / _SPACING)
-        if steps_x < 0 or steps_y < 0:
-            raise ValueError(f"a robot of {2 * self.profile.radius} m does not fit within the wall")
-        lattice = np.stack(np.meshgrid(np.arange(-steps_x, steps_x + 1), np.arange(-steps_y, steps_y + 1)), -1).reshape(-1, 2)
-        points = lattice[np.argsort((lattice**2).sum(axis=1), kind="stable")] * _SPACING
-        free = np.ones(len(points), bool)
-        for end_x, end_y, to_x, to_y in walls.tolist():
-            along = np.array([to_x - end_x, to_y - end_y])
-            from_end = points - (end_x, end_y)
-            share = np.clip(from_end @ along / max(float(along @ along), 1e-12), 0.0, 1.0)
-            free &= np.hypot(*(from_end - share[:, None] * along).T) >= clear
-        if box is not None:
-            free &= np.abs(points).max(axis=1) >= self.profile.box_half + clear
-        if np.count_nonzero(free) < self._count:
-            raise ValueError(f"there is no room for {self._count} robots on this table: make it larger")
-        return np.asarray(points[free][: self._count], np.float64)
-
     def place(self, row: int, x: float, y: float, heading: float) -> None:
         """Pick a robot up and put it there, its wheels at rest.
 
@@ -269,9 +253,10 @@ class SwarmTable:
             raise ValueError(f"the table has rows 0 to {self._count - 1}, not {row}")
         _check(x, y, heading)
         arrays = self.arrays
-        put(self.bodies.robots[row], x, y, heading)
+        body = self.bodies.robots[row]
+        put(body, x, y, heading)
         arrays.x[row], arrays.y[row], arrays.angle[row] = x, y, heading
-        arrays.cos[row], arrays.sin[row] = math.cos(heading), math.sin(heading)
+        arrays.cos[row], arrays.sin[row] = body.rotation_vector
         arrays.vx[row] = arrays.vy[row] = arrays.spin[row] = 0.0
         arrays.command[2 * row : 2 * row + 2] = arrays.rim[2 * row : 2 * row + 2] = 0.0
         arrays.rolling[row] = 0
@@ -289,7 +274,7 @@ class SwarmTable:
         put(self.bodies.box, x, y, heading)
         struct = self.arrays.struct
         struct.box_x, struct.box_y, struct.box_angle = x, y, heading
-        struct.box_cos, struct.box_sin = math.cos(heading), math.sin(heading)
+        struct.box_cos, struct.box_sin = self.bodies.box.rotation_vector
 
     def place_goal(self, x: float, y: float) -> None:
         """Put the goal's marker there; m.

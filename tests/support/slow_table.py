@@ -157,7 +157,7 @@ class SlowTable:
         slip, way_cos, way_sin = self.way[row]
         ahead = slip * (rim[0] + rim[1]) * 0.5
         lead = slip * (rim[1] - rim[0]) / profile.track
-        c, s = math.cos(body.angle), math.sin(body.angle)
+        c, s = body.rotation_vector
         velocity = body.velocity
         thrust = ahead * way_cos - (velocity.x * c + velocity.y * s)
         side_force = ahead * way_sin - (velocity.y * c - velocity.x * s)
