@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import pymunk
 
-from simdevice.junior.profile import GRAVITY, JUNIOR_OUTLINE
+from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.period import PERIOD
+from simdevice.quantities import GRAVITY
 from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
