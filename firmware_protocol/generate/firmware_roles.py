@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from firmware_protocol.parameters import Parameter
+    from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
 
 NUMBERED_HEAD: Final = {"session": 0, "sequence": 2}
@@ -48,10 +49,16 @@ class FirmwareRole:
     asked: bool = False
 
 
+def _product(role: Role) -> int:
+    if role.product is None:
+        raise ValueError(f"the {role.name} is no robot, and has no firmware of ours")
+    return role.product
+
+
 ROLES: Final = (
     FirmwareRole(
         name="junior",
-        product=JUNIOR.product,
+        product=_product(JUNIOR),
         messages=tuple(JUNIOR_MESSAGES),
         streams={JuniorSensors: 20},
         parameters=JUNIOR_PARAMETERS,
