@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
     from simdevice.swarm.profile import MicroProfile
 
+Point = tuple[float, float]
+"""x, y, in m."""
 Segment = tuple[float, float, float, float]
 """x, y of one end and x, y of the other, in m."""
 ITERATIONS: Final = 5
@@ -28,7 +30,7 @@ class Bodies:
 
     Args:
         profile: The numbers of the robots and the box.
-        count: Number of robots.
+        places: Where each robot stands, x and y in m; who enters the physics elsewhere and is then put in its place costs much.
         walls: Segments that nobody gets through.
         box: There is no box, or of which form it is: None, "cylinder" or "cube".
 
@@ -38,7 +40,7 @@ class Bodies:
         box: The box's body, or None.
     """
 
-    def __init__(self, profile: MicroProfile, count: int, walls: Iterable[Segment], box: str | None) -> None:
+    def __init__(self, profile: MicroProfile, places: Iterable[Point], walls: Iterable[Segment], box: str | None) -> None:
         self.space = pymunk.Space()
         self.space.iterations = ITERATIONS
         self.space.collision_slop = SLOP
@@ -47,11 +49,12 @@ class Bodies:
             wall = pymunk.Segment(self.space.static_body, (x, y), (to_x, to_y), 0.0)
             wall.friction = self._friction
             self.space.add(wall)
-        self.robots = [self._robot(profile) for _ in range(count)]
+        self.robots = [self._robot(profile, place) for place in places]
         self.box = None if box is None else self._box(profile, box)
 
-    def _robot(self, profile: MicroProfile) -> pymunk.Body:
+    def _robot(self, profile: MicroProfile, place: Point) -> pymunk.Body:
         body = pymunk.Body(profile.mass, pymunk.moment_for_circle(profile.mass, 0.0, profile.radius))
+        body.position = place
         shape = pymunk.Circle(body, profile.radius)
         shape.friction = self._friction
         self.space.add(body, shape)

@@ -221,7 +221,7 @@ class SwarmTable:
                 room=room,
             )
         arrays, struct = self.arrays, self.arrays.struct
-        self.bodies = Bodies(self.profile, self._count, walls, box)
+        self.bodies = Bodies(self.profile, places.tolist(), walls, box)
         arrays.take_bodies(self.bodies.space, self.bodies.robots, self.bodies.box)
         arrays.take_walls(segments, self.profile.radius + MOST_GAP)
         struct.periods, struct.has_goal = 0, 0
