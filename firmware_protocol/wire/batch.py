@@ -62,7 +62,7 @@ class Arrivals:
 
 
 @dataclass(frozen=True)
-class Piece:
+class BatchPart:
     """A part of a batch: `Batch` without its class."""
 
     rows: Rows
@@ -73,7 +73,7 @@ class Piece:
 
 
 def arrivals(
-    pieces: dict[type[Message], list[Piece]],
+    pieces: dict[type[Message], list[BatchPart]],
     events: Sequence[Received | Rejected],
     places: Sequence[int],
     kinds: frozenset[type[Message]],
@@ -103,10 +103,10 @@ def arrivals(
     return Arrivals(batches, rest, rest_places, time)
 
 
-def _piece(kind: type[Message], found: list[tuple[Received, int]]) -> Piece:
+def _piece(kind: type[Message], found: list[tuple[Received, int]]) -> BatchPart:
     """Objects as a part of a batch."""
     events = [event for event, _ in found]
-    return Piece(
+    return BatchPart(
         rows_of_messages(kind, [event.message for event in events]),
         np.array([event.system for event in events], np.uint8),
         np.array([event.component for event in events], np.uint8),
@@ -115,7 +115,7 @@ def _piece(kind: type[Message], found: list[tuple[Received, int]]) -> Piece:
     )
 
 
-def _batch(kind: type[Message], parts: list[Piece]) -> Batch:
+def _batch(kind: type[Message], parts: list[BatchPart]) -> Batch:
     if len(parts) == 1:
         (one,) = parts
         return Batch(kind, one.rows, one.system, one.component, one.sequence, one.place)

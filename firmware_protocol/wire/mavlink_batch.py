@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire.batch import Arrivals, Piece, arrivals
+from firmware_protocol.wire.batch import Arrivals, BatchPart, arrivals
 from firmware_protocol.wire.crc import checksums
 from firmware_protocol.wire.mavlink import SILENCE, MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, HEADER_LENGTH, MARKER, crc_extra
@@ -172,7 +172,7 @@ class MavlinkBatchCodec(MavlinkCodec):
         self._buffer = data[at:]
         return arrivals(self._pieces(plain, taken), events, places, self.kinds, now)
 
-    def _pieces(self, plain: _Plain, taken: list[tuple[int, int, int]]) -> dict[type[Message], list[Piece]]:
+    def _pieces(self, plain: _Plain, taken: list[tuple[int, int, int]]) -> dict[type[Message], list[BatchPart]]:
         """The frames of the runs that were taken, by kind.
 
         Args:
@@ -184,13 +184,13 @@ class MavlinkBatchCodec(MavlinkCodec):
         place = np.full(len(plain.start), -1, np.intp)
         for first, after, at in taken:
             place[first:after] = np.arange(at, at + after - first)
-        pieces: dict[type[Message], list[Piece]] = {}
+        pieces: dict[type[Message], list[BatchPart]] = {}
         for message, rows, of_kind in zip(self._wanted, plain.rows, plain.of_kind, strict=True):
             these = of_kind if count == len(place) else of_kind[place[of_kind] >= 0]
             if these.size:
                 said = rows if these.size == len(rows) else take_rows(rows, plain.row[these])
                 head = plain.header[these]
-                pieces[message] = [Piece(said, head[:, 5], head[:, 6], head[:, 4], place[these])]
+                pieces[message] = [BatchPart(said, head[:, 5], head[:, 6], head[:, 4], place[these])]
         return pieces
 
     def encode_batch(self, message: type[Message], rows: Rows) -> bytes:

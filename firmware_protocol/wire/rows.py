@@ -45,7 +45,7 @@ ROWS: Final[dict[type[Message], np.dtype[np.void]]] = {message: _row_type(messag
 
 
 @dataclass(frozen=True)
-class _Check:
+class _RangeCheck:
     """A field that can't hold everything that its type can.
 
     Attributes:
@@ -75,20 +75,20 @@ class _Check:
         return good if good.ndim == 1 else np.all(good, axis=1)
 
 
-def _checks(message: type[Message]) -> tuple[_Check, ...]:
+def _checks(message: type[Message]) -> tuple[_RangeCheck, ...]:
     found = []
     for name, wire in wire_order(message):
         if wire.type == "char":
             continue
         if wire.type == "f32":
-            found.append(_Check(name, wire, wire.minimum, wire.maximum))
+            found.append(_RangeCheck(name, wire, wire.minimum, wire.maximum))
             continue
         least, greatest = INTEGER_LIMITS[wire.type]
         low, high = raw_limits(wire)
         least += least == wire.invalid
         greatest -= greatest == wire.invalid
         if (low, high) != (least, greatest):
-            found.append(_Check(name, wire, low if low > least else None, high if high < greatest else None))
+            found.append(_RangeCheck(name, wire, low if low > least else None, high if high < greatest else None))
     return tuple(found)
 
 
