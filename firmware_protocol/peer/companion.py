@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from firmware_protocol.peer.answers import for_another
 from firmware_protocol.peer.commands import Numbering
-from firmware_protocol.peer.exchange import NOW, Exchanges, Retry
+from firmware_protocol.peer.exchange import Exchanges, Retry
 from firmware_protocol.peer.quality import Counters
 from firmware_protocol.peer.requests import Requests
+from firmware_protocol.peer.timetable import NOW, Timetable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +57,7 @@ class Companion(Requests):
     ) -> None:
         self.counters = Counters()
         exchanges = Exchanges(f"the {role.name}", self.counters, retry)
-        super().__init__(system, host_system, host, exchanges, Numbering(), role=role, open_session=True)
+        super().__init__(system, host_system, host, exchanges, Numbering(), timetable=Timetable(), role=role, open_session=True)
         self.component = component
         self.numbering.open(session)
         self.unavailable = None

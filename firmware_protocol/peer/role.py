@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
+from firmware_protocol.messages import RobotStatus
 from firmware_protocol.peer.answers import ANSWERS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from firmware_protocol.wire.fields import Message
 
@@ -54,3 +55,21 @@ class Role:
         if type(message) not in self.results:
             return False
         return type(message) in ANSWERS or (self.is_result(message) and cast("Any", message).session == session)
+
+
+def role_of(product: int, roles: Sequence[Role]) -> Role:
+    """The role of a robot that has said what it is.
+
+    Args:
+        product: AUTOPILOT_VERSION.product_id.
+        roles: Those that are known.
+
+    Returns:
+        One of them; or else a role with nothing but what any robot has, so that nobody takes it for another.
+    """
+    return next((role for role in roles if role.product == product), _unknown(product))
+
+
+def _unknown(product: int) -> Role:
+    name = f"robot of product {product}, which this program does not know"
+    return Role(name=name, product=product, readings=RobotStatus, streams={RobotStatus: 1.0}, slowest=1.0)

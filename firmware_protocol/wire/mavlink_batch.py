@@ -106,7 +106,7 @@ class MavlinkBatchCodec(MavlinkCodec):
         data = self._buffer + data if self._buffer else bytes(data)
         plain = self._find(data)
         if plain is None:
-            self._scan(data, events, final=False)
+            self._take_in(data, events)
             return arrivals({}, events, range(len(events)), self.kinds, _payload)
         return self._walk(data, plain, events, now)
 

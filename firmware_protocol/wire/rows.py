@@ -48,7 +48,7 @@ _WIRES: Final = {message: dict(wire_order(message)) for message in MESSAGES.valu
 
 
 @dataclass(frozen=True)
-class _Check:
+class _RangeCheck:
     """A field that can't hold everything that its type can.
 
     Attributes:
@@ -78,20 +78,20 @@ class _Check:
         return good if good.ndim == 1 else np.all(good, axis=1)
 
 
-def _checks(message: type[Message]) -> tuple[_Check, ...]:
+def _checks(message: type[Message]) -> tuple[_RangeCheck, ...]:
     found = []
     for name, wire in wire_order(message):
         if wire.type == "char":
             continue
         if wire.type == "f32":
-            found.append(_Check(name, wire, wire.minimum, wire.maximum))
+            found.append(_RangeCheck(name, wire, wire.minimum, wire.maximum))
             continue
         least, greatest = INTEGER_LIMITS[wire.type]
         low, high = raw_limits(wire)
         least += least == wire.invalid
         greatest -= greatest == wire.invalid
         if (low, high) != (least, greatest):
-            found.append(_Check(name, wire, low if low > least else None, high if high < greatest else None))
+            found.append(_RangeCheck(name, wire, low if low > least else None, high if high < greatest else None))
     return tuple(found)
 
 
@@ -186,7 +186,7 @@ def _raw(message: type[Message], name: str, wire: Wire, given: ArrayLike) -> NDA
     if wire.type == "f32":
         with np.errstate(over="ignore"):  # infinity is refused
             floats = values.astype(np.float32)
-        if not _Check(name, wire, wire.minimum, wire.maximum).passes(np.atleast_1d(floats)).all():
+        if not _RangeCheck(name, wire, wire.minimum, wire.maximum).passes(np.atleast_1d(floats)).all():
             raise EncodeError(f"{message.NAME}.{name} = {values} can't be sent: it takes {accepted(wire)}")
         return floats
     low, high = raw_limits(wire)

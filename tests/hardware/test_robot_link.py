@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 import pytest
 
 from firmware_protocol.errors import LinkClosedError
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import JuniorSensors, RobotStatus
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.bridge.bridge import Bridge

@@ -32,7 +32,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -200,7 +200,7 @@ def test_driving_storing_setting_in_any_order_over_a_line_with_damage(seed: int,
             step(life.codec.encode(life.command(Command.PREFLIGHT_REBOOT, 1.0)))
         elif period % 1200 == 0:
             rig.world.device.power_cycle()
-            rig.world.table.reset(seed + period)
+            rig.world.match.reset(seed + period)
             step(life.codec.encode(life.open()))
         else:
             step(life.next() if period % PACE == 0 else b"")
@@ -224,7 +224,7 @@ def test_contests_from_memory_with_a_start_module_and_sensors_that_fail() -> Non
             device.set_start(go=True)
         elif period % 1600 == 1500:
             device.set_start(go=False)
-            rig.world.table.reset(period)
+            rig.world.match.reset(period)
         step(b"")
     assert rig.twins.turning > 600
     assert rig.twins.boots == 2

@@ -33,7 +33,7 @@ from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.wire.fields import Message
+    from simdevice.sumo.world import World
 
 T = TypeVar("T")
 SPIN = Maneuver((Action.R, Action.L), period=0.05, floor_reflex=False)

@@ -16,7 +16,7 @@ import pytest
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.cli.app import app, run
-from hil.connecting.connecting import connect
+from hil.connecting.connecting import connect_as
 from hil.mcaplog import LogReader
 from simdevice.serving.endpoints import PtyEndpoint
 
@@ -331,7 +331,7 @@ def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_port_at_which_nobody_answers(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil.jobs.session.connect", partial(connect, timeout=0.3))
+    monkeypatch.setattr("hil.jobs.session.connect_as", partial(connect_as, timeout=0.3))
     endpoint = PtyEndpoint()
     try:
         assert run(["coach", endpoint.url, "--no-log"]) == 3

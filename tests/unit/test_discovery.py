@@ -37,7 +37,7 @@ from hil.bridge.witness import framing, printable
 from hil.connecting.discovery import Finding, Status, probe, survey
 from hil.connecting.listening import Listener, Signed
 from hil.connecting.places import Place, named
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -202,7 +202,7 @@ def driver(stop: float = 1e9) -> Callable[[float], Sequence[Message]]:
 
 def place(driven: Driven) -> tuple[float, float, float]:
     """Where the robot is."""
-    body = driven.world.table.robot.body
+    body = driven.world.match.robot.body
     return body.x, body.y, body.angle
 
 

@@ -62,9 +62,9 @@ def test_heartbeat_version_session_ready(bench: Bench) -> None:
     assert bench.requests() == [AutopilotVersion.ID]
     bench.version()
     assert bench.state() is PeerState.OPENING
-    assert bench.take(RobotSession) == [RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=1)]
+    assert bench.take(RobotSession) == [RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0)]
     bench.peer.due(bench.clock.now())
-    bench.sent.append(RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=1))
+    bench.sent.append(RobotSession(701, 0, HOST_NUMBER, 1, 1, major=2, minor=0))
     bench.ack()
     assert bench.peer.ready
     assert bench.peer.session == 701
@@ -78,10 +78,12 @@ def test_the_count_of_starts_is_asked_for_at_once(bench: Bench) -> None:
     assert RobotStatus.ID in bench.requests()
 
 
-def test_a_newer_minor_version_works(bench: Bench) -> None:
+@pytest.mark.parametrize(("theirs", "spoken"), [(0, 0), (PROTOCOL_MINOR, PROTOCOL_MINOR), (PROTOCOL_MINOR + 6, PROTOCOL_MINOR)])
+def test_a_session_names_the_newest_minor_version_that_both_know(bench: Bench, theirs: int, spoken: int) -> None:
     bench.heartbeat()
-    bench.version(2, 7)
+    bench.version(PROTOCOL_MAJOR, theirs)
     assert bench.state() is PeerState.OPENING
+    assert [(one.major, one.minor) for one in bench.take(RobotSession)] == [(PROTOCOL_MAJOR, spoken)]
 
 
 @pytest.mark.parametrize("minor", [0, PROTOCOL_MINOR, PROTOCOL_MINOR + 1, 255])

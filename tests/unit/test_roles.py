@@ -26,8 +26,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.role import Role
 from firmware_protocol.roles.junior import JUNIOR, contest, drive, erase_memory, perform, read_memory, write_memory
+from firmware_protocol.roles.known import ROLES, SIGNS
 from firmware_protocol.roles.referee import reset_bout
-from firmware_protocol.roles.table import ROLES, SIGNS
 from firmware_protocol.vocabulary import Action, Maneuver
 from firmware_protocol.wire.fields import Party
 
@@ -59,9 +59,15 @@ def met(product: int, state: State = State.READY) -> Bench:
     return bench
 
 
-@pytest.mark.parametrize(("product", "role"), [(0, JUNIOR), (7, MOLE), (99, JUNIOR)])
-def test_a_robot_is_what_it_says_and_else_what_it_was_taken_for(product: int, role: Role) -> None:
+@pytest.mark.parametrize(("product", "role"), [(0, JUNIOR), (7, MOLE)])
+def test_a_robot_is_what_it_says(product: int, role: Role) -> None:
     assert met(product).peer.role is role
+
+
+def test_one_that_nobody_knows_is_taken_for_no_other() -> None:
+    other = met(99)
+    assert other.peer.role not in (JUNIOR, MOLE)
+    assert "product 99" in failed(perform(other.peer, STEP))
 
 
 def test_it_is_asked_for_the_streams_of_its_role() -> None:

@@ -13,6 +13,6 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
 ROLES: Final[tuple[Role, ...]] = (JUNIOR, MICRO_ROBOT)
-"""Every role. The first is what a robot is taken for before it has said what it is, or if it says nothing that we know."""
+"""Every role. The first is what a robot is taken for before it has said what it is."""
 SIGNS: Final[frozenset[type[Message]]] = frozenset({RobotStatus, *(role.readings for role in ROLES)})
 """Messages by which a robot that has a role is known, before its first heartbeat."""
