@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Received, Rejected
     from firmware_protocol.wire.fields import Message
 
-FEW: Final = 20
+FEW: Final = 50
 """Fewer frames than this in a chunk are done sooner one by one."""
 
 _AROUND: Final = HEADER_LENGTH + CHECKSUM_LENGTH
