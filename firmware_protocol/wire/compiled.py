@@ -29,7 +29,7 @@ _INFINITY: Final = float("inf")
 
 
 @dataclass(frozen=True)
-class Field:
+class PayloadField:
     """One field, in the order of the payload.
 
     Attributes:
@@ -102,7 +102,7 @@ def _good_raw(name: str, wire: Wire) -> str | None:
 
 
 def compile_unpack(
-    kind: type[Message], fields: Sequence[Field], raw: Callable[..., Any], length: int, general: Unpack
+    kind: type[Message], fields: Sequence[PayloadField], raw: Callable[..., Any], length: int, general: Unpack
 ) -> Unpack:
     """A function that does what the general path does, and hands it what it does not accept.
 
@@ -151,7 +151,7 @@ def compile_unpack(
     return unpack
 
 
-def compile_pack(kind: type[Message], fields: Sequence[Field], raw: Callable[..., bytes], general: Pack) -> Pack:
+def compile_pack(kind: type[Message], fields: Sequence[PayloadField], raw: Callable[..., bytes], general: Pack) -> Pack:
     """A function that does what the general path does, and hands it what it does not accept.
 
     Args:
@@ -191,7 +191,7 @@ def compile_pack(kind: type[Message], fields: Sequence[Field], raw: Callable[...
     return pack
 
 
-def _convert(value: str, field: Field, source: _Source) -> list[str]:
+def _convert(value: str, field: PayloadField, source: _Source) -> list[str]:
     """Write how a number becomes a wire value.
 
     Returns:

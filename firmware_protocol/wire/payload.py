@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire.compiled import FAULTS, Field, Pack, Unpack, compile_pack, compile_unpack
+from firmware_protocol.wire.compiled import FAULTS, Pack, PayloadField, Unpack, compile_pack, compile_unpack
 from firmware_protocol.wire.fields import Message, Wire, wire_order
 from firmware_protocol.wire.mavlink_layout import INTEGER_LIMITS, STRUCT_CODES, raw_limits
 
@@ -190,14 +190,14 @@ class Payload:
         self._out = tuple(reversed(out))  # from the end: an array that is spread out moves what is behind it
         self._in = tuple(reversed(into))
 
-    def _fields(self) -> list[Field]:
+    def _fields(self) -> list[PayloadField]:
         """What the compiled functions are made of."""
-        fields: list[Field] = []
+        fields: list[PayloadField] = []
         for name, wire in self._order:
             if wire.type == "char":
-                fields.append(Field(name, wire, to_raw=_text_to_raw(wire), from_raw=_text_from_raw))
+                fields.append(PayloadField(name, wire, to_raw=_text_to_raw(wire), from_raw=_text_from_raw))
             else:
-                fields.append(Field(name, wire, 1 if wire.type == "f32" else _divisor(wire)))
+                fields.append(PayloadField(name, wire, 1 if wire.type == "f32" else _divisor(wire)))
         return fields
 
     def _first_pack(self, message: Message) -> bytes:
