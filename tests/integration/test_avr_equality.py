@@ -40,6 +40,7 @@ pytestmark = [pytest.mark.avr, pytest.mark.slow]
 PACE = 6
 """Control periods between two things that the host says: what both say then fits the line."""
 STREAMS: Final[tuple[type[Message], ...]] = tuple(by_itself(JUNIOR))
+ASKED: Final[tuple[type[Message], ...]] = (*STREAMS, AutopilotVersion)
 KEPT = ("SYS_ID", "MEM_SLOTS")
 
 
@@ -117,7 +118,7 @@ class Life:
             case 2:
                 return ParamRequestRead(1, 1, choose.choice(JUNIOR_PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
             case 3:
-                return self.command(Command.REQUEST_MESSAGE, float(choose.choice((*STREAMS, AutopilotVersion)).ID))
+                return self.command(Command.REQUEST_MESSAGE, float(choose.choice(ASKED).ID))
             case 4:
                 interval = choose.choice((10_000.0, 20_000.0, 50_000.0, 0.0, -1.0))
                 return self.command(Command.SET_MESSAGE_INTERVAL, float(choose.choice(STREAMS).ID), interval)
