@@ -49,7 +49,7 @@ def played(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 def test_the_number_of_workers_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    asked = ("--controller", "random", "--trials", "23", "--opponent", "curved-light")
+    asked = ("--controller", "chase", "--trials", "23", "--opponent", "curved-light")
     one, two, three = (played(capsys, *asked, "--workers", str(workers)) for workers in (1, 2, 3))
     assert one == two == three
     found = json.loads(one)
