@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from firmware_protocol.events import Received, Rejected
-from firmware_protocol.wire.rows import Rows, rows_of_messages, take_rows
+from firmware_protocol.wire.payload import PAYLOADS
+from firmware_protocol.wire.rows import Rows, rows_of_payloads, take_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -33,6 +34,7 @@ class Batch:
         system: System id of each sender.
         component: Component id of each sender.
         sequence: Frame sequence number of each, 0..255.
+        time: Stamp of the chunk that completed each, in s: an earlier one's where it had been held back.
         place: Which of all events of the chunk each is, from 0.
     """
 
@@ -41,7 +43,21 @@ class Batch:
     system: NDArray[np.uint8]
     component: NDArray[np.uint8]
     sequence: NDArray[np.uint8]
+    time: NDArray[np.float64]
     place: NDArray[np.intp]
+
+    def ordered(self) -> Batch:
+        """The same, by place."""
+        order = np.argsort(self.place)
+        return Batch(
+            self.message,
+            take_rows(self.rows, order),
+            self.system[order],
+            self.component[order],
+            self.sequence[order],
+            self.time[order],
+            self.place[order],
+        )
 
 
 @dataclass(frozen=True)
@@ -52,41 +68,33 @@ class Arrivals:
         batches: What was wanted as arrays, by class; a kind of which nothing has come is not there.
         events: The rest: other messages, and what was refused.
         places: Which of all events of the chunk each of these is, from 0.
-        time: Stamp of the chunk, in s.
     """
 
     batches: Mapping[type[Message], Batch]
     events: Sequence[Received | Rejected]
     places: Sequence[int]
-    time: float
 
 
-@dataclass(frozen=True)
-class BatchPart:
-    """A part of a batch: `Batch` without its class."""
-
-    rows: Rows
-    system: NDArray[np.uint8]
-    component: NDArray[np.uint8]
-    sequence: NDArray[np.uint8]
-    place: NDArray[np.intp]
+def packed(event: Received) -> bytes:
+    """The payload of a message that was found as an object."""
+    return PAYLOADS[event.message.ID].pack(event.message)
 
 
 def arrivals(
-    pieces: dict[type[Message], list[BatchPart]],
+    batches: dict[type[Message], Batch],
     events: Sequence[Received | Rejected],
     places: Sequence[int],
     kinds: frozenset[type[Message]],
-    time: float,
+    payload: Callable[[Received], bytes] = packed,
 ) -> Arrivals:
     """Put together what a chunk has brought; what a codec of objects has found of the wanted kinds becomes rows, too.
 
     Args:
-        pieces: What was found as arrays.
+        batches: What was found as arrays.
         events: What the codec of objects has found.
         places: Of these events.
         kinds: What is wanted as arrays.
-        time: Stamp of the chunk, in s.
+        payload: Gives the payload of an object's message; zeros at the end may be left out.
     """
     rest: list[Received | Rejected] = []
     rest_places: list[int] = []
@@ -98,34 +106,34 @@ def arrivals(
             rest.append(event)
             rest_places.append(place)
     for kind, found in single.items():
-        pieces.setdefault(kind, []).append(_piece(kind, found))
-    batches = {kind: _batch(kind, parts) for kind, parts in pieces.items()}
-    return Arrivals(batches, rest, rest_places, time)
+        more = _batch_of(kind, found, payload)
+        batches[kind] = _merged(batches[kind], more) if kind in batches else more
+    return Arrivals(batches, rest, rest_places)
 
 
-def _piece(kind: type[Message], found: list[tuple[Received, int]]) -> BatchPart:
-    """Objects as a part of a batch."""
-    events = [event for event, _ in found]
-    return BatchPart(
-        rows_of_messages(kind, [event.message for event in events]),
-        np.array([event.system for event in events], np.uint8),
-        np.array([event.component for event in events], np.uint8),
-        np.array([event.sequence for event in events], np.uint8),
+def _batch_of(kind: type[Message], found: list[tuple[Received, int]], payload: Callable[[Received], bytes]) -> Batch:
+    """Objects as a batch."""
+    heads = [(event.system, event.component, event.sequence) for event, _ in found]
+    system, component, sequence = np.array(heads, np.uint8).T
+    return Batch(
+        kind,
+        rows_of_payloads(kind, [payload(event) for event, _ in found]),
+        system,
+        component,
+        sequence,
+        np.array([event.time for event, _ in found]),
         np.array([place for _, place in found], np.intp),
     )
 
 
-def _batch(kind: type[Message], parts: list[BatchPart]) -> Batch:
-    if len(parts) == 1:
-        (one,) = parts
-        return Batch(kind, one.rows, one.system, one.component, one.sequence, one.place)
-    place = np.concatenate([part.place for part in parts])
-    order = np.argsort(place)
+def _merged(one: Batch, other: Batch) -> Batch:
+    """Two batches of a kind as one."""
     return Batch(
-        kind,
-        take_rows(np.concatenate([part.rows for part in parts]), order),
-        np.concatenate([part.system for part in parts])[order],
-        np.concatenate([part.component for part in parts])[order],
-        np.concatenate([part.sequence for part in parts])[order],
-        place[order],
-    )
+        one.message,
+        np.concatenate([one.rows, other.rows]),
+        np.concatenate([one.system, other.system]),
+        np.concatenate([one.component, other.component]),
+        np.concatenate([one.sequence, other.sequence]),
+        np.concatenate([one.time, other.time]),
+        np.concatenate([one.place, other.place]),
+    ).ordered()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire.batch import Arrivals, BatchPart, arrivals
+from firmware_protocol.wire.batch import Arrivals, Batch, arrivals
 from firmware_protocol.wire.crc import checksums
 from firmware_protocol.wire.mavlink import SILENCE, MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, HEADER_LENGTH, MARKER, crc_extra
@@ -101,13 +101,13 @@ class MavlinkBatchCodec(MavlinkCodec):
         """
         events = self.flush(now) if now - self._stamp > SILENCE else []
         if not data:
-            return arrivals({}, events, range(len(events)), self.kinds, now)
+            return arrivals({}, events, range(len(events)), self.kinds, _payload)
         self._stamp = now
         data = self._buffer + data if self._buffer else bytes(data)
         plain = self._find(data)
         if plain is None:
             self._scan(data, 0, events, final=False)
-            return arrivals({}, events, range(len(events)), self.kinds, now)
+            return arrivals({}, events, range(len(events)), self.kinds, _payload)
         return self._walk(data, plain, events, now)
 
     def _find(self, data: bytes) -> _Plain | None:
@@ -170,28 +170,30 @@ class MavlinkBatchCodec(MavlinkCodec):
             places.extend(range(place, place + told))
             place += told
         self._buffer = data[at:]
-        return arrivals(self._pieces(plain, taken), events, places, self.kinds, now)
+        return arrivals(self._batches(plain, taken, now), events, places, self.kinds, _payload)
 
-    def _pieces(self, plain: _Plain, taken: list[tuple[int, int, int]]) -> dict[type[Message], list[BatchPart]]:
+    def _batches(self, plain: _Plain, taken: list[tuple[int, int, int]], now: float) -> dict[type[Message], Batch]:
         """The frames of the runs that were taken, by kind.
 
         Args:
             plain: The frames there are.
             taken: Of each run the first, the one after the last, and the place of the first.
+            now: Stamp of the chunk, in s.
         """
         count = sum(after - first for first, after, _ in taken)
         self.good += count
         place = np.full(len(plain.start), -1, np.intp)
         for first, after, at in taken:
             place[first:after] = np.arange(at, at + after - first)
-        pieces: dict[type[Message], list[BatchPart]] = {}
+        batches: dict[type[Message], Batch] = {}
         for message, rows, of_kind in zip(self._wanted, plain.rows, plain.of_kind, strict=True):
             these = of_kind if count == len(place) else of_kind[place[of_kind] >= 0]
             if these.size:
                 said = rows if these.size == len(rows) else take_rows(rows, plain.row[these])
                 head = plain.header[these]
-                pieces[message] = [BatchPart(said, head[:, 5], head[:, 6], head[:, 4], place[these])]
-        return pieces
+                time = np.full(len(these), now)
+                batches[message] = Batch(message, said, head[:, 5], head[:, 6], head[:, 4], time, place[these])
+        return batches
 
     def encode_batch(self, message: type[Message], rows: Rows) -> bytes:
         """Frames of many messages of one kind; the frame sequence number goes up by one for each.
@@ -225,6 +227,11 @@ class MavlinkBatchCodec(MavlinkCodec):
         frames[each, tail + 1] = crc >> 8
         self._sequence = (self._sequence + len(rows)) & 0xFF
         return frames[np.arange(frames.shape[1]) < (length + _AROUND)[:, None]].tobytes()
+
+
+def _payload(event: Received) -> bytes:
+    """The payload of a frame, zeros at its end trimmed."""
+    return event.raw[HEADER_LENGTH : HEADER_LENGTH + event.raw[1]]
 
 
 def _read(padded: NDArray[np.uint8], start: NDArray[np.intp], width: int) -> NDArray[np.uint8]:

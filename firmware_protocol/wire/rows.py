@@ -44,6 +44,9 @@ ROWS: Final[dict[type[Message], np.dtype[np.void]]] = {message: _row_type(messag
 """The type of a row of each message."""
 
 
+_WIRES: Final = {message: dict(wire_order(message)) for message in MESSAGES.values()}
+
+
 @dataclass(frozen=True)
 class _RangeCheck:
     """A field that can't hold everything that its type can.
@@ -136,7 +139,7 @@ def column(message: type[Message], rows: Rows, name: str) -> NDArray[Any]:
         Shape (rows,), of an array field (rows, elements): whole numbers of a field that has no scale, else floats, with NaN
         where a value is not available.
     """
-    wire = dict(wire_order(message))[name]
+    wire = _WIRES[message][name]
     raw = rows[name]
     if wire.type in {"char", "f32"} or (wire.scale == 1 and wire.invalid is None):
         return np.array(raw)
@@ -159,7 +162,7 @@ def rows_of(message: type[Message], count: int, columns: Mapping[str, ArrayLike]
         EncodeError: The wire can't carry a value, or there is no such field.
     """
     rows = np.zeros(count, ROWS[message])
-    fields = dict(wire_order(message))
+    fields = _WIRES[message]
     for name in columns:
         if name not in fields:
             raise EncodeError(f"{message.NAME} has no field {name}")
@@ -169,7 +172,6 @@ def rows_of(message: type[Message], count: int, columns: Mapping[str, ArrayLike]
                 rows[name] = wire.invalid
             continue
         rows[name] = _raw(message, name, wire, columns[name])
-    _refuse_bad(message, rows)
     return rows
 
 
@@ -182,8 +184,14 @@ def _raw(message: type[Message], name: str, wire: Wire, given: ArrayLike) -> NDA
             raise EncodeError(f"{message.NAME}.{name} = {values} can't be sent: it takes {accepted(wire)}")
         return text
     if wire.type == "f32":
-        with np.errstate(over="ignore"):  # infinity is refused below
-            return values.astype(np.float32)
+        with np.errstate(over="ignore"):  # infinity is refused
+            floats = values.astype(np.float32)
+        if not _Check(name, wire, wire.minimum, wire.maximum).passes(np.atleast_1d(floats)).all():
+            raise EncodeError(f"{message.NAME}.{name} = {values} can't be sent: it takes {accepted(wire)}")
+        return floats
+    low, high = raw_limits(wire)
+    if not values.ndim and values.dtype.kind == "i" and wire.scale == 1 and low <= int(values) <= high:
+        return values
     missing = None
     if values.dtype.kind == "f":
         missing = np.isnan(values) if wire.invalid is not None else None
@@ -193,7 +201,6 @@ def _raw(message: type[Message], name: str, wire: Wire, given: ArrayLike) -> NDA
             raise EncodeError(f"{message.NAME}.{name} takes whole numbers")
     else:
         raw = values if wire.scale == 1 else values.astype(np.int64) * units_of_one(wire)
-    low, high = raw_limits(wire)
     wrong = ~((raw >= low) & (raw <= high))
     if missing is not None and wire.invalid is not None:
         wrong &= ~missing

@@ -22,7 +22,7 @@ def told(arrived: Arrivals) -> list[str]:
         for index, message in enumerate(messages_of(kind, batch.rows)):
             said = (int(batch.system[index]), int(batch.component[index]), int(batch.sequence[index]))
             assert int(batch.place[index]) not in found
-            found[int(batch.place[index])] = in_words(Received(message, *said, arrived.time, b""))
+            found[int(batch.place[index])] = in_words(Received(message, *said, float(batch.time[index]), b""))
     assert sorted(found) == list(range(len(found)))
     return [found[place] for place in range(len(found))]
 
