@@ -25,7 +25,8 @@ from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
 from simdevice.kernel.rings import Rings
 from simdevice.period import PERIOD
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from collections.abc import Callable

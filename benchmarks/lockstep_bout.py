@@ -31,7 +31,7 @@ from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
 from simdevice.period import PERIOD
-from simdevice.sumo.table import Table
+from simdevice.sumo.match import Match
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,16 +65,16 @@ def physics(opponent: str, seconds: float, *, bare: bool) -> float:
     Returns:
         Simulated seconds per wall second.
     """
-    table = Table(opponent)
+    match = Match(opponent)
     start = perf_counter()
     for step in range(round(seconds / PERIOD)):
         if step % 800 == 0:
-            table.reset(step)
-            table.robot.motors.command(700, 700)
+            match.reset(step)
+            match.robot.motors.command(700, 700)
         if bare:
-            table.arena.space.step(PERIOD)
+            match.arena.space.step(PERIOD)
         else:
-            table.arena.step()
+            match.arena.step()
     return seconds / (perf_counter() - start)
 
 

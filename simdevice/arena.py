@@ -14,7 +14,7 @@ import pymunk
 from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.period import PERIOD
 from simdevice.quantities import GRAVITY
-from simdevice.sumo.ring import Ring
+from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
     from simdevice.junior.motors import Motors
@@ -253,8 +253,8 @@ class Arena:
         pieces: Everything in it, in the order of entry.
     """
 
-    def __init__(self, ring: Ring | None = None) -> None:
-        self.ring = ring if ring is not None else Ring()
+    def __init__(self, ring: SumoRing | None = None) -> None:
+        self.ring = ring if ring is not None else SumoRing()
         self.pieces: list[Piece] = []
         self.space = self._empty()
 

@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.peer.commands import (
     ArmExchange,
     CommandExchange,
+    NumberedExchange,
     Numbering,
     PingExchange,
     RequestExchange,
@@ -31,10 +32,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.faults.failures import FailureType
-    from firmware_protocol.peer.commands import NumberedExchange
     from firmware_protocol.peer.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
+    from firmware_protocol.peer.timetable import Timetable
     from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
@@ -54,6 +55,7 @@ class Requests:
         open_session: The robot is to be ours to command, not only watched.
         exchanges: Where questions are kept until they are answered.
         numbering: Session and sequence of numbered messages.
+        timetable: Is told whether the robot is to be kept moving.
         role: What kind of robot it is.
         pace: On a slow line, what to ask of the robot.
 
@@ -72,6 +74,7 @@ class Requests:
         exchanges: Exchanges,
         numbering: Numbering,
         *,
+        timetable: Timetable,
         role: Role,
         open_session: bool,
         pace: Pace | None = None,
@@ -84,11 +87,47 @@ class Requests:
         self._host = host
         self._open_session = open_session
         self._exchanges = exchanges
+        self._timetable = timetable
         self._pace = pace
+        self._armed: bool | None = None
         self._eased: Ticket[CommandAck] | None = None
         self._eased_companions: set[int] = set()
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
         self._pings = 0
+        self._outbox: list[Message] = []
+
+    @property
+    def host(self) -> int:
+        """Number of the host's program as the robot is to take it: 0 where no session is open."""
+        return self._host if self.numbering.session is not None else 0
+
+    def tell(self, message: Message) -> None:
+        """Say something that is not answered.
+
+        Args:
+            message: What to say.
+        """
+        self._outbox.append(message)
+
+    @property
+    def taken(self) -> bool:
+        """It is ours to command, not only to watch."""
+        return self._open_session
+
+    @property
+    def armed(self) -> bool | None:
+        """Its wheels may turn, as far as is known; None while nothing is: it has not been heard, or is lost."""
+        return self._armed
+
+    @property
+    def kept(self) -> bool:
+        """It is armed, and ours to keep moving by ROBOT_ALIVE."""
+        return bool(self._armed) and self._open_session
+
+    def _set_armed(self, armed: bool | None) -> None:  # noqa: FBT001 - None is a third one
+        """Note whether it is armed."""
+        self._armed = armed
+        self._timetable.keep(self.system, moving=self.kept)
 
     def command(self, name: str, command: int, *parameters: float, component: int = ROBOT_COMPONENT) -> Ticket[CommandAck]:
         """Send any standard command.
@@ -107,8 +146,7 @@ class Requests:
         Answered when the robot itself says that it is armed. A robot that is ours is not armed before its session is open,
         which would disarm it again.
         """
-        host = self._host if self.numbering.session is not None else 0
-        question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(host))
+        question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(self.host))
         exchange = ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG))
         if self._open_session and self.unavailable is not None:
             exchange.fail(self.unavailable)
@@ -191,8 +229,8 @@ class Requests:
 
     # --- Numbered messages -------------------------------------------------------------------------------------------
 
-    def ask(self, exchange: NumberedExchange[T], role: Role) -> Ticket[T]:
-        """Ask by a numbered message, which needs a session.
+    def ask(self, exchange: Exchange[T], role: Role) -> Ticket[T]:
+        """Ask what only one role understands. A numbered message needs a session.
 
         Args:
             exchange: The question.
@@ -201,7 +239,7 @@ class Requests:
         Returns:
             Its ticket; it has failed already where there is no session, or the robot has another role.
         """
-        unavailable = self.unavailable
+        unavailable = self.unavailable if isinstance(exchange, NumberedExchange) else None
         if unavailable is None and self.role is not role:
             unavailable = PeerError(f"{exchange.name} takes a {role.name}, and robot {self.system} is a {self.role.name}")
         if unavailable is not None:

@@ -14,6 +14,7 @@ from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout, Tally, play
 from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, RingError, open_ring
 from hil.terminal.suspending import around_stop
 
@@ -95,8 +96,8 @@ class BoutJob:
 
     def perform(self, stage: Stage) -> Tally:
         """Play, and count."""
-        with open_session(stage, reconnect=self.reconnect) as session:
-            ring = open_ring(session.junior, self.opponent)
+        with open_session(Junior, stage, reconnect=self.reconnect) as session:
+            ring = open_ring(session.robot, self.opponent)
             tally = Tally.of(ring.opponent, self._play(session, stage, ring))
             session.finish({"controller": self.controller.value, **tally.to_dict()})
         return tally
@@ -111,7 +112,7 @@ class BoutJob:
                 assert self.advice is not None
                 return AdviceController(self.advice)
 
-    def _play(self, session: Session, stage: Stage, ring: Ring) -> list[Bout]:
+    def _play(self, session: Session[Junior], stage: Stage, ring: Ring) -> list[Bout]:
         if not ring.refereed:
             raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
         seeds = [bout_seed(self.seed, Branch.BOUTS, number) for number in range(1, self.trials + 1)]

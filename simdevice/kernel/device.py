@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from simdevice.boards import Host
     from simdevice.junior.faults import Battery
+    from simdevice.junior.hardware import JuniorHardware
     from simdevice.kernel.rings import Rings
-    from simdevice.sumo.table import Robot
 
 _MANY: Final = 2**31
 """Control periods: more than anybody asks for."""
@@ -31,7 +31,7 @@ class KernelDevice(VirtualDevice):
 
     def __init__(
         self,
-        robot: Robot,
+        robot: JuniorHardware,
         rings: Rings,
         piece: int,
         *,
@@ -60,7 +60,7 @@ class KernelDevice(VirtualDevice):
         self._rings.feed(self._piece, voltage)
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> JuniorHardware:
         """Its hardware on the table, as of now."""
         self._rings.watch()
         return self._robot

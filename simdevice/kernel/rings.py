@@ -15,14 +15,15 @@ from simdevice.junior.sensors import draw_noise
 from simdevice.kernel.chipmunk import FUNCTIONS, body_address, joint_address, space_address
 from simdevice.outline import NOTHING
 from simdevice.period import PERIOD, PERIOD_US
-from simdevice.sumo.table import TIME_LIMIT
+from simdevice.sumo.match import TIME_LIMIT
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
     from simdevice.boards import Host
     from simdevice.junior.faults import DeviceFaults
+    from simdevice.junior.hardware import JuniorHardware
     from simdevice.outline import Outline
-    from simdevice.sumo.table import Robot, Table
+    from simdevice.sumo.match import Match
 
 _PIECES: Final = 2
 _SENSORS: Final = 6
@@ -64,7 +65,7 @@ class Rings:
 
     Args:
         host: The build of the firmware and the kernel.
-        table: Where everybody is placed.
+        match: Where everybody is placed.
 
     Attributes:
         loop: The struct `kernel_loop`.
@@ -76,12 +77,12 @@ class Rings:
         watched: Somebody holds on to the table: what is on it is to be shown after each run, and taken before the next.
     """
 
-    def __init__(self, host: Host, table: Table) -> None:
+    def __init__(self, host: Host, match: Match) -> None:
         self.lib = cast("KernelLibrary", host.lib)
         self._ffi = ffi = host.ffi
-        self._table = table
+        self._match = match
         self.watched = False
-        self._profile = table.robot.profile
+        self._profile = match.robot.profile
         self._kept: dict[object, object] = {}
         self._outlines: dict[int, tuple[Outline, Any]] = {}
         self._world = self._made("kernel_world")
@@ -95,11 +96,11 @@ class Rings:
         self.devices.period_us = PERIOD_US
         world = self._world
         world.period, world.time_limit = PERIOD, TIME_LIMIT
-        world.half_x, world.half_y = table.half_x, table.half_y
+        world.half_x, world.half_y = match.half_x, match.half_y
         for field, address in FUNCTIONS.items():
             function = ffi.cast(ffi.typeof(getattr(world.physics, field)), address)
             setattr(world.physics, field, function)
-        self._describe(table.robot)
+        self._describe(match.robot)
         for piece in range(_PIECES):
             for side in range(2):
                 self.devices.effort[2 * piece + side] = 1.0
@@ -117,7 +118,7 @@ class Rings:
                 setattr(struct, field, array)
         return struct
 
-    def _describe(self, robot: Robot) -> None:
+    def _describe(self, robot: JuniorHardware) -> None:
         """Hand over the numbers of a robot."""
         profile, motors, sensors, to = robot.profile, robot.motors, robot.sensors, self._world.profile
         to.half_track = profile.track / 2
@@ -134,20 +135,20 @@ class Rings:
 
     def take(self) -> None:
         """Take over from the table how everybody stands; who has been given other noise begins a bout."""
-        table, world = self._table, self._world
-        world.space[0] = self._pointer(space_address(table.arena.space))
-        world.lifted[0], world.steps[0], world.outcome[0] = table.lifted, table.steps, int(table.outcome)
-        for piece, one in enumerate((table.robot.body, table.opponent)):
+        match, world = self._match, self._world
+        world.space[0] = self._pointer(space_address(match.arena.space))
+        world.lifted[0], world.steps[0], world.outcome[0] = match.lifted, match.steps, int(match.outcome)
+        for piece, one in enumerate((match.robot.body, match.opponent)):
             self._place(piece, one)
-        for piece, robot in enumerate((table.robot, table.second)):
+        for piece, robot in enumerate((match.robot, match.second)):
             if robot is not None and self._kept.get(("noise", piece)) is not robot.motors.noise:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
     def take_robots(self) -> None:
         """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
-        world, table = self._world, self._table
-        for piece, robot in enumerate((table.robot, table.second)):
+        world, match = self._world, self._match
+        for piece, robot in enumerate((match.robot, match.second)):
             if robot is not None:
                 motors = robot.motors
                 world.travel[2 * piece], world.travel[2 * piece + 1] = motors.travel_left, motors.travel_right
@@ -213,8 +214,8 @@ class Rings:
 
     def draw(self, piece: int) -> None:
         """See that a Junior has noise for a control period and for a command besides."""
-        world, table = self._world, self._table
-        robot = table.second if piece else table.robot
+        world, match = self._world, self._match
+        robot = match.second if piece else match.robot
         if robot is None:
             return
         if world.reading_at[piece] >= world.readings[piece]:
@@ -256,16 +257,16 @@ class Rings:
 
     def show(self) -> None:
         """Let the table see what a referee looks at: poses, and how the bout stands."""
-        table, world = self._table, self._world
+        match, world = self._match, self._world
         unpack = self._ffi.unpack
-        body, other = table.robot.body, table.opponent
+        body, other = match.robot.body, match.opponent
         body.x, other.x = unpack(world.x, _PIECES)
         body.y, other.y = unpack(world.y, _PIECES)
         body.angle, other.angle = unpack(world.angle, _PIECES)
         body.cos, other.cos = unpack(world.cos, _PIECES)
         body.sin, other.sin = unpack(world.sin, _PIECES)
-        table.steps, table.lifted = world.steps[0], world.lifted[0]
-        table.outcome = BoutOutcome(world.outcome[0])
+        match.steps, match.lifted = world.steps[0], world.lifted[0]
+        match.outcome = BoutOutcome(world.outcome[0])
 
     def watch(self) -> None:
         """Somebody looks at the table, and may hold on to it from now on."""
@@ -276,14 +277,14 @@ class Rings:
     def show_robots(self) -> None:
         """Let the robots on the table show what their wheels, batteries and sensors are at."""
         self.show()
-        table, world = self._table, self._world
-        for piece, one in enumerate((table.robot.body, table.opponent)):
+        match, world = self._match, self._world
+        for piece, one in enumerate((match.robot.body, match.opponent)):
             if isinstance(one, Dummy):
                 one.sliding = bool(world.sliding[piece])
             elif isinstance(one, Rover):
                 one.last = (world.last_x[piece], world.last_y[piece], world.last_angle[piece])
                 one.held = (world.held_x[piece], world.held_y[piece])
-        for piece, robot in enumerate((table.robot, table.second)):
+        for piece, robot in enumerate((match.robot, match.second)):
             if robot is None:
                 continue
             left, right = 2 * piece, 2 * piece + 1

@@ -36,7 +36,7 @@ const double *table_draw(kernel_table *table, uint32_t kind, uint32_t row, uint3
 /* Begins a way: how the wheels slip on it, and how far it is off the nose. */
 static void set_out(kernel_table *table, uint32_t row)
 {
-    const double *deviate = table_draw(table, TABLE_SLIP, row, 2);
+    const double *deviate = table_draw(table, NOISE_SLIP, row, 2);
     double drift = table->profile.drift_sd * deviate[1];
 
     table->slip[row] = 1.0 + table->profile.slip_sd * deviate[0];
@@ -167,7 +167,7 @@ static void fix(kernel_table *table)
     uint32_t row;
 
     for (row = 0; row < table->count; row++) {
-        const double *deviate = table_draw(table, TABLE_FIX, row, 4);
+        const double *deviate = table_draw(table, NOISE_FIX, row, 4);
 
         if (table->lost[row] > 0) {
             table->lost[row]--;

@@ -13,7 +13,7 @@
 
 #include "physics.h"
 
-enum { TABLE_SLIP, TABLE_FIX, TABLE_RANGE, TABLE_BOX, TABLE_GOAL, TABLE_KINDS }; /* of noise */
+enum { NOISE_SLIP, NOISE_FIX, NOISE_RANGE, NOISE_BOX, NOISE_GOAL, NOISE_KINDS }; /* of noise */
 enum { TABLE_NO_BOX, TABLE_CYLINDER, TABLE_CUBE };
 enum { TABLE_DIRECTIONS = 32, TABLE_BUMPERS = 8 };
 
@@ -37,7 +37,7 @@ typedef struct { /* standard normal deviates of one kind: `size` for each row, o
 typedef struct {
     kernel_physics physics;
     table_profile profile;
-    table_noise noise[5]; /* TABLE_KINDS of them */
+    table_noise noise[5]; /* NOISE_KINDS of them */
     double period;
     void *space;
     uint32_t count;

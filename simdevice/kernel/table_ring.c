@@ -192,7 +192,7 @@ void table_ranges(kernel_table *table, uint32_t row, uint32_t directions, double
 {
     const table_profile *profile = &table->profile;
     kernel_vector rays[TABLE_DIRECTIONS];
-    const double *deviate = table_draw(table, TABLE_RANGE, row, 2 * directions);
+    const double *deviate = table_draw(table, NOISE_RANGE, row, 2 * directions);
     uint32_t ray;
 
     table->range_robots = 0;
@@ -238,7 +238,7 @@ void table_box(kernel_table *table, uint32_t row)
     if (table->box_kind == TABLE_NO_BOX) {
         return;
     }
-    deviate = table_draw(table, TABLE_BOX, row, 2);
+    deviate = table_draw(table, NOISE_BOX, row, 2);
     gap = table_box_gap(table, table->x[row], table->y[row], &nearest);
     table->box_bearing = bearing_of(table, row, table->box_x, table->box_y, profile->box_bearing_sd * deviate[0]);
     table->box_distance = most(0.0, gap + profile->box_distance_sd * deviate[1]);
@@ -248,7 +248,7 @@ void table_goal(kernel_table *table, uint32_t row)
 {
     table->goal_bearing = NAN;
     if (table->has_goal) {
-        const double *deviate = table_draw(table, TABLE_GOAL, row, 1);
+        const double *deviate = table_draw(table, NOISE_GOAL, row, 1);
 
         table->goal_bearing = bearing_of(table, row, table->goal_x, table->goal_y, table->profile.goal_bearing_sd * deviate[0]);
     }

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
-    from simdevice.sumo.table import Robot, Table
+    from simdevice.junior.hardware import JuniorHardware
+    from simdevice.sumo.match import Match
 
 _JUNIOR = 0
 _SECOND = 1
@@ -29,31 +30,31 @@ _SECOND = 1
 class KernelWorld(World):
     """Junior, its opponent and the referee, in the kernel; arguments and attributes as of `World`, without a choice of board.
 
-    Who has asked for `table` once sees everything on it move and may move it, at the price of most of the speed. While one
+    Who has asked for `match` once sees everything on it move and may move it, at the price of most of the speed. While one
     thread lets it live, others may look at its wheels and do nothing to it.
     """
 
     device: KernelDevice
 
     @property
-    def table(self) -> Table:
+    def match(self) -> Match:
         """Bodies and rules, as of now."""
         self._rings.watch()
-        return self._table
+        return self._match
 
     def _prepare(self) -> None:
         """Make the kernel's arrays."""
-        self._rings = Rings(board_host(), self._table)
+        self._rings = Rings(board_host(), self._match)
 
     def _make_referee(self, signing: Signing | None) -> Referee:
         """Make the referee, who looks at what the kernel moves."""
-        return Referee(self._table, self._placed, look=self._rings.show, wire=self.wire, signing=signing)
+        return Referee(self._match, self._placed, look=self._rings.show, wire=self.wire, signing=signing)
 
     def _make_device(
-        self, robot: Robot, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
+        self, robot: JuniorHardware, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
     ) -> KernelDevice:
         """Make a robot that lives in the kernel."""
-        piece = _JUNIOR if robot is self._table.robot else _SECOND
+        piece = _JUNIOR if robot is self._match.robot else _SECOND
         return KernelDevice(robot, self._rings, piece, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
 
     def _placed(self) -> None:
@@ -100,7 +101,7 @@ class KernelWorld(World):
             self._ticks += done
             sent = device.end(done, stop) if stop or device.faulty else b""
             if stop & rings.decided:
-                self._table.outcome = BoutOutcome(rings.outcome)
+                self._match.outcome = BoutOutcome(rings.outcome)
                 quiet = 0
             if referee is not None:
                 referee.skip(done - (done > quiet))

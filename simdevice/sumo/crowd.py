@@ -19,8 +19,8 @@ from simdevice.boards import NVM_SIZE
 from simdevice.emulation import run_single_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.period import PERIOD
-from simdevice.sumo.table import Table
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.match import Match
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -70,7 +70,7 @@ def image_of(system: int) -> bytes:
     Returns:
         An image of the EEPROM.
     """
-    device = VirtualDevice(Table().robot, uid=1)
+    device = VirtualDevice(Match().robot, uid=1)
     host = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
     device.step(host.encode(ParamSet(NEW_SYSTEM, ROBOT_COMPONENT, "SYS_ID", float(system))))
     for _ in range(_WRITING):

@@ -1,4 +1,4 @@
-"""A whole emulated bout behind one `step`: table, firmware, referee, and one clock."""
+"""A whole emulated bout behind one `step`: match, firmware, referee, and one clock."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from simdevice.junior.device import VirtualDevice
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.second import Keeper
 from simdevice.period import PERIOD
+from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.referee import Referee
-from simdevice.sumo.table import Stream, Table, stream
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from simdevice.board_interface import BoardMaker
     from simdevice.boards import Host
-    from simdevice.sumo.table import Robot
+    from simdevice.junior.hardware import JuniorHardware
 
 
 class World:
@@ -73,11 +73,11 @@ class World:
         self._seed = seed
         self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
-        self._table = Table(opponent, seed, self._profile)
+        self._match = Match(opponent, seed, self._profile)
         self._prepare()
         self.wire = wire
         self._faults = faults
-        self.device = self._device(self._table.robot, nvm, host, wire, board, start_held=start_held)
+        self.device = self._device(self._match.robot, nvm, host, wire, board, start_held=start_held)
         signing = None
         if signing_key is not None:
             self.device.give_key(signing_key)
@@ -88,15 +88,15 @@ class World:
         self._placed()
 
     def _prepare(self) -> None:
-        """The table stands, and there is no board on it yet."""
+        """Bodies stand in the ring, and there is no board in them yet."""
 
     def _make_referee(self, signing: Signing | None) -> Referee:
         """Make the referee."""
-        return Referee(self._table, self._placed, wire=self.wire, signing=signing)
+        return Referee(self._match, self._placed, wire=self.wire, signing=signing)
 
     def _device(
         self,
-        robot: Robot,
+        robot: JuniorHardware,
         nvm: bytes | None = None,
         host: Host | None = None,
         wire: str = MAVLINK,
@@ -105,8 +105,8 @@ class World:
         start_held: bool = False,
     ) -> VirtualDevice:
         """Put a board into a robot."""
-        first = robot is self._table.robot
-        identity = stream(self._seed, Stream.IDENTITY).integers(1, 2**62)
+        first = robot is self._match.robot
+        identity = stream(self._seed, Purpose.IDENTITY).integers(1, 2**62)
         uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
         faults = self._faults if first else None
         if board is not None or host is not None:
@@ -116,27 +116,27 @@ class World:
         return self._make_device(robot, uid, nvm, wire, faults, start_held=start_held)
 
     def _make_device(
-        self, robot: Robot, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
+        self, robot: JuniorHardware, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
     ) -> VirtualDevice:
         """Make a robot with a board in this process."""
         return VirtualDevice(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
-        table = self._table
-        self.device.other = table.opponent
-        if table.second is None or table.opponent is not table.second.body:
+        match = self._match
+        self.device.other = match.opponent
+        if match.second is None or match.opponent is not match.second.body:
             self._keeper.rest()
             return
         if self._second is None:
-            self._second = self._device(table.second)
-        self._second.other = table.robot.body
+            self._second = self._device(match.second)
+        self._second.other = match.robot.body
         self._keeper.begin()
 
     @property
-    def table(self) -> Table:
+    def match(self) -> Match:
         """Bodies and rules."""
-        return self._table
+        return self._match
 
     def now(self) -> float:
         """Time of the emulation, in s."""
@@ -158,13 +158,13 @@ class World:
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
         check_periods(periods)
-        undecided = self._table.outcome
+        undecided = self._match.outcome
         for _ in range(periods):
             sent = self.step(inbound)
             inbound = b""
             if sent:
                 return [(self.now(), sent)]
-            if self._table.outcome is not undecided or not self.device.uptime:
+            if self._match.outcome is not undecided or not self.device.uptime:
                 break  # decided or rebooted
         return []
 
@@ -180,69 +180,16 @@ class World:
         device = self.device
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
-        lifted = self._table.lifted > 0
+        lifted = self._match.lifted > 0
         if self.room is not None:
             device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
         if self._second is not None and self._second.other is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
-        self._table.step()
+        self._match.step()
         self._ticks += 1
         if referee is None:
             return sent
         referee.follow(device.system)
         sent += answers
         return sent + referee.report(self._ticks * PERIOD, None if self.room is None else self.room - len(sent))
-
-
-def junior_world(
-    *,
-    opponent: str = "flat-light",
-    seed: int = 1,
-    referee: bool = True,
-    profile: JuniorProfile | None = None,
-    nvm: bytes | None = None,
-    host: Host | None = None,
-    wire: str = MAVLINK,
-    faults: FaultSpec | None = None,
-    board: BoardMaker | None = None,
-    signing_key: SigningKey | None = None,
-    start_held: bool = False,
-) -> World:
-    """An emulated Junior on the sumo ring.
-
-    Args:
-        opponent: `flat-light`, `flat-heavy`, `curved-light`, `corner-light`, `point-light` or `junior`.
-        seed: Seed of everything random.
-        referee: There is a referee on the wire.
-        profile: The device's numbers; None are the defaults.
-        nvm: Image of Junior's EEPROM; None is a new robot.
-        host: Build of the firmware that Junior runs; None is the one that comes with the package.
-        wire: `mavlink`, or `can` for CAN frames in serial form.
-        faults: What goes wrong with Junior, by the world's time; None is nothing.
-        board: Makes Junior's board, as `AvrBoard` does; None is one in this process.
-        signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
-        start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
-
-    Returns:
-        A world at time 0, with everybody at a start pose. Its control periods run in the kernel, or with another board or
-        another build of the firmware in Python; both say the same at the same time.
-
-    Raises:
-        ValueError: There is no opponent of this name, or the image has a wrong size.
-    """
-    from simdevice.kernel.world import KernelWorld  # noqa: PLC0415 - a KernelWorld is a World
-
-    return (World if board is not None or host is not None else KernelWorld)(
-        opponent=opponent,
-        seed=seed,
-        referee=referee,
-        profile=profile,
-        nvm=nvm,
-        host=host,
-        wire=wire,
-        faults=faults,
-        board=board,
-        signing_key=signing_key,
-        start_held=start_held,
-    )

@@ -37,7 +37,7 @@ _BOXES: Final = (None, "cylinder", "cube")
 
 
 @dataclass(frozen=True)
-class TableState:
+class TableSight:
     """What TABLE_STATE tells.
 
     Attributes:
@@ -54,7 +54,7 @@ class TableState:
 
 
 @dataclass(frozen=True)
-class Ring:
+class RingReading:
     """What a robot's ring has read: of each robot around, in the order of rows.
 
     Attributes:
@@ -310,7 +310,7 @@ class SwarmTable:
             noise.refill()
         self.arrays.struct.wanting = 0
 
-    def ring(self, row: int, radius: float, *, step: float = 0.0, limit: float = math.inf) -> Ring:
+    def ring(self, row: int, radius: float, *, step: float = 0.0, limit: float = math.inf) -> RingReading:
         """Read a robot's ring.
 
         Args:
@@ -324,7 +324,7 @@ class SwarmTable:
         arrays.lib.table_ring(arrays.struct, row, radius, step, limit)
         found = arrays.struct.found
         rows = arrays.found_row[:found].copy()
-        return Ring(rows, arrays.group[rows], arrays.found_bearing[:found].copy(), arrays.found_distance[:found].copy())
+        return RingReading(rows, arrays.group[rows], arrays.found_bearing[:found].copy(), arrays.found_distance[:found].copy())
 
     def ranges(self, row: int, directions: int, farthest: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """Read the distances to whatever stands around a robot, from its centre.
@@ -367,14 +367,14 @@ class SwarmTable:
         self.arrays.lib.table_contacts(self.arrays.struct)
         return self.arrays.bump.copy()
 
-    def state(self) -> TableState:
+    def state(self) -> TableSight:
         """What TABLE_STATE tells, as of now."""
         struct = self.arrays.struct
         self.contacts()
         touch = self.arrays.touch[:16] if struct.box_kind else np.zeros(16, np.uint8)
         heading = math.remainder(struct.box_angle, math.tau)
         contacts = int(np.packbits(touch.astype(bool), bitorder="little").astype(np.uint16) @ [1, 256][: (len(touch) + 7) // 8])
-        return TableState((struct.box_x, struct.box_y, heading), (struct.goal_x, struct.goal_y), contacts, self.resets)
+        return TableSight((struct.box_x, struct.box_y, heading), (struct.goal_x, struct.goal_y), contacts, self.resets)
 
 
 def _check(x: float, y: float, heading: float) -> None:

@@ -82,6 +82,7 @@ class ScriptedRobot:
         version: Protocol version, major and minor.
         boots: Times it has started.
         uid: Its unique id; 0 says none.
+        product: Its kind, as product_id; 0 is a Junior.
         silent: It sends nothing.
         deaf: Messages for which this says True are ignored.
         mute: Messages of its own for which this says True are not sent.
@@ -94,6 +95,7 @@ class ScriptedRobot:
     version: tuple[int, int] = (2, 0)
     boots: int = 1
     uid: int = 0
+    product: int = 0
     silent: bool = False
     deaf: Callable[[Message], bool] = lambda _: False
     mute: Callable[[Message], bool] = lambda _: False
@@ -208,7 +210,7 @@ class ScriptedRobot:
                 match int(command.param1):
                     case AutopilotVersion.ID:
                         major, minor = self.version
-                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid)
+                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid, product_id=self.product)
                     case RobotStatus.ID:
                         reply = self.status()
                     case Heartbeat.ID:
