@@ -30,6 +30,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import connect
 from simdevice.serving.endpoints import Endpoint, open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -138,7 +139,8 @@ class Driven:
     """
 
     def __init__(self, wire: str, clock: MonotonicClock) -> None:
-        self._world = junior_world(referee=False, wire=wire)
+        self._world = junior_world(WorldSettings(referee=False, wire=wire))
+        self.period = self._world.period
         self._clock = clock
         self.off: float | None = None
 

@@ -8,7 +8,6 @@ from firmware_protocol.wire.can_layout import NODE_MASK
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.boards import Board
 from simdevice.junior.faults import DeviceFaults
-from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
@@ -58,10 +57,13 @@ class VirtualDevice:
     ) -> None:
         profile = robot.profile
         self._robot = robot
+        self._period_us = round(robot.body.period * 1e6)
         self.other: Piece | None = None
         self.system = 1
         self._wire = wire
-        self._faults = DeviceFaults(faults, self._battery()) if faults is not None and faults.of_device else None
+        self._faults: DeviceFaults | None = None
+        if faults is not None and faults.of_device:
+            self._faults = DeviceFaults(faults, self._battery(), robot.body.period)
         if board is not None:
             self._board: BoardInterface = board(uid=uid, nvm=nvm)
         else:
@@ -189,7 +191,7 @@ class VirtualDevice:
                 self.power_cycle()
             sent = board.tick(self._micros, inbound, faults.read(sensors), motors, robot.body.ground)
             left, right = faults.wheels(board.wheel_left, board.wheel_right)
-        self._micros += PERIOD_US
+        self._micros += self._period_us
         if not lifted:
             motors.command(left, right)
         if sent:

@@ -9,7 +9,6 @@ from simdevice.junior.device import VirtualDevice
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
-    from simdevice.boards import Host
     from simdevice.junior.faults import Battery
     from simdevice.kernel.rings import Rings
     from simdevice.sumo.table import Robot
@@ -38,14 +37,13 @@ class KernelDevice(VirtualDevice):
         uid: int,
         wire: str,
         nvm: bytes | None = None,
-        host: Host | None = None,
         faults: FaultSpec | None = None,
         start_held: bool = False,
     ) -> None:
         self._rings = rings
         self._piece = piece
         self.faulty = faults is not None and bool(faults.of_device)
-        super().__init__(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, start_held=start_held)
+        super().__init__(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
         assert isinstance(self._board, Board)
         self._struct = self._board.robot
         rings.devices.robot[piece] = self._struct

@@ -14,7 +14,6 @@ from simdevice.arena import Dummy, Rover
 from simdevice.junior.sensors import draw_noise
 from simdevice.kernel.chipmunk import FUNCTIONS, body_address, joint_address, space_address
 from simdevice.outline import NOTHING
-from simdevice.period import PERIOD, PERIOD_US
 from simdevice.sumo.table import TIME_LIMIT
 
 if TYPE_CHECKING:
@@ -92,9 +91,9 @@ class Rings:
         self._run, self._stop = self.lib.kernel_run, self.loop.stop
         self.sent_something, self.decided = self.lib.KERNEL_SENT, self.lib.KERNEL_DECIDED
         self.rebooted = self.lib.KERNEL_REBOOTED
-        self.devices.period_us = PERIOD_US
+        self.devices.period_us = round(table.period * 1e6)
         world = self._world
-        world.period, world.time_limit = PERIOD, TIME_LIMIT
+        world.period, world.time_limit = table.period, TIME_LIMIT
         world.half_x, world.half_y = table.half_x, table.half_y
         for field, address in FUNCTIONS.items():
             function = ffi.cast(ffi.typeof(getattr(world.physics, field)), address)

@@ -12,14 +12,13 @@ from simdevice.boards import board_host
 from simdevice.emulation import check_periods
 from simdevice.kernel.device import KernelDevice
 from simdevice.kernel.rings import Rings
-from simdevice.period import PERIOD
 from simdevice.sumo.referee import Referee
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
+    from simdevice.sumo.settings import WorldSettings
     from simdevice.sumo.table import Robot, Table
 
 _JUNIOR = 0
@@ -49,12 +48,19 @@ class KernelWorld(World):
         """Make the referee, who looks at what the kernel moves."""
         return Referee(self._table, self._placed, look=self._rings.show, wire=self.wire, signing=signing)
 
-    def _make_device(
-        self, robot: Robot, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
-    ) -> KernelDevice:
+    def _make_device(self, robot: Robot, uid: int, settings: WorldSettings) -> KernelDevice:
         """Make a robot that lives in the kernel."""
         piece = _JUNIOR if robot is self._table.robot else _SECOND
-        return KernelDevice(robot, self._rings, piece, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
+        return KernelDevice(
+            robot,
+            self._rings,
+            piece,
+            uid=uid,
+            nvm=settings.nvm,
+            wire=settings.wire,
+            faults=settings.faults,
+            start_held=settings.start_held,
+        )
 
     def _placed(self) -> None:
         """Everybody has been put down: tell the kernel where."""
@@ -111,7 +117,7 @@ class KernelWorld(World):
                     sent += referee.report(self.now(), None if self.room is None else self.room - len(sent))
                     answers = b""
             if sent:
-                return [(self._ticks * PERIOD, sent)]
+                return [(self._ticks * self.period, sent)]
             if stop or self._ticks >= end:
                 return []
 

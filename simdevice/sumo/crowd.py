@@ -7,30 +7,25 @@ unplugged from the line (they live on, and hear nothing) or lose their power, an
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, ParamSet
 from firmware_protocol.wire.can_layout import LAST_NODE
-from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.boards import NVM_SIZE
 from simdevice.emulation import run_single_periods
 from simdevice.junior.device import VirtualDevice
-from simdevice.period import PERIOD
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.table import Table
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board_interface import BoardMaker
-    from simdevice.boards import Host
-    from simdevice.junior.profile import JuniorProfile
     from simdevice.sumo.world import World
 
 LAST_SYSTEM: Final = 254
@@ -86,17 +81,7 @@ class Crowd:
 
     Args:
         count: How many.
-        opponent: Name of everybody's opponent.
-        seed: Seed of everything random.
-        referee: There is a referee in every ring.
-        profile: The devices' numbers.
-        nvm: Images of their EEPROMs, one after the other, as `nvm` gave them; None are new robots.
-        host: Build of the firmware that they run; None is the one that comes with the package.
-        wire: What goes in and out: MAVLink, or CAN frames in serial form.
-        faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
-        board: Makes their boards, as `AvrBoard` does; None are boards in this process.
-        signing_key: Key that all of them sign with; None: each has the one in its image, if any.
-        start_held: All are switched on with their start inputs held.
+        settings: What each begins with; `nvm` holds their images one after the other. None are the defaults.
 
     Attributes:
         period: One control period, in s.
@@ -107,30 +92,15 @@ class Crowd:
         ValueError: So many can't share a line, there is no opponent of this name, or the images have a wrong size.
     """
 
-    period = PERIOD
-
-    def __init__(
-        self,
-        count: int,
-        *,
-        opponent: str = "flat-light",
-        seed: int = 1,
-        referee: bool = True,
-        profile: JuniorProfile | None = None,
-        nvm: bytes | None = None,
-        host: Host | None = None,
-        wire: str = MAVLINK,
-        faults: FaultSpec | None = None,
-        board: BoardMaker | None = None,
-        signing_key: SigningKey | None = None,
-        start_held: bool = False,
-    ) -> None:
-        most = LAST_NODE if wire == CAN else LAST_SYSTEM
+    def __init__(self, count: int, settings: WorldSettings | None = None) -> None:
+        settings = settings if settings is not None else WorldSettings()
+        self.period, self.wire = settings.period, settings.wire
+        nvm = settings.nvm
+        most = LAST_NODE if self.wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
             raise ValueError(f"1 to {most} robots can share this line, not {count}")
         if nvm is not None and len(nvm) != count * NVM_SIZE:
             raise ValueError(f"the EEPROMs of {count} robots hold {count * NVM_SIZE} bytes, the image {len(nvm)}")
-        self.wire = wire
         self._ticks = 0
         self._orders: deque[Callable[[], None]] = deque()
         self.members: dict[int, Member] = {}
@@ -139,19 +109,7 @@ class Crowd:
             image = nvm[number * NVM_SIZE : (number + 1) * NVM_SIZE] if nvm is not None else None
             if image is None and system != NEW_SYSTEM:
                 image = image_of(system)
-            world = junior_world(
-                opponent=opponent,
-                seed=seed + number,
-                referee=referee,
-                profile=profile,
-                nvm=image,
-                host=host,
-                wire=wire,
-                faults=faults,
-                board=board,
-                signing_key=signing_key,
-                start_held=start_held,
-            )
+            world = junior_world(replace(settings, seed=settings.seed + number, nvm=image))
             self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
 
     @property
@@ -161,7 +119,7 @@ class Crowd:
 
     def now(self) -> float:
         """Time of the emulation, in s."""
-        return self._ticks * PERIOD
+        return self._ticks * self.period
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until somebody sends something; see `Emulation.run`."""

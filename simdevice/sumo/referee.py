@@ -33,7 +33,6 @@ from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.wire.payload import PAYLOADS
-from simdevice.period import PERIOD
 from simdevice.sumo.table import opponent_code
 
 if TYPE_CHECKING:
@@ -170,7 +169,7 @@ class Referee:
         """Report at another interval, in us; 0 is the usual one. Never is not allowed: nobody would know how a bout ends."""
         if not 0 <= interval <= LONGEST * 1e6:
             return CommandResult.DENIED
-        self._periods = max(1, round(interval * 1e-6 / PERIOD)) if interval else REPORT_PERIODS
+        self._periods = max(1, round(interval * 1e-6 / self._table.period)) if interval else REPORT_PERIODS
         self._countdown = min(self._countdown, self._periods)
         return CommandResult.ACCEPTED
 

@@ -13,11 +13,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from simdevice.arena import Arena, Dummy, Piece, Rover
+from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece, Rover
 from simdevice.junior.motors import Motors
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.sensors import Sensors
-from simdevice.period import PERIOD
 from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 
 if TYPE_CHECKING:
@@ -112,6 +111,7 @@ class Table:
         seed: Seed of everything that is random.
         profile: Junior's numbers, and those of a second Junior.
         ring: The ring.
+        period: One control period, in s.
 
     Attributes:
         arena: The physics.
@@ -133,10 +133,11 @@ class Table:
         seed: int = 1,
         profile: JuniorProfile | None = None,
         ring: Ring | None = None,
+        period: float = CONTROL_PERIOD,
     ) -> None:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
-        self.arena = Arena(ring)
+        self.arena = Arena(ring, period)
         self.half_x, self.half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
         self.robot = Robot(self._profile, self.arena.ring, stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
         self.arena.add(self.robot.body)
@@ -160,9 +161,14 @@ class Table:
         return self.second.body
 
     @property
+    def period(self) -> float:
+        """One control period, in s."""
+        return self.arena.period
+
+    @property
     def elapsed(self) -> float:
         """Time since the bout began, in s; of one that is over, the time it took."""
-        return self.steps * PERIOD
+        return self.steps * self.period
 
     @property
     def clearance(self) -> float:

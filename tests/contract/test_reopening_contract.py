@@ -21,6 +21,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import connect
 from simdevice.serving.endpoints import Endpoint, open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Plug:
         self._usb = kind in {"usb", "slcan"}
         self.ports: list[SerialPort] = []
         self._endpoint: Endpoint = open_endpoint(self._text)
-        self._world = junior_world(referee=False, wire=self._endpoint.wire)
+        self._world = junior_world(WorldSettings(referee=False, wire=self._endpoint.wire))
         if "://" in self._text:  # a port taken by chance is kept
             self._text = self._endpoint.url.replace("udpout", "udp")
         self._serve()

@@ -21,6 +21,7 @@ from hil.cli.app import run
 from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
 from simdevice.avr.board import AvrBoard
 from simdevice.avr.build import FIRMWARE, AvrFirmware, build
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
 
 
 def subject(firmware: AvrFirmware | None = None) -> Subject:
-    world = junior_world(board=functools.partial(AvrBoard, firmware=firmware))
+    world = junior_world(WorldSettings(board=functools.partial(AvrBoard, firmware=firmware)))
     numbers = count(4711)
     return Subject(MemoryLink(world), world, session=lambda: next(numbers))
 

@@ -32,6 +32,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.parameters import PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -179,7 +180,7 @@ class Rig:
 
     def __init__(self, **options: object) -> None:
         self.made: list[Twins] = []
-        self.world = junior_world(board=self.board, **options)  # type: ignore[arg-type]
+        self.world = junior_world(WorldSettings(board=self.board, **options))  # type: ignore[arg-type]
 
     def board(self, *, uid: int, nvm: bytes | None) -> Twins:
         self.made.append(Twins(uid=uid, nvm=nvm))

@@ -25,6 +25,7 @@ from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.serving.endpoints import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def test_a_wire_that_does_not_exist_is_refused() -> None:
 def served(request: pytest.FixtureRequest) -> Iterator[str]:
     endpoint = open_endpoint(str(request.param))
     stop = threading.Event()
-    world = junior_world(seed=3, wire=endpoint.wire)
+    world = junior_world(WorldSettings(seed=3, wire=endpoint.wire))
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     yield endpoint.url
@@ -103,7 +104,7 @@ class TroubledLink(MemoryLink):
 
 
 def test_trouble_on_the_bus_reaches_the_log(tmp_path: Path) -> None:
-    world = junior_world(wire=CAN)
+    world = junior_world(WorldSettings(wire=CAN))
     path = tmp_path / "trouble.mcap"
     with Recorder(path, run={}, config={}, link="can", lockstep=True) as recorder:
         bridge = Bridge(TroubledLink(world, wire=CAN), world, taps=[recorder])

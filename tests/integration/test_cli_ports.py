@@ -19,6 +19,7 @@ from hil.cli.app import run
 from hil.connecting.places import present
 from simdevice.serving.endpoints import Endpoint, PtyEndpoint, open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def here(monkeypatch: pytest.MonkeyPatch, *ports: SerialPort) -> None:
 def served(endpoint: Endpoint, key: SigningKey | None = None) -> Iterator[str]:
     """An emulated robot in real time."""
     stop = threading.Event()
-    world = junior_world(wire=endpoint.wire, signing_key=key)
+    world = junior_world(WorldSettings(wire=endpoint.wire, signing_key=key))
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:

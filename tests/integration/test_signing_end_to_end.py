@@ -37,6 +37,7 @@ from pal_advisor.maneuvers import PalSettings
 from simdevice.serving.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def served(link: str = "pty", key: SigningKey | None = None, nvm: bytes | None =
     """An emulated robot in real time; gives its address."""
     endpoint = open_endpoint(link)
     stop = threading.Event()
-    server = Server(junior_world(signing_key=key, referee=False, nvm=nvm), endpoint, MonotonicClock())
+    server = Server(junior_world(WorldSettings(signing_key=key, referee=False, nvm=nvm)), endpoint, MonotonicClock())
     thread = threading.Thread(target=server.run, args=(stop.is_set,))
     thread.start()
     try:
@@ -119,7 +120,7 @@ def test_the_main_job_over_a_signed_pty(folder: Path, capsys: pytest.CaptureFixt
 
 @pytest.mark.parametrize("moving", [False, True])
 def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) -> None:  # noqa: FBT001
-    world = junior_world(signing_key=KEY)
+    world = junior_world(WorldSettings(signing_key=KEY))
     numbers = iter(range(1, 0x10000))
     signing = Signing(KEY, lambda: virtual_time(world.now()))
     robot = Subject(MemoryLink(world), world, session=lambda: next(numbers), signing=signing)
@@ -300,7 +301,7 @@ def test_several_robots_on_one_signed_line() -> None:
 
 def told(time: int) -> bytes:
     """The EEPROM of a robot with our key that was told one thing, signed at this time."""
-    world = junior_world(signing_key=KEY, referee=False)
+    world = junior_world(WorldSettings(signing_key=KEY, referee=False))
     world.step(signed_at(time, Ping(1, 1)))
     for _ in range(10):
         world.step(b"")
@@ -341,7 +342,7 @@ def test_all_robots_of_a_line_forget_their_time() -> None:
     images = told(TIME_LIMIT - 1) * 2
     frame = signed_codec().encode(Ping(1, 7))
     for held in (False, True):
-        crowd = Crowd(2, referee=False, nvm=images, start_held=held)
+        crowd = Crowd(2, WorldSettings(referee=False, nvm=images, start_held=held))
         for member in crowd.members.values():
             events = signed_codec(now=0).receive(member.world.step(frame), 0.0)
             assert any(isinstance(event, Received) and isinstance(event.message, Ping) for event in events) == held

@@ -18,6 +18,7 @@ from client_programs import Program
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.endpoints import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def coach(served: Served, folder: Path, *options: str) -> Program:
 
 def _serve(link: str) -> Iterator[Served]:
     endpoint = open_endpoint(link)
-    world = junior_world(referee=False)
+    world = junior_world(WorldSettings(referee=False))
     stop = threading.Event()
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()

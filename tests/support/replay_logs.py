@@ -22,6 +22,7 @@ from serving import MULTICAST, Stepped, in_thread
 from firmware_protocol.address import parse_address
 from hil.mcaplog.making.slimming import slim
 from simdevice.serving.endpoints import TcpEndpoint, open_endpoint
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Robot(Stepped):
     """
 
     def __init__(self, wire: str) -> None:
-        self.world: World = junior_world(wire=wire, seed=4)
+        self.world: World = junior_world(WorldSettings(wire=wire, seed=4))
         super().__init__(self.world)
 
     @property

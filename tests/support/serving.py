@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.endpoints import open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ class Stepped:
 
     def __init__(self, world: Steppable) -> None:
         self._served = world
+        self.period = world.period
         self._stepped = threading.Condition()
 
     def step(self, inbound: bytes) -> bytes:
@@ -87,5 +89,5 @@ def served(link: str, world: World | None = None) -> Iterator[str]:
         The address at which it answers.
     """
     endpoint = open_endpoint(link)
-    with in_thread(world or junior_world(wire=endpoint.wire), endpoint):
+    with in_thread(world or junior_world(WorldSettings(wire=endpoint.wire)), endpoint):
         yield endpoint.url

@@ -32,9 +32,9 @@ from simdevice.kernel import chipmunk
 from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
 from simdevice.outline import Outline
-from simdevice.period import PERIOD
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def test_everything_emulated_keeps_the_one_contract() -> None:
     robots: list[Powered] = [World(), KernelWorld()]
     line: list[Emulation] = [*robots, Crowd(2), DisturbedWorld(KernelWorld(), FaultSpec(), 1)]
     for emulation in line:
-        assert emulation.period == PERIOD
+        assert emulation.period == WorldSettings().period
         chunks = emulation.run(b"", 400)
         assert [time for time, _ in chunks] == [emulation.now()]
         assert chunks[0][1]
@@ -67,7 +67,7 @@ def test_it_comes_back_when_something_is_sent_and_not_before(make: type[World]) 
         sent = by_steps.step(b"")
         steps += 1
     assert at_once.run(b"", steps - 1) == []
-    assert at_once.now() == pytest.approx(steps * PERIOD)
+    assert at_once.now() == pytest.approx(steps * at_once.period)
     assert at_once.run(b"", 1) == [(by_steps.now(), sent)]
 
 
@@ -79,16 +79,16 @@ def test_no_control_periods_are_none_that_can_be_asked_for(make: type[World]) ->
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
 def test_it_comes_back_when_a_bout_is_decided_though_nobody_says_so(make: type[World]) -> None:
-    world = make(referee=False)
+    world = make(WorldSettings(referee=False))
     while world.table.outcome is BoutOutcome.UNDECIDED:
         assert world.now() < 15.1
         world.run(b"", 10_000)
-    assert world.now() == pytest.approx(15.0 + 4 * PERIOD)  # a draw, after everybody has been put down
+    assert world.now() == pytest.approx(15.0 + 4 * world.period)  # a draw, after everybody has been put down
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
 def test_it_comes_back_when_the_robot_boots_again(make: type[World]) -> None:
-    world = make(referee=False)
+    world = make(WorldSettings(referee=False))
     world.run(CODEC.encode(CommandLong(1, 1, Command.PREFLIGHT_REBOOT, param1=1.0)), 200)
     for _ in range(100):
         if not world.device.uptime:
@@ -99,11 +99,11 @@ def test_it_comes_back_when_the_robot_boots_again(make: type[World]) -> None:
 
 def test_a_board_of_another_kind_is_run_by_the_python_world() -> None:
     assert type(junior_world()) is KernelWorld
-    assert type(junior_world(host=board_host())) is World
+    assert type(junior_world(WorldSettings(host=board_host()))) is World
 
 
 def test_a_crowd_says_the_same_in_the_kernel() -> None:
-    kernel, oracle = Crowd(3, seed=5), Crowd(3, seed=5, host=board_host())
+    kernel, oracle = Crowd(3, WorldSettings(seed=5)), Crowd(3, WorldSettings(seed=5, host=board_host()))
     for number in range(600):
         data = CODEC.encode(RobotAlive(7)) if number % 8 == 0 else b""
         if number == 100:
@@ -134,7 +134,7 @@ def test_who_moves_what_is_on_the_table_moves_it_in_the_kernel(watched: bool) ->
 
 
 def test_what_is_held_on_to_is_kept_up_to_date() -> None:
-    world = KernelWorld(seed=3)
+    world = KernelWorld(WorldSettings(seed=3))
     body, sensors = world.table.robot.body, world.device.robot.sensors
     body.place(0.2, 0.1, 0.0)
     world.table.opponent.place(0.05, 0.1, 0.0)
