@@ -23,7 +23,7 @@ from hil.bridge.bridge import Bridge
 from hil.sumo.bouts import play
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
-from simdevice.kernel.rings import Rings
+from simdevice.kernel.world import KernelWorld
 from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World, junior_world
 
@@ -113,6 +113,11 @@ def part(owner: Any, name: str, world: World, calls: list[tuple[bytes, int]]) ->
     return world.now() / spent
 
 
+def in_kernel(world: KernelWorld, calls: list[tuple[bytes, int]]) -> float:
+    """The same, of what runs in C."""
+    return part(world.arrays, "run", world, calls)
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -125,7 +130,7 @@ def main() -> None:
     said = said_by_host(opponent, options.bouts)
     rows: dict[str, Callable[[], float]] = {
         DEVICE: lambda: device(junior_world(WorldSettings(opponent=opponent)), said),
-        KERNEL: lambda: part(Rings, "run", junior_world(WorldSettings(opponent=opponent)), said),
+        KERNEL: lambda: in_kernel(KernelWorld(WorldSettings(opponent=opponent)), said),
         PYTHON: lambda: device(World(WorldSettings(opponent=opponent)), said),
         STEPS: lambda: part(pymunk.Space, "step", World(WorldSettings(opponent=opponent)), said),
         FLOOR: lambda: physics(opponent, 100.0, bare=True),

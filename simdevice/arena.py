@@ -293,6 +293,10 @@ class Arena:
         piece.join(self.space, self.period)
         self.pieces.append(piece)
 
+    def others(self, piece: Piece) -> tuple[Piece, ...]:
+        """Everything in it but this piece, in the order of entry."""
+        return tuple(other for other in self.pieces if other is not piece)
+
     def remove(self, piece: Piece) -> None:
         """Take a piece away."""
         piece.leave(self.space)

@@ -83,7 +83,7 @@ class MavlinkCodec:
 
     def reset(self) -> None:
         """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
-        self._sequence = 0
+        self.sequence = 0
         self._buffer = b""
         self._stamp = float("-inf")
         self._junk = b""
@@ -110,10 +110,10 @@ class MavlinkCodec:
         full = payload.pack(message)
         body = full.rstrip(b"\0") or full[:1]
         frame = (
-            _HEADER.pack(MARKER, len(body), 0, 0, self._sequence, self.system, self.component, number & 0xFFFF, number >> 16)
+            _HEADER.pack(MARKER, len(body), 0, 0, self.sequence, self.system, self.component, number & 0xFFFF, number >> 16)
             + body
         )
-        self._sequence = (self._sequence + 1) & 0xFF
+        self.sequence = (self.sequence + 1) & 0xFF
         return frame + _CHECKSUM.pack(mcrf4xx(frame[1:] + extra))
 
     def receive(self, data: bytes, now: float) -> list[Received | Rejected]:

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from simdevice.junior.faults import Battery
     from simdevice.sumo.table import Robot
 
-_SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
+SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
 """Where a frame carries the sender's system id, by wire."""
-_SYSTEM_MASK: Final = {MAVLINK: 255, CAN: NODE_MASK}
+SYSTEM_MASK: Final = {MAVLINK: 255, CAN: NODE_MASK}
 """The bits of that byte that are the id."""
 
 
@@ -38,9 +38,8 @@ class VirtualDevice:
         start_held: The start input is held while it is switched on for the first time, and then let go.
 
     Attributes:
-        other: What its eyes and arms may meet.
+        others: What its eyes and arms may meet.
         powered: It is switched on.
-        system: System id it uses on the wire, as its frames say.
     """
 
     def __init__(
@@ -58,8 +57,8 @@ class VirtualDevice:
         profile = robot.profile
         self._robot = robot
         self._period_us = round(robot.body.period * 1e6)
-        self.other: Piece | None = None
-        self.system = 1
+        self.others: tuple[Piece, ...] = ()
+        self._system = 1
         self._wire = wire
         self._faults: DeviceFaults | None = None
         if faults is not None and faults.of_device:
@@ -87,6 +86,11 @@ class VirtualDevice:
     def wheels(self) -> tuple[float, float]:
         """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
         return self._board.wheel_left / 1000, self._board.wheel_right / 1000
+
+    @property
+    def system(self) -> int:
+        """System id it uses on the wire, as its frames say."""
+        return self._system
 
     @property
     def nvm(self) -> bytes:
@@ -157,7 +161,7 @@ class VirtualDevice:
             sent: Bytes that it has sent in one control period.
         """
         if self._fresh:
-            self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
+            self._system = sent[SYSTEM_BYTE[self._wire]] & SYSTEM_MASK[self._wire]
             self._fresh = False
 
     def step(self, inbound: bytes, *, lifted: bool = False) -> bytes:
@@ -175,7 +179,7 @@ class VirtualDevice:
         robot = self._robot
         board = self._board
         sensors = robot.sensors
-        sensors.sample(None if lifted else self.other)
+        sensors.sample(() if lifted else self.others)
         motors = robot.motors
         faults = self._faults
         if faults is None:

@@ -252,7 +252,7 @@ class Table:
         self.reset(seed)
         robot = self.robot
         while self.outcome is BoutOutcome.UNDECIDED:
-            robot.sensors.sample(None if self.lifted else self.opponent)
+            robot.sensors.sample(() if self.lifted else (self.opponent,))
             left, right = controller(robot.sensors, self.elapsed)
             robot.motors.command(round(1000 * left), round(1000 * right))
             self.step()

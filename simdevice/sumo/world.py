@@ -91,13 +91,13 @@ class World:
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
         table = self._table
-        self.device.other = table.opponent
+        self.device.others = table.arena.others(table.robot.body)
         if table.second is None or table.opponent is not table.second.body:
             self._keeper.rest()
             return
         if self._second is None:
             self._second = self._device(table.second)
-        self._second.other = table.robot.body
+        self._second.others = table.arena.others(table.second.body)
         self._keeper.begin()
 
     @property
@@ -151,7 +151,7 @@ class World:
         if self.room is not None:
             device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
-        if self._second is not None and self._second.other is not None and self._keeper.playing:
+        if self._second is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
         self._table.step()
         self._ticks += 1

@@ -99,7 +99,7 @@ class Twins:
         assert self.kernel.now() == self.oracle.now()
         assert self.kernel.nvm == self.oracle.nvm
         assert looks(self.kernel) == looks(self.oracle)
-        self.kernel._rings.watched = self.watched
+        self.kernel._ring.watched = self.watched
 
 
 def looks(world: World) -> dict[str, object]:

@@ -125,11 +125,11 @@ def test_who_moves_what_is_on_the_table_moves_it_in_the_kernel(watched: bool) ->
     for world in (twins.oracle, twins.kernel):
         world.table.robot.body.place(0.0, -0.1, 1.2)
         world.table.opponent.place(0.1, 0.05, 0.3)
-    twins.kernel._rings.watched = True
+    twins.kernel._ring.watched = True
     twins.live(b"", 50)
     for world in (twins.oracle, twins.kernel):
         world.table.reset(8)
-    twins.kernel._rings.watched = True
+    twins.kernel._ring.watched = True
     twins.live(b"", 50)
 
 
@@ -176,7 +176,7 @@ def test_any_change_is_noticed(tmp_path: Path, name: str) -> None:
 
 
 def test_neither_the_world_nor_the_devices_know_the_other() -> None:
-    for name in ("order.h", "outline.h", "outline.c", "world.h", "world.c", "sensors.c"):
+    for name in ("order.h", "outline.h", "outline.c", "world.h", "world.c", "sensors.c", "referee.h", "referee.c"):
         text = (KERNEL / name).read_text(encoding="utf-8")
         assert "host" not in text, name
         assert "devices" not in text, name
