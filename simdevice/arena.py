@@ -274,10 +274,10 @@ class Arena:
         x = self.ring.width / 2 + self.ring.rim
         y = self.ring.height / 2 + self.ring.rim
         corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
-        for i in range(4):
-            wall = pymunk.Segment(space.static_body, corners[i - 1], corners[i], 0.01)
+        walls = [pymunk.Segment(space.static_body, corners[i - 1], corners[i], 0.01) for i in range(4)]
+        for wall in walls:
             wall.friction = 1.0
-            space.add(wall)
+        space.add(*walls)
         return space
 
     def clear_memory(self) -> None:

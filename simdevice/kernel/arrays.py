@@ -17,6 +17,10 @@ SENSORS: Final = 6
 MANY: Final = 2**24 - 1
 """Control periods: the most that can be asked of the loop at a time."""
 ANY_ROOM: Final = 2**32 - 1
+_WHY: Final = 56
+_LIVED: Final = 32
+_LENGTH: Final = 2**32 - 1
+"""Where in the loop's answer it says why it came back, and how many periods were lived; what of it are bytes said."""
 _WORDS: Final = 4096
 """Bytes that a ring says at most in a control period, its referee's answers apart."""
 
@@ -135,7 +139,7 @@ class Arrays:
             loop.room[number] = ANY_ROOM
         self._make_room(0)
         self.run, self._asked, self._unpack = self.lib.kernel_run, self.lib.kernel_asked, ffi.unpack
-        self._due, self._noise = self.lib.KERNEL_DUE, self.lib.KERNEL_NOISE
+        self._due, self._noise = self.lib.KERNEL_DUE << _WHY, self.lib.KERNEL_NOISE << _WHY
 
     def _made(self, name: str) -> Any:  # noqa: ANN401 - a struct of cffi
         """A struct whose pointers point to arrays, all zero, that are long enough for whatever they hold of a ring."""
@@ -179,26 +183,29 @@ class Arrays:
         if inbound and self._asked(self.loop, inbound, len(inbound)):
             self._answer(inbound)
         while True:
-            most = min(MANY, periods)
-            for one in self.attended:
-                most = min(most, one.begin())
-            why = self.run(self.loop, inbound, len(inbound), most)
-            while not (done := why >> 32 & MANY):
-                self._draw()
-                why = self.run(self.loop, inbound, len(inbound), most)
-            for one in self.attended:
-                one.skip(done)
-            length, why = why & 0xFFFFFFFF, why >> 56
+            why = self._run_attended(inbound, periods) if self.attended else self.run(self.loop, inbound, len(inbound), periods)
+            length = why & _LENGTH
             if why & self._due:
                 return self._with_reports(length)
             if length:
                 return self._unpack(self._words, length)  # type: ignore[no-any-return]
-            periods -= done
-            if why & ~self._noise or not periods:
+            if not why & self._noise:
                 return b""
-            if why:
-                self._draw()
-            inbound = b""
+            self._draw()
+            if lived := why >> _LIVED & MANY:
+                periods -= lived
+                inbound = b""
+
+    def _run_attended(self, inbound: bytes, periods: int) -> int:
+        """Run the loop where some are to be asked before."""
+        most = min(periods, *[one.begin() for one in self.attended])
+        why = self.run(self.loop, inbound, len(inbound), most)
+        while not (lived := why >> _LIVED & MANY):  # without noise nobody has lived at all
+            self._draw()
+            why = self.run(self.loop, inbound, len(inbound), most)
+        for one in self.attended:
+            one.skip(lived)
+        return why if why >> _WHY or lived == periods else why | self._noise  # not over yet: as where only noise is lacking
 
     def _stopped(self, why: int) -> list[int]:
         """Numbers of the rings in whose `stop` this is."""
@@ -214,13 +221,13 @@ class Arrays:
 
     def _draw(self) -> None:
         """Draw noise where it has been used up."""
-        for number in self._stopped(self._noise):
+        for number in self._stopped(self.lib.KERNEL_NOISE):
             self.rings[number].draw()
 
     def _with_reports(self, length: int) -> bytes:
         """What has been said, each referee's report behind the words of its ring."""
         words, pieces, at = self._unpack(self._words, length) if length else b"", [], 0
-        for number in self._stopped(self._due):
+        for number in self._stopped(self.lib.KERNEL_DUE):
             end = self.loop.end[number]
             pieces.append(words[at:end])
             report = self.rings[number].report()

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from simdevice.emulation import check_periods
-from simdevice.kernel.arrays import ANY_ROOM, Arrays
+from simdevice.kernel.arrays import ANY_ROOM, MANY, Arrays
 from simdevice.kernel.device import KernelDevice
 from simdevice.kernel.referee import KernelReferee
 from simdevice.kernel.ring import KernelRing
@@ -49,7 +49,7 @@ class KernelWorld(World):
     def __init__(self, settings: WorldSettings | None = None, arrays: Arrays | None = None, number: int = 0) -> None:
         self.arrays = arrays if arrays is not None else Arrays(1)
         self._number = number
-        self._clock = self.arrays.loop.ticks
+        self._clock, self._live = self.arrays.loop.ticks, self.arrays.live
         super().__init__(settings)
         self.arrays.rings.append(self)
         self._attend()
@@ -106,16 +106,19 @@ class KernelWorld(World):
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
-        if periods < 1:
+        if not 0 < periods <= MANY:
             check_periods(periods)
-        room = self.room
-        if room is not None:
-            self.device.limit(room)
-            self.arrays.loop.room[self._number] = max(room, 0)
-        said = self.arrays.live(inbound, periods)
-        if room is not None:
-            self.arrays.loop.room[self._number] = ANY_ROOM
+            periods = MANY
+        said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
         return [(self._clock[self._number] * self.period, said)] if said else []
+
+    def _live_within(self, room: int, inbound: bytes, periods: int) -> bytes:
+        """Live, and say no more than this many bytes."""
+        self.device.limit(room)
+        self.arrays.loop.room[self._number] = max(room, 0)
+        said = self._live(inbound, periods)
+        self.arrays.loop.room[self._number] = ANY_ROOM
+        return said
 
     # --- what the loop asks now and then -----------------------------------------------------------------------------
 
