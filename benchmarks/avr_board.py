@@ -24,7 +24,7 @@ from simdevice.avr.board import AvrBoard
 from simdevice.boards import Board
 
 if TYPE_CHECKING:
-    from simdevice.board_interface import BoardInterface
+    from simdevice.boards import BoardInterface
     from simdevice.junior.faults import Readings
     from simdevice.junior.motors import Motors
 

@@ -10,8 +10,7 @@ from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.codec import SPLITTERS
-from simdevice.emulation import run_single_periods
-from simdevice.serving.server import Patient
+from simdevice.emulation import Patient, run_single_periods
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from simdevice.board_interface import BoardMaker
+    from simdevice.boards import BoardMaker
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
 

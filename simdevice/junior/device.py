@@ -13,8 +13,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.wire.signing import SigningKey
     from simdevice.arena import Piece
-    from simdevice.board_interface import BoardInterface, BoardMaker
-    from simdevice.boards import Host
+    from simdevice.boards import BoardInterface, BoardMaker, Host
     from simdevice.junior.faults import Battery
     from simdevice.sumo.table import Robot
 

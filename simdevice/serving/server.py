@@ -6,9 +6,10 @@ Clock and waiting are arguments, so that the loop can be tested without any time
 from __future__ import annotations
 
 import select
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.links.memory import Runnable
+from simdevice.emulation import Patient
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,17 +38,6 @@ class Steppable(Protocol):
     def step(self, inbound: bytes) -> bytes:
         """Advance by one control period."""
         ...
-
-
-@runtime_checkable
-class Patient(Protocol):
-    """What can be served, and says no more than its line takes.
-
-    Attributes:
-        room: Bytes that its line takes in the next control period; None: any number.
-    """
-
-    room: int | None
 
 
 def wait_readable(files: list[int], timeout: float) -> None:

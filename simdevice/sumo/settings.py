@@ -12,8 +12,7 @@ from simdevice.junior.profile import JuniorProfile
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board_interface import BoardMaker
-    from simdevice.boards import Host
+    from simdevice.boards import BoardMaker, Host
 
 
 @dataclass(frozen=True)
@@ -33,6 +32,9 @@ class WorldSettings:
         signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
         start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
         period: One control period, in s. The firmware is made for 5 ms.
+
+    Raises:
+        ValueError: The period takes no time.
     """
 
     opponent: str = "flat-light"
@@ -47,3 +49,7 @@ class WorldSettings:
     signing_key: SigningKey | None = None
     start_held: bool = False
     period: float = CONTROL_PERIOD
+
+    def __post_init__(self) -> None:
+        if not self.period > 0.0:
+            raise ValueError(f"a control period is longer than 0 s, not {self.period:g} s")

@@ -19,7 +19,6 @@ from pymunk._chipmunk_cffi import ffi as chipmunk_ffi
 from pymunk._chipmunk_cffi import lib as chipmunk_lib
 
 from firmware_protocol.errors import FirmwareBuildError, PhysicsVersionError
-from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.firmware.build_host import INCLUDES, ROOT
 from firmware_protocol.firmware.fit import check_digest
 from firmware_protocol.firmware.headers import make_headers
@@ -27,7 +26,6 @@ from firmware_protocol.messages import BoutOutcome, Command, CommandLong, ParamS
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import lib
 from simdevice.boards import board_host
-from simdevice.disturbed import DisturbedWorld
 from simdevice.kernel import chipmunk
 from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
@@ -40,22 +38,11 @@ from simdevice.sumo.world import World, junior_world
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from simdevice.emulation import Emulation, Powered
 
 CODEC = MavlinkCodec(system=255, component=190)
 
 
 # --- when it comes back ----------------------------------------------------------------------------------------------
-
-
-def test_everything_emulated_keeps_the_one_contract() -> None:
-    robots: list[Powered] = [World(), KernelWorld()]
-    line: list[Emulation] = [*robots, Crowd(2), DisturbedWorld(KernelWorld(), FaultSpec(), 1)]
-    for emulation in line:
-        assert emulation.period == WorldSettings().period
-        chunks = emulation.run(b"", 400)
-        assert [time for time, _ in chunks] == [emulation.now()]
-        assert chunks[0][1]
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
@@ -69,12 +56,6 @@ def test_it_comes_back_when_something_is_sent_and_not_before(make: type[World]) 
     assert at_once.run(b"", steps - 1) == []
     assert at_once.now() == pytest.approx(steps * at_once.period)
     assert at_once.run(b"", 1) == [(by_steps.now(), sent)]
-
-
-@pytest.mark.parametrize("make", [World, KernelWorld])
-def test_no_control_periods_are_none_that_can_be_asked_for(make: type[World]) -> None:
-    with pytest.raises(ValueError, match="1 or more control periods, not 0"):
-        make().run(b"", 0)
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])

@@ -67,6 +67,26 @@ def test_an_arm_presses_at_1_mm_and_releases_at_2_5_mm() -> None:
     assert readings == [(0, 0), (0, 0), (0, 0), (1, 1), (1, 1), (1, 1), (0, 0), (0, 0)]
 
 
+def test_of_several_others_an_eye_sees_the_nearest_and_an_arm_feels_any() -> None:
+    robot, block = setting()
+    post = Dummy(OPPONENTS["point-light"], 0.3)
+    block.place(0.045 + 0.3 + 0.02, 0.0, math.pi)
+    post.place(0.060 + 0.02, 0.03, 0.0)
+    alone = {}
+    for name, others in {"block": (block,), "post": (post,), "both": (block, post), "turned": (post, block)}.items():
+        sensors = setting()[0].sensors
+        sensors.sample(others)
+        alone[name] = (sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right)
+    assert alone["both"] == alone["turned"]
+    assert alone["both"][:2] == tuple(map(min, alone["block"][:2], alone["post"][:2]))
+    assert (alone["block"][2:], alone["both"][2:]) == ((0, 0), (1, 0))
+    robot.sensors.sample((block, post))
+    post.place(0.2, -0.2, 0.0)
+    robot.sensors.sample((block, post))
+    assert robot.sensors.arm_left == 0, "one that moves on is felt no more, though the other has not moved"
+    assert robot.sensors.distance_left == pytest.approx(0.3, abs=1e-3)
+
+
 def test_an_arm_feels_what_is_in_its_span_only() -> None:
     robot, post = setting(opponent="point-light")
     for y, expected in ((0.0, (1, 1)), (0.03, (1, 0)), (-0.03, (0, 1)), (0.075, (0, 0))):
