@@ -24,8 +24,9 @@ from hil.sumo.bouts import play
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
 from simdevice.kernel.world import KernelWorld
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -37,7 +37,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.recording.recorder import Recorder
 from simdevice.serving.endpoints import TcpEndpoint
 from simdevice.serving.server import Server
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from time import perf_counter_ns
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock

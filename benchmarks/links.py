@@ -26,9 +26,9 @@ import can
 import serial
 from link_ends import UP, Answer, echo, echo_frames, far_end, firmware
 
-from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.links.can_multicast import MulticastBus
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import JuniorSensors, Ping
 from firmware_protocol.wire.can_frame import CanFrame, split_records
 from firmware_protocol.wire.codec import open_codec
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.clock import Clock
+    from firmware_protocol.link import Link
 
     Trip = Callable[[], None]
     """Makes one round trip."""

@@ -30,8 +30,8 @@ import hil
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
+from simdevice.sumo.match import Match
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -65,16 +65,16 @@ def physics(opponent: str, seconds: float, *, bare: bool) -> float:
     Returns:
         Simulated seconds per wall second.
     """
-    table = Table(opponent)
+    match = Match(opponent)
     start = perf_counter()
-    for step in range(round(seconds / table.period)):
+    for step in range(round(seconds / match.period)):
         if step % 800 == 0:
-            table.reset(step)
-            table.robot.motors.command(700, 700)
+            match.reset(step)
+            match.robot.motors.command(700, 700)
         if bare:
-            table.arena.space.step(table.period)
+            match.arena.space.step(match.period)
         else:
-            table.arena.step()
+            match.arena.step()
     return seconds / (perf_counter() - start)
 
 

@@ -27,11 +27,12 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.events import PeerLost
 from firmware_protocol.links import SerialPort
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import connect
-from simdevice.serving.endpoints import Endpoint, open_endpoint
+from hil.sumo.connecting import connect
+from simdevice.serving.endpoints import Endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

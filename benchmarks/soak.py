@@ -31,17 +31,8 @@ from typing import TYPE_CHECKING, Final
 
 import hil
 from firmware_protocol.events import Event, PeerBack, PeerLost, Received, Rejected
-from firmware_protocol.faults.spec import (
-    SENSORS,
-    SIDES,
-    Brownout,
-    FaultSpec,
-    LineSpell,
-    LowBattery,
-    StuckSensor,
-    Unplug,
-    WeakWheel,
-)
+from firmware_protocol.faults.spec import FaultSpec
+from firmware_protocol.faults.spells import SENSORS, SIDES, Brownout, LineSpell, LowBattery, StuckSensor, Unplug, WeakWheel
 from firmware_protocol.links import FaultyLink, MemoryLink
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, AckResult, JuniorManeuver, RobotAck, RobotStatus
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
@@ -53,8 +44,8 @@ from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import Advice, PalSettings
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -64,8 +55,9 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
     from hil.bridge.taps import Circumstances, Opening, Tap
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
+    from simdevice.sumo.world import World
 
 PATIENCE: Final = 30.0
 """How long a lost robot is waited for, in s."""
@@ -449,9 +441,9 @@ class Stopwatch:
     def checkpoint(self, used: int, digest: str) -> None:
         """A checkpoint was due."""
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed."""
-        del trial, engagement, performance, fitness
+        del trial, encounter, performance, fitness
         self.maneuvers += 1
         self._begun = self._meter.time if self._begun is None else self._begun
         if self._meter.time - self._begun >= self._seconds:

@@ -25,9 +25,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.match import Match, opponent_code
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.table import Table, opponent_code
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -92,20 +92,20 @@ def measure(opponent: str, steps: int) -> dict[str, float]:
         for frame in frames:
             step(frame)
 
-    table = Table(opponent)
+    match = Match(opponent)
 
     def bodies() -> None:
         for step in range(steps):
             if step % BOUT_PERIODS == 0:
-                table.reset(step)
-                table.robot.motors.command(700, 700)
-            table.arena.step()
+                match.reset(step)
+                match.robot.motors.command(700, 700)
+            match.arena.step()
 
     def floor() -> None:
         for step in range(steps):
             if step % BOUT_PERIODS == 0:
-                table.reset(step)
-            table.arena.space.step(table.period)
+                match.reset(step)
+            match.arena.space.step(match.period)
 
     return {
         "World.step, and the host decoding all of it": best(everything, steps),

@@ -41,7 +41,7 @@ SYSTEM, COMPONENT = 255, 190
 """Who we are."""
 ROBOT = 1
 """Component id of the robot itself."""
-MAJOR, MINOR = 2, 0
+MAJOR, MINOR = 2, 1
 """The protocol that we speak."""
 ARM_DISARM, REQUEST_MESSAGE = 400, 512
 ALIVE_PERIOD = 0.04

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
         StreamBack,
         StreamStopped,
     )
-    from firmware_protocol.link import Link, open_link
+    from firmware_protocol.link import Link
+    from firmware_protocol.links.opening import open_link
     from firmware_protocol.peer.connection import PeerState
     from firmware_protocol.peer.exchange import Retry, Ticket
     from firmware_protocol.peer.peer import Peer
@@ -50,7 +51,7 @@ _HOMES: Final = {
     "StreamBack": "events",
     "StreamStopped": "events",
     "Ticket": "peer.exchange",
-    "open_link": "link",
+    "open_link": "links.opening",
     "parse_address": "address",
 }
 

@@ -11,6 +11,7 @@
      │    ├── VersionError              it speaks a protocol we do not
      │    ├── PeerLostError             it answered and then fell silent, restarted, or its link went away for a while
      │    │    └── PeerGoneError        and it was waited for in vain
+     │    ├── WrongRoleError            it is of another kind than what was asked for is for
      │    ├── WrongRobotError           another robot answers in the place of the one that was lost
      │    └── RefusedError              it refused a command: `reason`
      ├── FirmwareBuildError(ImportError)  the emulated robot's firmware was built from other sources: install again
@@ -89,6 +90,10 @@ class NoRobotError(PeerError):
 
 class VersionError(PeerError):
     """The robot speaks a version of the protocol that we do not."""
+
+
+class WrongRoleError(PeerError):
+    """The robot has another role than what it was to be used for needs."""
 
 
 class PeerLostError(PeerError):

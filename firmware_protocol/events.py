@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -26,8 +26,7 @@ class RejectReason(Enum):
     NO_TIME = "signed in 2100 or later: no time"
 
 
-@dataclass(frozen=True, slots=True)
-class Received:
+class Received(NamedTuple):  # there are more of these than of all others: a tuple is made in a third of the time
     """A good message.
 
     Attributes:

@@ -1,12 +1,10 @@
-"""The contract every byte link keeps, and the door through which links are opened."""
+"""The contract every byte link keeps; `links/opening.py` opens one by its address."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Self
 
-from firmware_protocol.address import EXAMPLES, parse_address
-from firmware_protocol.errors import AddressError
 from firmware_protocol.wire.fields import MAVLINK
 
 if TYPE_CHECKING:
@@ -69,44 +67,3 @@ class Link(ABC):
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
-
-
-def open_link(url: str) -> Link:
-    """Open a link that leads out of this process.
-
-    The options `system` and `node`, which select a robot, are allowed and mean nothing here.
-
-    Args:
-        url: `serial://PORT:BAUD`, `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak first),
-            `udpout://HOST:PORT` or `can://INTERFACE/CHANNEL?bitrate=RATE`. `sim://` and `replay://` are the business of
-            `hil.connect`.
-
-    Returns:
-        The open link; close it after use (it is a context manager).
-
-    Raises:
-        LinkOpenError: It could not be opened; the text says what to do.
-        AddressError: The URL is not one of these.
-    """
-    # Imported here: codecs and peer share this package and must not load serial ports and sockets.
-    from firmware_protocol.links.serial import SerialLink  # noqa: PLC0415
-    from firmware_protocol.links.tcp import TcpLink  # noqa: PLC0415
-    from firmware_protocol.links.udp import UdpLink  # noqa: PLC0415
-
-    address = parse_address(url)
-    if address.scheme == "can":
-        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can is optional
-
-        return open_can(address)
-    address.only("system", "node")
-    match address.scheme:
-        case "serial":
-            return SerialLink(url, *address.port_baud())
-        case "tcp":
-            return TcpLink(url, *address.host_port())
-        case "udpin":
-            return UdpLink(url, *address.host_port(), listen=True)
-        case "udpout":
-            return UdpLink(url, *address.host_port(), listen=False)
-        case scheme:
-            raise AddressError(url, f"no link is called {scheme!r}", f"Write for instance {EXAMPLES}")

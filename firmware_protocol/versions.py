@@ -1,8 +1,17 @@
-"""What is said of a robot that speaks another version of the protocol."""
+"""Versions of the protocol: which one both ends speak, and what is said where there is none."""
 
 from __future__ import annotations
 
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
+
+
+def spoken_minor(theirs: int) -> int:
+    """The newest minor version that both ends speak, of the major version that both have.
+
+    Args:
+        theirs: The robot's `middleware_sw_version`, in AUTOPILOT_VERSION.
+    """
+    return min(PROTOCOL_MINOR, theirs >> 16 & 0xFF)
 
 
 def other_version(version: str) -> str:

@@ -1,4 +1,4 @@
-"""The terms that robot, Pal and host share: actions, stimuli, maneuvers, and what a maneuver reported.
+"""The terms that robot, Pal and host share: actions, stimuli, maneuvers, what a maneuver reported, and a swarm's classes.
 
 This module depends on nothing but the standard library, so that the adviser can use it without knowing any wire.
 The C firmware's action table is generated from `ACTIONS` (see `firmware_protocol.generate`).
@@ -12,6 +12,15 @@ from typing import Final
 
 MAX_ACTIONS: Final = 8
 """Longest maneuver the wire and the firmware can carry, in actions."""
+
+MAX_SECTORS: Final = 16
+"""Most sectors that a micro-robot's surroundings are divided into."""
+
+MAX_RANGES: Final = 32
+"""Most directions in which a micro-robot measures ranges."""
+
+LONGEST_MOVE: Final = 60.0
+"""Longest way of one move of a micro-robot, in m."""
 
 ANY_STIMULUS: Final = 255
 """In a memory slot, "whatever the previous stimulus was"."""
@@ -215,3 +224,89 @@ class ActionTally:
     edges: tuple[int, int]
     longest_press: tuple[float, float]
     pressed_travel: float | None
+
+
+class RobotClass(IntEnum):
+    """What a micro-robot is among the others (Liu & Wu 2001, 7.2): those that surround, and those that are surrounded."""
+
+    RANGER = 0
+    WILD = 1
+
+    @property
+    def other(self) -> RobotClass:
+        """The class that this one looks out for."""
+        return RobotClass(1 - self)
+
+
+class SwarmOutcome(IntEnum):
+    """How a micro-robot's move ended. The value is the wire code."""
+
+    NONE = 0
+    """It ends no move: the observation was asked for."""
+    ARRIVED = 1
+    BLOCKED = 2
+    """Contact ahead, or wheels that stand although they are driven."""
+    STOPPED = 3
+    REFUSED = 4
+    """After it had been accepted: beyond the fence, or the position fix is lost."""
+    TIMED_OUT = 5
+    REPLACED = 6
+
+
+class MoveOption(IntFlag):
+    """Bits of the options of a micro-robot's move. The value is the wire code."""
+
+    BODY = 1
+    STOP_ON_CONTACT = 2
+    PUSH = 4
+    BACKWARD = 8
+    SENSE = 16
+    RANGES = 32
+
+
+class ObservationFlag(IntFlag):
+    """Bits of what a micro-robot observed. The value is the wire code."""
+
+    CONTACT_AHEAD = 1
+    CONTACT = 2
+    TOUCHES_BOX = 4
+    DEAD_RECKONING = 8
+    RING_NOT_READ = 16
+
+
+@dataclass(frozen=True)
+class Move:
+    """One move of a micro-robot: it turns, drives straight, turns again, and observes.
+
+    Attributes:
+        distance: Way to drive, in m; 0 turns only.
+        heading: Which way, in rad: in the arena's frame, or with `MoveOption.BODY` from the nose. None: `sector` says it.
+        sector: Number of the sector of the body along whose bisector it drives, from 1; 0: `heading` says it.
+        sectors: How many sectors there are, where `sector` is given.
+        face: Heading to turn to when there, in the arena's frame, in rad; None stays as it came.
+        speed: In m/s; 0 is the robot's MOVE_SPEED.
+        effort: Limit of the wheels' force, in percent; 0 is all of it.
+        options: What ends it, and what is sensed then.
+
+    Raises:
+        ValueError: It is said twice or not at all which way, or a value is out of range.
+    """
+
+    distance: float = 0.0
+    heading: float | None = None
+    sector: int = 0
+    sectors: int = 0
+    face: float | None = None
+    speed: float = 0.0
+    effort: int = 0
+    options: MoveOption = MoveOption.STOP_ON_CONTACT | MoveOption.SENSE
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.distance <= LONGEST_MOVE:
+            raise ValueError(f"a move is 0 to {LONGEST_MOVE:g} m long, not {self.distance:g} m")
+        if not 0 <= self.sectors <= MAX_SECTORS or not 0 <= self.sector <= self.sectors:
+            raise ValueError(f"there is no sector {self.sector} of {self.sectors}: there are at most {MAX_SECTORS}, from 1")
+        if (self.heading is None) != bool(self.sector):
+            raise ValueError("a move has a heading or a sector: one of the two")
+        if not 0 <= self.effort <= 100:
+            raise ValueError(f"the effort of a move is 0 to 100 percent, not {self.effort}")

@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
     from hil.bridge.networks import RobotAddress
-    from hil.connecting.connecting import connect
-    from hil.connecting.connecting_all import connect_all
+    from hil.connecting.handles import Answers
     from hil.replaying.difference import ReplayDiverged
     from hil.replaying.host import ReplayReport, replay
     from hil.safety import Limits
+    from hil.sumo.connecting import connect, connect_all
     from hil.sumo.junior import Junior
-    from hil.sumo.robots import Answers, Robots
+    from hil.sumo.robots import Robots
 
 _HOMES: Final = {
-    "Answers": "hil.sumo.robots",
+    "Answers": "hil.connecting.handles",
     "Action": "firmware_protocol.vocabulary",
     "Junior": "hil.sumo.junior",
     "Limits": "hil.safety",
@@ -33,8 +33,8 @@ _HOMES: Final = {
     "RobotAddress": "hil.bridge.networks",
     "Robots": "hil.sumo.robots",
     "Stimulus": "firmware_protocol.vocabulary",
-    "connect": "hil.connecting.connecting",
-    "connect_all": "hil.connecting.connecting_all",
+    "connect": "hil.sumo.connecting",
+    "connect_all": "hil.sumo.connecting",
     "replay": "hil.replaying.host",
 }
 

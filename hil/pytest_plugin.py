@@ -35,7 +35,7 @@ THREAD_TIME = 10.0
 
 
 @dataclass(frozen=True)
-class Emulation:
+class WantedJunior:
     """What a test wants of its emulated robot.
 
     Attributes:
@@ -101,21 +101,21 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 @pytest.fixture
-def junior_emulation(request: pytest.FixtureRequest) -> Emulation:
+def junior_emulation(request: pytest.FixtureRequest) -> WantedJunior:
     """What this test wants, from its marks and the command line."""
     options = {name: request.config.getoption(f"--hil-{name}") for name in ("opponent", "seed", "faults")}
     wanted: dict[str, object] = {name: value for name, value in options.items() if value is not None}
-    known = [field.name for field in fields(Emulation)]
+    known = [field.name for field in fields(WantedJunior)]
     for mark in reversed(list(request.node.iter_markers("junior"))):
         unknown = [*map(repr, mark.args), *sorted(set(mark.kwargs) - set(known))]
         if unknown:
             pytest.fail(f"mark junior: {unknown[0]} is nothing it takes by name; known are {', '.join(known)}", pytrace=False)
         wanted |= mark.kwargs
-    return Emulation(**wanted)  # type: ignore[arg-type]
+    return WantedJunior(**wanted)  # type: ignore[arg-type]
 
 
 @pytest.fixture
-def junior_world(junior_emulation: Emulation) -> World:
+def junior_world(junior_emulation: WantedJunior) -> World:
     """An emulated Junior in its ring, in lock-step: bytes in, `step`, bytes out, 5 ms at a time.
 
     In a test that asks for `junior` as well, this is the world that robot lives in.
@@ -126,14 +126,14 @@ def junior_world(junior_emulation: Emulation) -> World:
 @pytest.fixture(scope="session")
 def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
     """The robot at `--hil-link`, connected once for the whole run: opening a port resets many boards."""
-    from hil.connecting.connecting import connect  # noqa: PLC0415
+    from hil.sumo.connecting import connect  # noqa: PLC0415
 
     with connect(request.config.getoption("--hil-link"), signing_key=request.config.getoption("--hil-signing-key")) as robot:
         yield robot
 
 
 @pytest.fixture
-def junior(request: pytest.FixtureRequest, junior_emulation: Emulation) -> Iterator[Junior]:
+def junior(request: pytest.FixtureRequest, junior_emulation: WantedJunior) -> Iterator[Junior]:
     """A connected, disarmed Junior at the start of a bout. When the test ends it is disarmed, and must be at rest.
 
     Emulated, in lock-step: time passes only while the test waits for the robot. With `--hil-link URL` it is the robot
@@ -158,7 +158,7 @@ def junior(request: pytest.FixtureRequest, junior_emulation: Emulation) -> Itera
 
 
 @pytest.fixture
-def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
+def junior_pty(junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
     """An emulated Junior in real time on a pseudo-terminal, which any program opens as a serial port.
 
     When the test ends, the robot must come to rest by itself and be disarmed. Skipped where the system has no
@@ -197,10 +197,10 @@ def junior_pty(junior_emulation: Emulation) -> Iterator[ServedJunior]:
     _check_rest(world, left_armed=junior_emulation.left_armed)
 
 
-def _world(wanted: Emulation) -> World:
+def _world(wanted: WantedJunior) -> World:
     """A new world; an opponent or a fault that does not exist fails the test."""
+    from simdevice.sumo.junior_world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
-    from simdevice.sumo.world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
 
     spec = _faults(wanted)
     try:
@@ -210,7 +210,7 @@ def _world(wanted: Emulation) -> World:
     pytest.fail(message, pytrace=False)
 
 
-def _faults(wanted: Emulation) -> FaultSpec:
+def _faults(wanted: WantedJunior) -> FaultSpec:
     """What is to go wrong; something wrong in that fails the test."""
     from hil.files.fault_file import read_faults  # noqa: PLC0415
 
@@ -221,7 +221,7 @@ def _faults(wanted: Emulation) -> FaultSpec:
     pytest.fail(message, pytrace=False)
 
 
-def _connect(world: World, wanted: Emulation) -> Junior:
+def _connect(world: World, wanted: WantedJunior) -> Junior:
     """Connect to the robot in a world, in lock-step."""
     from firmware_protocol.links.faulty import FaultyLink  # noqa: PLC0415
     from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415
@@ -242,7 +242,7 @@ def _connect(world: World, wanted: Emulation) -> Junior:
     return robot
 
 
-def _place(robot: Junior, wanted: Emulation) -> None:
+def _place(robot: Junior, wanted: WantedJunior) -> None:
     """Begin a bout, where there is a referee: without one nobody says how it ends, and a person sets up the ring."""
     from hil.sumo.ring import open_ring  # noqa: PLC0415
 

@@ -60,13 +60,13 @@ def pytest_configure(config: pytest.Config) -> None:
             config.args.append(str(log))
 
 
-def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> LogFile | None:
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> LogCollector | None:
     """Collect a log that was asked for."""
     path = file_path.resolve()
     if path not in parent.config.stash[LOGS]:
         return None
     parent.config.stash[MISSING].discard(path)
-    log: LogFile = LogFile.from_parent(parent, path=file_path)
+    log: LogCollector = LogCollector.from_parent(parent, path=file_path)
     return log
 
 
@@ -83,7 +83,7 @@ def pytest_collection_modifyitems(config: pytest.Config) -> None:
         raise pytest.UsageError(text)
 
 
-class LogFile(pytest.File):
+class LogCollector(pytest.File):
     """A log."""
 
     def collect(self) -> Iterable[ReplayItem]:

@@ -45,6 +45,14 @@ class FieldError(ValueError):
         self.path = path
 
 
+class SettingsError(FieldError):
+    """A setting has a value that makes no sense; the path is its name."""
+
+
+class StateError(FieldError):
+    """A saved state can't be gone on from: a field is missing, unknown or wrong."""
+
+
 class Fields:
     """The fields of a table, to be taken one after the other.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import pymunk
 
 from simdevice.junior.profile import GRAVITY, JUNIOR_OUTLINE
-from simdevice.sumo.ring import Ring
+from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
     from simdevice.junior.motors import Motors
@@ -260,9 +260,9 @@ class Arena:
         pieces: Everything in it, in the order of entry.
     """
 
-    def __init__(self, ring: Ring | None = None, period: float = CONTROL_PERIOD) -> None:
+    def __init__(self, ring: SumoRing | None = None, period: float = CONTROL_PERIOD) -> None:
         self.period = period
-        self.ring = ring if ring is not None else Ring()
+        self.ring = ring if ring is not None else SumoRing()
         self.pieces: list[Piece] = []
         self.space = self._empty()
 

@@ -20,16 +20,16 @@ import re
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from firmware_protocol.errors import FaultSpecError
-from firmware_protocol.faults.spec import (
+from firmware_protocol.faults.spells import (
     LINE_FAULTS,
     Brownout,
-    FaultSpec,
     LineSpell,
     LowBattery,
     Spell,
     StuckSensor,
     Unplug,
     WeakWheel,
+    check_line,
 )
 
 if TYPE_CHECKING:
@@ -53,10 +53,14 @@ _SWITCH: Final = {"": 1.0, "true": 1.0, "false": 0.0}
 
 
 class _Builder:
-    """Collects faults, one after the other."""
+    """Collects faults, one after the other.
+
+    Attributes:
+        fields: Fields of `FaultSpec` by name.
+    """
 
     def __init__(self) -> None:
-        self._fields: dict[str, Any] = {}
+        self.fields: dict[str, Any] = {}
 
     def add(self, name: str, entry: Mapping[str, Any]) -> None:
         """Take one fault.
@@ -73,35 +77,31 @@ class _Builder:
             first = needed[0] if needed else "at"
             if first not in entry:
                 raise FaultSpecError(f"fault {name!r} needs its {first!r}")
-            self._fields[place] = (*self._fields.get(place, ()), cls(**entry))
+            self.fields[place] = (*self.fields.get(place, ()), cls(**entry))
             return
         if "value" not in entry:
             raise FaultSpecError(f"fault {name!r} needs a number")
         if "at" in entry or "lasts" in entry:
             spell = LineSpell(name, **entry)
-            self._fields["spells"] = (*self._fields.get("spells", ()), spell)
-        elif name in self._fields:
+            self.fields["spells"] = (*self.fields.get("spells", ()), spell)
+        elif name in self.fields:
             raise FaultSpecError(f"fault {name!r} is given twice; give each a time of its own")
         else:
-            FaultSpec(**{name: entry["value"]})  # is it allowed?
-            self._fields[name] = entry["value"]
-
-    def spec(self) -> FaultSpec:
-        """Everything that was taken."""
-        return FaultSpec(**self._fields)
+            check_line(name, entry["value"])
+            self.fields[name] = entry["value"]
 
 
 # --- text ----------------------------------------------------------------------------------------------------------------
 
 
-def parse_faults(text: str) -> FaultSpec:
+def read_text(text: str) -> dict[str, Any]:
     """Read a specification from text.
 
     Args:
         text: As described above; blank is no fault at all.
 
     Returns:
-        The specification; what is not named does not happen.
+        Fields of `FaultSpec` by name; what is not named does not happen.
 
     Raises:
         FaultSpecError: An unknown name, or a value that does not fit; the text says in which item.
@@ -116,7 +116,7 @@ def parse_faults(text: str) -> FaultSpec:
         except FaultSpecError as error:
             where = f"item {number}, {item!r}: " if len(items) > 1 else ""
             raise FaultSpecError(f"{where}{error}") from None
-    return builder.spec()
+    return builder.fields
 
 
 def _parse_item(builder: _Builder, item: str) -> None:
@@ -168,7 +168,7 @@ def _whole(value: float) -> float:
 # --- tables --------------------------------------------------------------------------------------------------------------
 
 
-def faults_from_table(table: Mapping[str, object]) -> FaultSpec:
+def read_table(table: Mapping[str, object]) -> dict[str, Any]:
     """Read a specification from the table of a TOML or JSON file.
 
     Args:
@@ -177,7 +177,7 @@ def faults_from_table(table: Mapping[str, object]) -> FaultSpec:
             `[[wheel]]` with `side`, `effort`; `[[battery]]` with `voltage`; each with `at` and `lasts`.
 
     Returns:
-        The specification.
+        Fields of `FaultSpec` by name.
 
     Raises:
         FaultSpecError: An unknown name, or a value that does not fit; `path` is the field.
@@ -196,7 +196,7 @@ def faults_from_table(table: Mapping[str, object]) -> FaultSpec:
                 builder.add(name, entry)
             except FaultSpecError as error:
                 raise FaultSpecError(f"{path}: {error}", path) from None
-    return builder.spec()
+    return builder.fields
 
 
 def _entry(name: str, value: object, path: str) -> dict[str, object]:

@@ -31,7 +31,7 @@ _ENDS = {"ret", "reti", *_JUMPS}
 
 
 @dataclass
-class Function:
+class DisassembledFunction:
     """One function as the disassembly shows it.
 
     Attributes:
@@ -51,7 +51,7 @@ class Function:
     falls_through: bool = False
 
 
-def read_functions(disassembly: str) -> dict[int, Function]:
+def read_functions(disassembly: str) -> dict[int, DisassembledFunction]:
     """Find every function's stack need and calls.
 
     Args:
@@ -60,12 +60,12 @@ def read_functions(disassembly: str) -> dict[int, Function]:
     Returns:
         Functions by address.
     """
-    functions: dict[int, Function] = {}
-    function = Function("")
+    functions: dict[int, DisassembledFunction] = {}
+    function = DisassembledFunction("")
     low = 0
     for line in disassembly.splitlines():
         if start := _FUNCTION.match(line):
-            function = functions[int(start[1], 16)] = Function(start[2])
+            function = functions[int(start[1], 16)] = DisassembledFunction(start[2])
             low = 0
             continue
         instruction = _INSTRUCTION.match(line)
@@ -104,7 +104,7 @@ class CallGraph:
         compiled: Names of those that the C compiler made.
     """
 
-    def __init__(self, functions: dict[int, Function], compiled: set[str]) -> None:
+    def __init__(self, functions: dict[int, DisassembledFunction], compiled: set[str]) -> None:
         self._functions = functions
         self._compiled = compiled
         self._addresses = sorted(functions)

@@ -37,10 +37,7 @@ def _long_frames() -> tuple[SingleFrame, ...]:
 def _elements(field: str, wire: Wire) -> list[str]:
     if not wire.count:
         return [field]
-    if wire.count == 2:
-        suffixes = ("x", "y") if "Position" in wire.text else ("left", "right")
-        return [f"{field}_{suffix}" for suffix in suffixes]
-    return [f"{field}_{index}" for index in range(wire.count)]
+    return [f"{field}_{element}" for element in wire.elements or range(wire.count)]
 
 
 def _quote(text: str) -> str:

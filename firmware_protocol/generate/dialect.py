@@ -11,7 +11,7 @@ from firmware_protocol.wire.fields import Message, Wire, wire_fields
 from firmware_protocol.wire.mavlink_layout import C_TYPES, INTEGER_LIMITS, raw_limits
 
 _RAW_UNITS: Final[dict[tuple[str, float], str]] = {
-    ("s", 1e-3): "ms", ("s", 1e-6): "us", ("m", 1e-3): "mm", ("V", 1e-3): "mV",
+    ("s", 1e-3): "ms", ("s", 1e-6): "us", ("m", 1e-3): "mm", ("V", 1e-3): "mV", ("m/s", 1e-3): "mm/s",
 }  # fmt: skip
 """Unit of one wire unit, where mavgen's schema has a name for it."""
 _STANDARD_UNITS: Final = frozenset({"us", "ns", "ms", "mV", "cA", "%", "d%", "c%"})

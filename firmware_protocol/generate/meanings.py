@@ -8,14 +8,25 @@ from firmware_protocol.faults.failures import FailureType, FailureUnit
 from firmware_protocol.messages import (
     AckResult,
     BoutOutcome,
+    BoxShape,
     ContestCommand,
     ManeuverOption,
     Phase,
     Reason,
     SensorFlag,
     State,
+    TableKind,
 )
-from firmware_protocol.vocabulary import ACTIONS, Action, Outcome, Stimulus
+from firmware_protocol.vocabulary import (
+    ACTIONS,
+    Action,
+    MoveOption,
+    ObservationFlag,
+    Outcome,
+    RobotClass,
+    Stimulus,
+    SwarmOutcome,
+)
 
 if TYPE_CHECKING:
     from enum import IntEnum, IntFlag
@@ -27,7 +38,7 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
         State.DISARMED: "The wheels stand still; arm it first",
         State.READY: "Armed, standing still",
         State.DRIVING: "Turning the wheels as JUNIOR_WHEELS or MANUAL_CONTROL said, or a maneuver that is over (HOLD)",
-        State.PERFORMING: "Performing a maneuver",
+        State.PERFORMING: "Performing a maneuver, or a micro-robot's move",
         State.COUNTDOWN: "A contest is about to begin",
         State.CONTEST: "Playing from memory, with no host",
         State.STOPPED: "Emergency stop, latched: disarm, then arm",
@@ -70,10 +81,10 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
         Reason.DISARMED: "The robot is not armed, or has been disarmed",
         Reason.EMERGENCY_STOP: "The emergency stop is latched",
         Reason.WRONG_SESSION: "Not the session that is open",
-        Reason.BAD_VALUE: "A value is out of range",
+        Reason.BAD_VALUE: "A value is out of range, or a place beyond the fence",
         Reason.BUSY: "Something else goes on, as a contest",
         Reason.MEMORY_FULL: "No slot is free",
-        Reason.NOT_FOUND: "There is no such slot",
+        Reason.NOT_FOUND: "There is no such slot; a fence, but no position fix",
         Reason.WATCHDOG: "The host fell silent",
         Reason.BY_COMMAND: "A command ended it",
         Reason.STORAGE_FAILED: "The memory would not take it",
@@ -105,6 +116,37 @@ _MEANINGS: Final[dict[EnumType, dict[int, str]]] = {
         BoutOutcome.LOSS: "Junior left the ring",
         BoutOutcome.DRAW: "Time ran out, or both left it together",
     },
+    RobotClass: {RobotClass.RANGER: "One of those that surround", RobotClass.WILD: "One of those that are surrounded"},
+    MoveOption: {
+        MoveOption.BODY: "The heading is measured from the nose",
+        MoveOption.STOP_ON_CONTACT: "End when something is touched ahead, or when the wheels stand although they are driven",
+        MoveOption.PUSH: "Contact does not end it",
+        MoveOption.BACKWARD: "Turn the tail to the heading, and drive in reverse",
+        MoveOption.SENSE: "Read the ring before the observation",
+        MoveOption.RANGES: "Send SWARM_RANGES, too",
+    },
+    ObservationFlag: {
+        ObservationFlag.CONTACT_AHEAD: "It touches something ahead: within 60 degrees of its way",
+        ObservationFlag.CONTACT: "It touches something",
+        ObservationFlag.TOUCHES_BOX: "It touches the box",
+        ObservationFlag.DEAD_RECKONING: "The position comes from the encoders alone: the last fix is older than FIX_AGE",
+        ObservationFlag.RING_NOT_READ: "The ring was not read: near, seen and the counts are 0",
+    },
+    SwarmOutcome: {
+        SwarmOutcome.NONE: "It ends no move: it was asked for",
+        SwarmOutcome.ARRIVED: "The whole way was driven",
+        SwarmOutcome.BLOCKED: "Contact ahead, or wheels that stand although they are driven",
+        SwarmOutcome.STOPPED: "Stopped; the reason says by what",
+        SwarmOutcome.REFUSED: "After it had been accepted; the reason says why: beyond the fence, or no position fix",
+        SwarmOutcome.TIMED_OUT: "It took longer than it may",
+        SwarmOutcome.REPLACED: "Another move took over",
+    },
+    TableKind: {
+        TableKind.PLAIN: "Nothing but robots",
+        TableKind.BOX: "A box and a goal",
+        TableKind.OBSTACLES: "The walls of a room",
+    },
+    BoxShape: {BoxShape.NONE: "No box", BoxShape.CYLINDER: "A round one", BoxShape.CUBE: "A square one"},
 }
 
 

@@ -16,6 +16,7 @@ from firmware_protocol.messages import (
     ROVER,
     AckResult,
     BoutOutcome,
+    BoxShape,
     Command,
     CommandResult,
     ContestCommand,
@@ -25,8 +26,9 @@ from firmware_protocol.messages import (
     Reason,
     SensorFlag,
     State,
+    TableKind,
 )
-from firmware_protocol.vocabulary import Action, Outcome, Stimulus
+from firmware_protocol.vocabulary import Action, MoveOption, ObservationFlag, Outcome, RobotClass, Stimulus, SwarmOutcome
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import EnumType
@@ -62,6 +64,12 @@ OUR_ENUMS: Final[dict[EnumType, str]] = {
     Phase: "REFEREE_PHASE",
     BoutOutcome: "REFEREE_BOUT_OUTCOME",
     OpponentCode: "REFEREE_OPPONENT",
+    RobotClass: "SWARM_CLASS",
+    MoveOption: "SWARM_MOVE_OPTION",
+    ObservationFlag: "SWARM_OBSERVATION_FLAG",
+    SwarmOutcome: "SWARM_OUTCOME",
+    TableKind: "TABLE_KIND",
+    BoxShape: "TABLE_BOX",
 }
 """Our enumerations under their names in the dialect."""
 
@@ -77,7 +85,10 @@ _COMMANDS: Final[dict[Command, tuple[str, str]]] = {
         "MAV_CMD_SET_MESSAGE_INTERVAL",
         "Send message param1 every param2 us; 0 the default rate, -1 never",
     ),
-    Command.REQUEST_MESSAGE: ("MAV_CMD_REQUEST_MESSAGE", "Send message param1 once"),
+    Command.REQUEST_MESSAGE: (
+        "MAV_CMD_REQUEST_MESSAGE",
+        "Send message param1 once; for SWARM_OBSERVATION and SWARM_RANGES param2 is the count, param3 the asking host",
+    ),
 }
 
 STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
@@ -95,7 +106,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
         "Kind of autopilot.",
         (
             ("MAV_AUTOPILOT_GENERIC", GENERIC_AUTOPILOT, "Robot"),
-            ("MAV_AUTOPILOT_INVALID", 8, "Not an autopilot: the host, the referee"),
+            ("MAV_AUTOPILOT_INVALID", 8, "Not an autopilot: the host, the referee, the table"),
         ),
     ),
     Enumeration(
@@ -142,7 +153,7 @@ STANDARD_ENUMS: Final[tuple[Enumeration, ...]] = (
         (
             ("MAV_COMP_ID_ALL", 0, ""),
             ("MAV_COMP_ID_AUTOPILOT1", 1, "The robot"),
-            ("MAV_COMP_ID_USER1", 25, "The emulator's referee"),
+            ("MAV_COMP_ID_USER1", 25, "The emulator's referee, or table"),
             ("MAV_COMP_ID_MISSIONPLANNER", 190, "The host"),
         ),
     ),

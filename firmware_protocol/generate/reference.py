@@ -16,9 +16,11 @@ from firmware_protocol.messages import (
     REFEREE_MESSAGES,
     ROBOT_MESSAGES,
     STANDARD_MESSAGES,
+    SWARM_MESSAGES,
+    TABLE_MESSAGES,
     JuniorWheels,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, SWARM_PARAMETERS
 from firmware_protocol.vocabulary import ACTIONS, MAX_ACTIONS
 from firmware_protocol.wire.can_layout import (
     FUNCTION_SHIFT,
@@ -37,12 +39,13 @@ from firmware_protocol.wire.mavlink_layout import C_TYPES, INTEGER_LIMITS, crc_e
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.parameters import Parameter
     from firmware_protocol.wire.fields import Message, Wire
 
 _HEAD: Final = Path(__file__).with_name("protocol_head.md")
 _UNITS: Final[dict[tuple[str, float], str]] = {
     ("s", 1e-3): "1 ms", ("s", 1e-6): "1 us", ("m", 1e-3): "1 mm", ("m", 1e-4): "0.1 mm", ("V", 1e-3): "1 mV",
-    ("rad", 1e-4): "0.0001 rad", ("", 1e-3): "0.001",
+    ("rad", 1e-4): "0.0001 rad", ("m/s", 1e-3): "1 mm/s", ("", 1e-3): "0.001",
 }  # fmt: skip
 _DIRECTIONS: Final = {
     Direction.UP: "robot → host",
@@ -146,7 +149,7 @@ def _actions() -> str:
     )
 
 
-def _parameters() -> str:
+def _parameter_table(parameters: Sequence[Parameter]) -> str:
     rows = [
         (
             f"`{p.name}`",
@@ -155,13 +158,19 @@ def _parameters() -> str:
             p.unit,
             p.text,
         )
-        for p in PARAMETERS
+        for p in parameters
     ]
+    return _table(("name", "default", "range", "unit", "what it does"), rows)
+
+
+def _parameters() -> str:
     return (
         "## Parameters\n\n"
         "Every parameter is a REAL32 (MAV_PARAM_TYPE 9) and survives power-off. PARAM_SET is answered by PARAM_VALUE with the "
         "value in force: what is out of range changes nothing. Asking for a name or an index that does not exist is answered "
-        "with index 65535 and NaN.\n\n" + _table(("name", "default", "range", "unit", "what it does"), rows)
+        "with index 65535 and NaN.\n\n"
+        "### A Junior's parameters\n\n" + _parameter_table(JUNIOR_PARAMETERS) + "\n\n"
+        "### A micro-robot's parameters\n\n" + _parameter_table(SWARM_PARAMETERS)
     )
 
 
@@ -202,11 +211,14 @@ def _can() -> str:
         + "\n\n"
         "`cantools monitor -m 0x1FFFFF80 junior.dbc` shows them. The digests stand for JUNIOR_SENSORS, and leave in the order "
         "of their identifiers; what they do not carry of its time, ROBOT_STATUS tells. JUNIOR_WHEELS_FRAME belongs to the "
-        "session that is open. JUNIOR_ESTOP is COMMAND_LONG 185, and is answered as that. "
+        "session that is open. SWARM_MOVE_FRAME does, too; what it does not carry is: no `face`, `speed` and `effort` 0, and "
+        "`sectors` as SWARM_SENSE said last in this session. A move that needs anything else is a transfer. "
+        "A function means the same whatever the role of the node; a robot leaves alone what is not for its role. "
+        "JUNIOR_ESTOP is COMMAND_LONG 185, and is answered as that. "
         "A single frame of another length, or a JUNIOR_ESTOP of another value than 1, is counted and left alone.\n\n"
         "Everything else travels as a transfer: function "
         f"{TRANSFER_DOWN_FUNCTION} to a robot and {TRANSFER_UP_FUNCTION} from it, {REFEREE_DOWN_FUNCTION} and "
-        f"{REFEREE_UP_FUNCTION} for the emulators' referee, which is a node of its own. "
+        f"{REFEREE_UP_FUNCTION} for the emulators' referee or table, which is a node of its own. "
         "A HEARTBEAT of the host goes to node 0. A transfer is cut into frames with one identifier:\n\n"
         + _table(
             ("byte", "holds"),
@@ -236,7 +248,9 @@ def reference() -> str:
     groups = (
         ("Any robot's messages", ROBOT_MESSAGES),
         ("Junior's own messages", JUNIOR_MESSAGES),
+        ("The micro-robot's own messages", SWARM_MESSAGES),
         ("The referee's messages", REFEREE_MESSAGES),
+        ("The table's messages", TABLE_MESSAGES),
         ("Standard messages", STANDARD_MESSAGES),
     )
     overview = _table(
@@ -249,6 +263,8 @@ def reference() -> str:
     )
     notes = {
         "The referee's messages": "Emulators only: with a physical robot there is no referee component, and a person judges.",
+        "The micro-robot's own messages": "Since protocol 2.1. A robot of that role names product 2 in AUTOPILOT_VERSION.",
+        "The table's messages": "Since protocol 2.1. Emulators only: component 25 of system 254 (127 on a CAN bus).",
         "Standard messages": "Declared field for field as in MAVLink's `common`.",
     }
     parts = [head, "## Messages\n\n" + overview]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES, PROTOCOL_MAJOR, PROTOCOL_MINOR, REFEREE_MESSAGES, SetupSigning
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES, PROTOCOL_MAJOR, PROTOCOL_MINOR, SetupSigning
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import ACTIONS, ANY_STIMULUS, MAX_ACTIONS, Family, Speed
 from firmware_protocol.wire import can_layout
-from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.fields import Direction, Party
 from firmware_protocol.wire.mavlink_layout import crc_extra, payload_length, target_offsets
 
 _HEAD = """\
@@ -18,6 +18,10 @@ _HEAD = """\
 #ifndef JUNIOR_TABLES_H
 #define JUNIOR_TABLES_H
 """
+
+
+_OURS = tuple(message for message in MESSAGES.values() if message.PARTY in {Party.ROBOT, Party.JUNIOR})
+"""What a Junior says and understands."""
 
 
 def _number(value: float) -> str:
@@ -34,8 +38,8 @@ def _can() -> str:
     functions = ("ESTOP", "WHEELS", "SWITCHES", "EYES", "ALIVE", "TRAVEL", "TRANSFER_DOWN", "TRANSFER_UP")
     defines = "".join(f"#define CAN_FUNCTION_{name} {getattr(can_layout, f'{name}_FUNCTION')}\n" for name in functions)
     rows = []
-    for message in MESSAGES.values():
-        if message not in REFEREE_MESSAGES and message not in BYTE_LINKS_ONLY:
+    for message in _OURS:
+        if message not in BYTE_LINKS_ONLY:
             start, cut = can_layout.target_cut(message)
             inbound = int(message.DIRECTION is not Direction.UP)
             rows.append(
@@ -74,22 +78,22 @@ def tables() -> str:
             ],
         ),
         "#define PARAM_FLAG_READ_ONLY 1\n#define PARAM_FLAG_WHOLE 2\n",
-        "enum param {\n" + "".join(f"    PARAM_{p.name} = {i},\n" for i, p in enumerate(PARAMETERS)) + "};\n"
-        f"#define PARAM_COUNT {len(PARAMETERS)}\n",
+        "enum param {\n" + "".join(f"    PARAM_{p.name} = {i},\n" for i, p in enumerate(JUNIOR_PARAMETERS)) + "};\n"
+        f"#define PARAM_COUNT {len(JUNIOR_PARAMETERS)}\n",
         _table(
             "PARAM_TABLE",
             "name, default, minimum, maximum, flags",
             [
                 f"{p.name}, {_number(p.default)}, {_number(p.minimum)}, {_number(p.maximum)}, "
                 f"{(1 if p.read_only else 0) | (2 if p.whole else 0)}"
-                for p in PARAMETERS
+                for p in JUNIOR_PARAMETERS
             ],
         ),
     ]
     inbound = []
     signing = ""
-    for message in MESSAGES.values():
-        if message.DIRECTION is Direction.UP or message in REFEREE_MESSAGES:
+    for message in _OURS:
+        if message.DIRECTION is Direction.UP:
             continue
         system, component = (255 if offset is None else offset for offset in target_offsets(message))
         base = payload_length(message, extensions=False)
@@ -98,7 +102,7 @@ def tables() -> str:
             signing = row
         else:
             inbound.append(row)
-    longest = max(payload_length(message) for message in MESSAGES.values() if message not in REFEREE_MESSAGES)
+    longest = max(payload_length(message) for message in _OURS)
     parts.append(
         "/* What a robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the\n"
         " * end) and at most `length`; `base` is the length without extensions. Offset 255: there is no such field. */\n"

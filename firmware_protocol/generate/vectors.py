@@ -5,7 +5,8 @@ protocol. `python -m firmware_protocol.generate --golden` writes them anew after
 
 `mavlink.bin` holds the frames one after the other, `mavlink.txt` says which is which: per frame a line with the name
 of the vector, one with the message and one with the frame in hexadecimal. The frame sequence numbers count from 0.
-Frames that a robot sends come from system 1, component 1; the referee's from component 25; all others from the host.
+Frames that a robot sends come from system 1, component 1; the referee's from component 25; the table's from component 25 of
+system 254; all others from the host.
 """
 
 from __future__ import annotations
@@ -19,13 +20,17 @@ from firmware_protocol.messages import (
     HOST_SYSTEM,
     MESSAGES,
     REFEREE_COMPONENT,
-    REFEREE_MESSAGES,
     ROBOT_COMPONENT,
+    TABLE_COMPONENT,
+    TABLE_NODE,
+    TABLE_SYSTEM,
     JuniorSensors,
     JuniorWheels,
+    SwarmMove,
 )
+from firmware_protocol.vocabulary import MoveOption
 from firmware_protocol.wire.dbc import CanCodec
-from firmware_protocol.wire.fields import Direction, wire_fields
+from firmware_protocol.wire.fields import Direction, Party, wire_fields
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import raw_limits
 
@@ -88,14 +93,17 @@ def example(message: type[Message], kind: str) -> Message:
     return message(**values)
 
 
+_SENDERS: Final = {Party.REFEREE: (1, REFEREE_COMPONENT), Party.TABLE: (TABLE_SYSTEM, TABLE_COMPONENT)}
+
+
 def _sender(message: type[Message]) -> tuple[int, int]:
     if message.DIRECTION is not Direction.UP:
         return HOST_SYSTEM, HOST_COMPONENT
-    return 1, REFEREE_COMPONENT if message in REFEREE_MESSAGES else ROBOT_COMPONENT
+    return _SENDERS.get(message.PARTY, (1, ROBOT_COMPONENT))
 
 
 def vectors() -> list[Vector]:
-    """All golden vectors, in order of message id."""
+    """All golden vectors, in the order of `MESSAGES`."""
     found: list[Vector] = []
     codecs: dict[tuple[int, int], MavlinkCodec] = {}
     for message in MESSAGES.values():
@@ -127,28 +135,36 @@ class CanVector:
 
 NODE: Final = 42
 """The robot of the CAN vectors."""
+_NODES: Final = {1: NODE, TABLE_SYSTEM: TABLE_NODE}
 
 
 def can_vectors() -> list[CanVector]:
-    """All golden vectors over CAN, in order of message id: robot 42, its referee and the host."""
+    """All golden vectors over CAN: robot 42, its referee, the table and the host.
+
+    They are in the order of `MESSAGES`, and at the end is a SWARM_MOVE that a single frame has room for.
+    """
     found: list[CanVector] = []
     codecs: dict[tuple[int, int], CanCodec] = {}
-    for vector in vectors():
-        kind = type(vector.message)
+    plain = SwarmMove(0, 0x1234, -1.5, 0.08, None, 0.0, 0, 0, 0, 0, 0, int(MoveOption.SENSE))
+    named = [(vector.name, vector.message) for vector in vectors()] + [(f"{SwarmMove.NAME} single", plain)]
+    for name, sent in named:
+        kind = type(sent)
         if kind in BYTE_LINKS_ONLY:
             continue
         system, component = _sender(kind)
-        codec = codecs.setdefault((system, component), CanCodec(system=NODE if system == 1 else system, component=component))
-        message = _addressed(vector.message, upward=system == 1)
-        found.append(CanVector(vector.name, message, tuple(codec.encode_frames(message))))
+        codec = codecs.setdefault((system, component), CanCodec(system=_NODES.get(system, system), component=component))
+        message = _addressed(sent, upward=system in _NODES)
+        found.append(CanVector(name, message, tuple(codec.encode_frames(message))))
     return found
 
 
 def _addressed(message: Message, *, upward: bool) -> Message:
     """The message for the only other node there is; and of the robot's time and JUNIOR_WHEELS, what single frames carry."""
     kind = type(message)
-    referee = kind in REFEREE_MESSAGES
-    system, component = (HOST_SYSTEM, HOST_COMPONENT) if upward else (NODE, REFEREE_COMPONENT if referee else ROBOT_COMPONENT)
+    system, component = (HOST_SYSTEM, HOST_COMPONENT)
+    if not upward:
+        at, component = _SENDERS.get(kind.PARTY, (1, ROBOT_COMPONENT))
+        system = _NODES[at]
     given: dict[str, Any] = {"target_system": system, "target": system, "target_component": component}
     changes = {name: given[name] for name, _ in wire_fields(kind) if name in given}
     if isinstance(message, JuniorSensors):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import LinkOpenError
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.links.serial import SerialPort, list_ports
 
 if TYPE_CHECKING:

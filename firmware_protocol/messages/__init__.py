@@ -14,6 +14,9 @@ from firmware_protocol.messages.fields import (
     HOST_SYSTEM,
     REFEREE_COMPONENT,
     ROBOT_COMPONENT,
+    TABLE_COMPONENT,
+    TABLE_NODE,
+    TABLE_SYSTEM,
     Asker,
     AskerComponent,
     Sequence,
@@ -76,17 +79,27 @@ from firmware_protocol.messages.standard import (
     SysStatus,
     Timesync,
 )
+from firmware_protocol.messages.swarm import SWARM_MESSAGES, SwarmFix, SwarmMove, SwarmObservation, SwarmRanges, SwarmSense
+from firmware_protocol.messages.table import TABLE_MESSAGES, BoxShape, TableKind, TablePlace, TableReset, TableState
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
 PROTOCOL_MAJOR: Final = 2
 """A robot or host with another major version can't be spoken to."""
-PROTOCOL_MINOR: Final = 0
+PROTOCOL_MINOR: Final = 1
 """A newer minor version only adds."""
 
 MESSAGES: Final[dict[int, type[Message]]] = {
-    message.ID: message for message in (*STANDARD_MESSAGES, *JUNIOR_MESSAGES, *ROBOT_MESSAGES, *REFEREE_MESSAGES)
+    message.ID: message
+    for message in (
+        *STANDARD_MESSAGES,
+        *JUNIOR_MESSAGES,
+        *ROBOT_MESSAGES,
+        *REFEREE_MESSAGES,
+        *SWARM_MESSAGES,
+        *TABLE_MESSAGES,
+    )
 }
 """Every message by id."""
 BYTE_LINKS_ONLY: Final[frozenset[type[Message]]] = frozenset({SetupSigning})
@@ -111,11 +124,17 @@ __all__ = [
     "ROVER",
     "SEVERITY_ERROR",
     "STANDARD_MESSAGES",
+    "SWARM_MESSAGES",
+    "TABLE_COMPONENT",
+    "TABLE_MESSAGES",
+    "TABLE_NODE",
+    "TABLE_SYSTEM",
     "AckResult",
     "Asker",
     "AskerComponent",
     "AutopilotVersion",
     "BoutOutcome",
+    "BoxShape",
     "Command",
     "CommandAck",
     "CommandLong",
@@ -157,7 +176,16 @@ __all__ = [
     "SetupSigning",
     "State",
     "Statustext",
+    "SwarmFix",
+    "SwarmMove",
+    "SwarmObservation",
+    "SwarmRanges",
+    "SwarmSense",
     "SysStatus",
+    "TableKind",
+    "TablePlace",
+    "TableReset",
+    "TableState",
     "Target",
     "TargetComponent",
     "Timesync",

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import Annotated, Final
 
-from firmware_protocol.messages.fields import Asker, AskerComponent, Sequence, Session, Target, TargetComponent
+from firmware_protocol.messages.fields import SIDES, Asker, AskerComponent, Sequence, Session, Target, TargetComponent
 from firmware_protocol.messages.robot import Reason
 from firmware_protocol.vocabulary import MAX_ACTIONS, Action, Outcome
-from firmware_protocol.wire.fields import Direction, Message, Wire
+from firmware_protocol.wire.fields import Direction, Message, Party, Wire
 
 
 class SensorFlag(IntFlag):
@@ -45,13 +45,15 @@ class ContestCommand(IntEnum):
 
 
 @dataclass(frozen=True)
-class JuniorSensors(Message, id=47100, direction=Direction.UP):
+class JuniorSensors(Message, id=47100, direction=Direction.UP, party=Party.JUNIOR):
     """Everything Junior senses, 50 Hz unless another interval was asked for."""
 
     time: Annotated[float, Wire("u64", "s", 1e-6, text="Time since boot")]
-    travel: Annotated[tuple[float, ...], Wire("i32", "m", 1e-3, count=2, text="Travel of the left, right wheel since boot")]
-    eye: Annotated[tuple[int, ...], Wire("u16", count=2, text="ADC counts of the left, right eye")]
-    floor: Annotated[tuple[int, ...], Wire("u16", count=2, text="ADC counts of the left, right floor sensor")]
+    travel: Annotated[
+        tuple[float, ...], Wire("i32", "m", 1e-3, count=2, elements=SIDES, text="Travel of the left, right wheel since boot")
+    ]
+    eye: Annotated[tuple[int, ...], Wire("u16", count=2, elements=SIDES, text="ADC counts of the left, right eye")]
+    floor: Annotated[tuple[int, ...], Wire("u16", count=2, elements=SIDES, text="ADC counts of the left, right floor sensor")]
     battery: Annotated[float, Wire("u16", "V", 1e-3, text="Battery voltage")]
     flags: Annotated[
         int, Wire("u16", enum=SensorFlag, newer=True, text="Switches and decisions; the lowest four bits are the stimulus")
@@ -59,19 +61,21 @@ class JuniorSensors(Message, id=47100, direction=Direction.UP):
 
 
 @dataclass(frozen=True)
-class JuniorWheels(Message, id=47101, direction=Direction.DOWN, numbered=True):
+class JuniorWheels(Message, id=47101, direction=Direction.DOWN, numbered=True, party=Party.JUNIOR):
     """Turn the wheels; they stop when the time runs out. On CAN a single frame, without the session."""
 
     session: Session
     sequence: Sequence
-    speed: Annotated[tuple[float, ...], Wire("i16", "", 1e-3, -1.0, 1.0, count=2, text="Left, right wheel, share of full")]
+    speed: Annotated[
+        tuple[float, ...], Wire("i16", "", 1e-3, -1.0, 1.0, count=2, elements=SIDES, text="Left, right wheel, share of full")
+    ]
     duration: Annotated[float, Wire("u16", "s", 1e-3, 0.0, 5.0, text="Wheels stop after this time")]
     target_system: Target
     target_component: TargetComponent
 
 
 @dataclass(frozen=True)
-class JuniorManeuver(Message, id=47102, direction=Direction.DOWN, numbered=True):
+class JuniorManeuver(Message, id=47102, direction=Direction.DOWN, numbered=True, party=Party.JUNIOR):
     """Perform a maneuver, timed on board. The same sequence again repeats the answer, never the motion."""
 
     session: Session
@@ -85,7 +89,7 @@ class JuniorManeuver(Message, id=47102, direction=Direction.DOWN, numbered=True)
 
 
 @dataclass(frozen=True)
-class JuniorManeuverResult(Message, id=47103, direction=Direction.UP):
+class JuniorManeuverResult(Message, id=47103, direction=Direction.UP, party=Party.JUNIOR):
     """How a maneuver went; repeated every 100 ms until acknowledged (ROBOT_RESULT_ACK) or superseded."""
 
     session: Session
@@ -111,7 +115,7 @@ class JuniorManeuverResult(Message, id=47103, direction=Direction.UP):
 
 
 @dataclass(frozen=True)
-class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=True):
+class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=True, party=Party.JUNIOR):
     """Store a maneuver in the robot's memory; count 0 erases the slot. Survives power-off."""
 
     session: Session
@@ -127,7 +131,7 @@ class JuniorMemoryWrite(Message, id=47104, direction=Direction.DOWN, numbered=Tr
 
 
 @dataclass(frozen=True)
-class JuniorMemoryRead(Message, id=47105, direction=Direction.DOWN, numbered=True):
+class JuniorMemoryRead(Message, id=47105, direction=Direction.DOWN, numbered=True, party=Party.JUNIOR):
     """Ask for one slot by index or by stimuli; answered by JUNIOR_MEMORY_ENTRY, or by a refusal (NOT_FOUND)."""
 
     session: Session
@@ -140,7 +144,7 @@ class JuniorMemoryRead(Message, id=47105, direction=Direction.DOWN, numbered=Tru
 
 
 @dataclass(frozen=True)
-class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP):
+class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP, party=Party.JUNIOR):
     """One slot of the memory, and the state of the whole table."""
 
     session: Session
@@ -159,7 +163,7 @@ class JuniorMemoryEntry(Message, id=47106, direction=Direction.UP):
 
 
 @dataclass(frozen=True)
-class JuniorContest(Message, id=47107, direction=Direction.DOWN, numbered=True):
+class JuniorContest(Message, id=47107, direction=Direction.DOWN, numbered=True, party=Party.JUNIOR):
     """Start (after a countdown) or stop autonomous play from memory; it needs no host."""
 
     session: Session

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Final
 
-from firmware_protocol.messages.fields import Sequence, Session, Target, TargetComponent
-from firmware_protocol.wire.fields import Direction, Message, Wire
+from firmware_protocol.messages.fields import AXES, Sequence, Session, Target, TargetComponent
+from firmware_protocol.wire.fields import Direction, Message, Party, Wire
 
 
 class Phase(IntEnum):
@@ -45,7 +45,7 @@ class OpponentCode(IntEnum):
 
 
 @dataclass(frozen=True)
-class RefereeReset(Message, id=47300, direction=Direction.DOWN, numbered=True):
+class RefereeReset(Message, id=47300, direction=Direction.DOWN, numbered=True, party=Party.REFEREE):
     """Begin a new bout: everybody at a fresh start pose drawn from the seed. The robot's own state is not touched."""
 
     seed: Annotated[int, Wire("u32", text="Start poses and noise of the bout follow from it")]
@@ -57,15 +57,19 @@ class RefereeReset(Message, id=47300, direction=Direction.DOWN, numbered=True):
 
 
 @dataclass(frozen=True)
-class RefereeState(Message, id=47301, direction=Direction.UP):
+class RefereeState(Message, id=47301, direction=Direction.UP, party=Party.REFEREE):
     """What the referee sees, 20 Hz and on change. Poses are in the arena's frame: x right, y up, origin at the centre."""
 
     time: Annotated[float, Wire("u64", "s", 1e-6, text="Time of the emulation")]
     bout: Annotated[int, Wire("u32", text="Number of the bout, from 1; 0 before the first reset")]
     elapsed: Annotated[float, Wire("u32", "s", 1e-3, text="Time since the bout began")]
-    junior: Annotated[tuple[float, ...], Wire("i16", "m", 1e-4, count=2, text="Position of Junior's centre: x, y")]
+    junior: Annotated[
+        tuple[float, ...], Wire("i16", "m", 1e-4, count=2, elements=AXES, text="Position of Junior's centre: x, y")
+    ]
     junior_heading: Annotated[float, Wire("i16", "rad", 1e-4, text="-pi..pi")]
-    opponent: Annotated[tuple[float, ...], Wire("i16", "m", 1e-4, count=2, text="Position of the opponent's centre: x, y")]
+    opponent: Annotated[
+        tuple[float, ...], Wire("i16", "m", 1e-4, count=2, elements=AXES, text="Position of the opponent's centre: x, y")
+    ]
     opponent_heading: Annotated[float, Wire("i16", "rad", 1e-4, text="-pi..pi")]
     clearance: Annotated[float, Wire("i16", "m", 1e-4, text="From the opponent's centre to the border; negative outside")]
     phase: Annotated[int, Wire("u8", enum=Phase, text="Phase of the bout")]

@@ -65,7 +65,7 @@ class RobotSession(Message, id=47110, direction=Direction.DOWN, numbered=True):
     target_system: Target
     target_component: TargetComponent
     major: Annotated[int, Wire("u8", text="Protocol version of the host")]
-    minor: Annotated[int, Wire("u8", text="Likewise, the minor version")]
+    minor: Annotated[int, Wire("u8", text="Likewise, the minor version: the newest that both speak")]
 
 
 @dataclass(frozen=True)

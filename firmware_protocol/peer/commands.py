@@ -19,7 +19,8 @@ from firmware_protocol.messages import (
     RobotSession,
     State,
 )
-from firmware_protocol.peer.exchange import NEVER, Exchange
+from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.timetable import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -256,7 +257,7 @@ class RequestExchange(Exchange[M], Generic[M]):
 
     def messages(self) -> Sequence[Message]:
         """The request."""
-        return [replace(self._command, confirmation=min(self.tries - 1, 255))]
+        return [self._command if self.tries == 1 else replace(self._command, confirmation=min(self.tries - 1, 255))]
 
     def answer(self, received: Received) -> bool:
         """Take the acknowledgement, and the message."""

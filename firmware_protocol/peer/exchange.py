@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar, cast
 
 from firmware_protocol.errors import HilError, PeerError, RefusedError
 from firmware_protocol.messages import Reason
+from firmware_protocol.peer.timetable import NEVER, NOW
 from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
+    from collections.abc import Callable, Hashable, Sequence
 
     from firmware_protocol.events import Received
     from firmware_protocol.peer.quality import Counters
@@ -20,10 +21,6 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-NOW: Final = float("-inf")
-"""Due at once."""
-NEVER: Final = float("inf")
-"""Not due at all."""
 HOLD: Final = 0.15
 """Longest time a late answer to a repeated command may still be under way, in s."""
 
@@ -218,14 +215,17 @@ class Exchanges:
         label: Who is asked, in words.
         counters: Where repetitions and latencies are counted.
         retry: When to ask again.
+        planned: Called whenever `next_due` may have changed.
 
     Attributes:
+        next_due: When `due` must be called next, in s.
         shut: Why nothing can be asked now, and every question fails at once; None when it can.
         urgent: Something urgent has not been sent yet.
     """
 
-    def __init__(self, label: str, counters: Counters, retry: Retry) -> None:
+    def __init__(self, label: str, counters: Counters, retry: Retry, planned: Callable[[], None] = lambda: None) -> None:
         self._label = label
+        self._planned = planned
         self._counters = counters
         self._retry = retry
         self._active: list[Exchange[object]] = []
@@ -267,6 +267,7 @@ class Exchanges:
             self.next_due = NOW
             if asked.urgent:
                 self._put_first()
+            self._planned()
         return exchange.ticket
 
     def _put_first(self) -> None:
@@ -339,10 +340,16 @@ class Exchanges:
                     if ended:
                         self._sweep()
                     else:
-                        self.next_due = min(self.next_due, exchange.due)
+                        self._hasten(exchange.due)
                     return True
-                self.next_due = min(self.next_due, exchange.due)  # it may have learnt something all the same
+                self._hasten(exchange.due)  # it may have learnt something all the same
         return False
+
+    def _hasten(self, due: float) -> None:
+        """Something is due perhaps sooner than all else."""
+        if due < self.next_due:
+            self.next_due = due
+            self._planned()
 
     def fail_all(self, error: HilError) -> None:
         """End everything: the robot is gone, or has forgotten.
@@ -375,6 +382,7 @@ class Exchanges:
             elif lane not in self._busy:
                 soonest = min(soonest, self._free_from.get(lane, NOW))
         self.next_due = soonest
+        self._planned()
 
     def _promote(self, now: float) -> None:
         """Let the first of every free lane begin."""

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final, cast
 
-from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, VersionError, WrongRobotError
+from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, WrongRobotError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
 from firmware_protocol.messages import (
     ARMED_FLAG,
     HOST_COMPONENT,
     HOST_SYSTEM,
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
@@ -27,15 +26,17 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer.answers import for_another
+from firmware_protocol.peer.answers import ANSWERS, for_another
 from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
-from firmware_protocol.peer.exchange import NEVER, NOW, Exchanges, Retry, Ticket
-from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams
+from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
+from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
+from firmware_protocol.peer.recognition import unfit
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
+from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
-from firmware_protocol.versions import other_version
+from firmware_protocol.versions import spoken_minor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -47,8 +48,6 @@ if TYPE_CHECKING:
 
 _ARM_SLACK: Final = 0.1
 """A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
-_CLOCK_SLACK: Final = 1.0
-"""Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
 
 
 class Peer(Requests):
@@ -66,6 +65,7 @@ class Peer(Requests):
         roles: What kinds of robots there are; it is taken for the first until it has said what it is (`product_id`).
         retry: When to ask again.
         pace: On a slow line, what to ask of the robot, instead of its role's streams and `retry`; None: it need not be spared.
+        timetable: Is told when `due` must be called next, and whether the robot is to be kept moving; None: nobody's.
 
     Attributes:
         role: What kind of robot it is, as far as is known.
@@ -74,7 +74,6 @@ class Peer(Requests):
         version: What the robot said about itself.
         heartbeat: Its last heartbeat.
         status: Its last status.
-        armed: As far as is known; None while nothing is: it has not been heard, or is lost.
         streams: Whether what it is to send by itself comes.
         counters: How well it is heard.
         clock: Comparison of its clock with ours.
@@ -93,21 +92,24 @@ class Peer(Requests):
         host_component: int = HOST_COMPONENT,
         retry: Retry = Retry(),  # noqa: B008 - frozen
         pace: Pace | None = None,
+        timetable: Timetable | None = None,
     ) -> None:
         role = roles[0]
         if pace is not None:
             retry = pace.retry
         self.counters = Counters()
         label = f"robot {system}"
-        exchanges = Exchanges(label, self.counters, retry)
-        super().__init__(system, host_system, host, exchanges, Numbering(), role=role, open_session=open_session, pace=pace)
+        exchanges = Exchanges(label, self.counters, retry, self._plan)
+        table = Timetable() if timetable is None else timetable
+        super().__init__(
+            system, host_system, host, exchanges, Numbering(), timetable=table, role=role, open_session=open_session, pace=pace
+        )
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
         self.failure: HilError | None = None
         self.version: AutopilotVersion | None = None
         self.heartbeat: Heartbeat | None = None
         self.status: RobotStatus | None = None
-        self.armed: bool | None = None
         self.clock = ClockComparison()
         self._label = label
         self._roles = roles
@@ -125,13 +127,14 @@ class Peer(Requests):
         self._events: list[Event] = []
         self._outbox: list[Message] = []
         self._frames = FrameStreams(self.counters)
-        self._robot_clock = float("-inf")
+        self._robot_clock = RobotClock()
         self._heard = now
         self._armed_at = float("-inf")
         self._heartbeat_due = NOW
         self._timesync_due = NOW
         self._silence_due = now + SILENCE
         self._timer_due = NOW
+        self._plan()
 
     @property
     def ready(self) -> bool:
@@ -143,16 +146,6 @@ class Peer(Requests):
         """Component ids heard of this system (25 is a referee)."""
         return self._frames.components
 
-    @property
-    def kept(self) -> bool:
-        """It is armed, and ours to keep moving by ROBOT_ALIVE."""
-        return bool(self.armed) and self._open_session
-
-    @property
-    def taken(self) -> bool:
-        """It is ours to command, not only to watch."""
-        return self._open_session
-
     def take(self, now: float) -> None:
         """Open a session with a robot that was only being watched: it is stopped and disarmed by that.
 
@@ -161,6 +154,7 @@ class Peer(Requests):
         """
         if not self._open_session:
             self._open_session = True
+            self._set_armed(self._armed)
             self._move(Input.TAKEN, now)
 
     @property
@@ -179,31 +173,33 @@ class Peer(Requests):
         Returns:
             What the user should see: the message, unless it is a repetition, and what has followed from it.
         """
-        message = received.message
+        message, time = received.message, received.time
+        kind = type(message)
         from_robot = received.component == ROBOT_COMPONENT
         if from_robot:
-            self._heard = received.time
+            self._heard = time
             if self.state is PeerState.LOST:
-                self._move(Input.HEARD, received.time)
+                self._move(Input.HEARD, time)
         elif self._pace is not None and self.ready:
             self._ease_companion(received.component)
         if not self._frames.count(received):
             return self._take()
-        if for_another(message, *self._us):
+        if kind in ANSWERS and for_another(message, *self._us):
             return [received, *self._take()]
         show = True
         if from_robot:
-            if self.streams.heard(type(message), received.time):
-                self._events.append(StreamBack(self.system, received.time, message.NAME))
-            if type(message) is self._readings:
-                self._watch_clock(cast("Any", message).time, received.time)
+            if self.streams.heard(kind, time):
+                self._events.append(StreamBack(self.system, time, message.NAME))
+            if kind is self._readings:
+                reading: Any = message
+                self._watch_clock(reading.time, time)
             else:
                 self._note(message, received)
-        if self._exchanges.active and not self._doubtful(message):
+        if self._exchanges.active and not (kind is RobotAck and self._doubtful(message)):
             wanted = self._exchanges.answer(received)
-            self._follow(received.time)
-            show = wanted or type(message) not in self._results
-        elif type(message) in self._results:
+            self._follow(time)
+            show = wanted or kind not in self._results
+        elif kind in self._results:
             show = False
         if not self._events:
             return (received,) if show else ()
@@ -263,6 +259,7 @@ class Peer(Requests):
         self._heard, self._silence_due = now, now + SILENCE
         self._heartbeat_due = self._timer_due = NOW
         self._move(Input.LINK_BACK, now)
+        self._plan()
         return self._take()
 
     # --- Out ---------------------------------------------------------------------------------------------------------
@@ -271,8 +268,11 @@ class Peer(Requests):
         """When `due` must be called next, in s; it may be called earlier."""
         if self._outbox:
             return NOW
-        question, timer = self._exchanges.next_due, self._timer_due
-        return min(timer, question)  # asked of every robot in every step: `min` takes twice the time
+        return min(self._timer_due, self._exchanges.next_due)
+
+    def _plan(self) -> None:
+        """Tell when `due` must be called next, since that may have changed."""
+        self._timetable.plan(self.system, self.next_due())
 
     @property
     def urgent(self) -> bool:
@@ -298,6 +298,7 @@ class Peer(Requests):
             self._follow(now)
         if now >= self._timer_due:
             out += self._timers(now)
+        self._plan()
         return out
 
     def heartbeat_sent(self, now: float) -> None:
@@ -317,6 +318,7 @@ class Peer(Requests):
         """Expect a stream at another rate from now on."""
         self.streams.want(message, period, self._heard)
         self._timer_due = NOW
+        self._plan()
 
     # --- Within ------------------------------------------------------------------------------------------------------
 
@@ -339,6 +341,7 @@ class Peer(Requests):
         self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
         if self.ready:
             self._timer_due = min(self._timer_due, self._timesync_due)
+        self._plan()
 
     def _watch_streams(self, now: float) -> None:
         """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
@@ -397,26 +400,31 @@ class Peer(Requests):
                 self.heartbeat = message
                 armed = bool(message.base_mode & ARMED_FLAG)
                 if armed or received.time >= self._armed_at + _ARM_SLACK:
-                    self.armed = armed
+                    self._set_armed(armed)
                 self._move(Input.HEARD, received.time)
             case RobotStatus():
                 self._on_status(message, received.time)
             case Timesync() if message.tc1 == 0:
                 asked_by = (received.system, received.component)
-                self._outbox.append(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
+                self._put_out(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
             case Timesync():
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
-                self._outbox.append(Ping(message.time_usec, message.seq, received.system, received.component))
+                self._put_out(Ping(message.time_usec, message.seq, received.system, received.component))
             case _ if type(message) in self._results:
                 result = cast("Any", message)
-                self._outbox.append(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+                self._put_out(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+
+    def _put_out(self, message: Message) -> None:
+        """Have a message sent with what is due next, which is at once."""
+        self._outbox.append(message)
+        self._plan()
 
     def _on_status(self, status: RobotStatus, now: float) -> None:
         """Look whether the robot has restarted."""
         before, self.status = self.status, status
         if before is not None and before.boot_count != status.boot_count:
-            self._robot_clock = status.time
+            self._robot_clock.begin(status.time)
             self._move(Input.RESTARTED, now)
             return
         self._watch_clock(status.time, now)
@@ -429,11 +437,8 @@ class Peer(Requests):
             self._move(Input.RESTARTED if self._had_session and status.session == 0 else same, now)
 
     def _watch_clock(self, time: float, now: float) -> None:
-        """A robot whose clock goes back has restarted."""
-        if time > self._robot_clock:
-            self._robot_clock = time
-        elif time < self._robot_clock - _CLOCK_SLACK:
-            self._robot_clock = time
+        """See whether the robot has restarted."""
+        if self._robot_clock.went_back(time):
             self._move(Input.RESTARTED, now)
 
     def _follow(self, now: float) -> None:
@@ -442,7 +447,7 @@ class Peer(Requests):
             arming, armed = self._arming
             self._arming = None
             if arming.error is None:
-                self.armed = armed
+                self._set_armed(armed)
                 self._armed_at = now if armed else float("-inf")
         ticket = self._handshake
         if ticket is None or not ticket.done:
@@ -462,28 +467,18 @@ class Peer(Requests):
     def _judge(self, version: AutopilotVersion, now: float) -> None:
         """Can we speak with it?"""
         self.version = version
-        major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF
-        if self._uid and version.uid and version.uid != self._uid:
-            self.failure = WrongRobotError(
-                f"another robot answers as system {self.system}: its unique id is {version.uid:016x}, "
-                f"that of the one that was lost {self._uid:016x}"
-            )
+        self.failure = unfit(version, self.system, self._uid, self.role)
+        if isinstance(self.failure, WrongRobotError):
             self._move(Input.STRANGER, now)
-            return
-        if major == PROTOCOL_MAJOR:
+        elif self.failure is not None:
+            self._move(Input.VERSION_BAD, now)
+        else:
             role = next((role for role in self._roles if role.product == version.product_id), self.role)
             if role is not self.role:  # one that names no product that we know is what it was taken for
                 self._play(role)
             self._uid = version.uid or self._uid
             if self.status is None or not self._move(Input.RECOGNISED, now):
                 self._move(Input.VERSION_GOOD if self._open_session else Input.WATCH_ONLY, now)
-            return
-        if major == 0:
-            text = f"system {self.system} speaks MAVLink but is no {self.role.name}: it names no version of our protocol"
-        else:
-            text = f"{self._label} {other_version(f'{major}.{minor}')}"
-        self.failure = VersionError(text)
-        self._move(Input.VERSION_BAD, now)
 
     def _play(self, role: Role) -> None:
         """It is of this kind."""
@@ -511,7 +506,8 @@ class Peer(Requests):
             case PeerState.OPENING | PeerState.REOPENING:
                 self._candidate = self._new_session()
                 target = (self.system, ROBOT_COMPONENT)
-                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=PROTOCOL_MINOR)
+                minor = spoken_minor(0 if self.version is None else self.version.middleware_sw_version)
+                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=minor)
                 self._handshake = self._exchanges.add(SessionExchange(opening, self.numbering))
             case PeerState.CHECKING | PeerState.COMPARING:
                 check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
@@ -522,7 +518,7 @@ class Peer(Requests):
                 self._lose(now)
             case PeerState.SILENT | PeerState.AWAITED:
                 self._handshake = self._arming = None
-                self.armed = None
+                self._set_armed(None)
                 self._gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED | PeerState.UNUSABLE:
@@ -539,7 +535,7 @@ class Peer(Requests):
         self._eased_companions.clear()
         if happened is Input.OPENED:
             self.numbering.open(self._candidate)
-            self.armed = self.heartbeat is not None and self.heartbeat.custom_mode in self.role.undisturbed
+            self._set_armed(self.heartbeat is not None and self.heartbeat.custom_mode in self.role.undisturbed)
             for message, interval in self.streams.intervals.items():
                 self._ask_for_stream(message, interval)
             self._ease_rest()
@@ -548,6 +544,7 @@ class Peer(Requests):
         self.streams.begin(now)
         self._timesync_due = now
         self._timer_due = NOW
+        self._plan()
         if not self._known:
             self._events.append(PeerFound(self.system, now))
         elif not self._present:
@@ -567,7 +564,7 @@ class Peer(Requests):
         """The robot fell silent."""
         self._gone(f"nothing heard for {SILENCE:g} s", now)
         self._handshake = self._arming = None
-        self.armed = None
+        self._set_armed(None)
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)
@@ -578,7 +575,7 @@ class Peer(Requests):
         self._restarted = self._known
         self._handshake = self._arming = None
         self.numbering.session = None
-        self.armed = None
+        self._set_armed(None)
         self.streams.end()
         self.clock.reset()
         self.unavailable = PeerLostError(f"{self._label} has restarted")
@@ -589,11 +586,12 @@ class Peer(Requests):
         self._handshake = self._arming = None
         self._had_session = self._had_session or self.numbering.session is not None
         self.numbering.session = None
-        self.armed = None
+        self._set_armed(None)
         self.streams.end()
         self.clock.reset()
         self._outbox.clear()
         self._timer_due = self._silence_due = NEVER
+        self._plan()
         self._exchanges.shut = self.unavailable
         if self.unavailable is not None:
             self._exchanges.fail_all(self.unavailable)

@@ -17,6 +17,9 @@ _WINDOW: Final = 15
 _WINDOW_FRAMES: Final = 32
 """A frame that comes twice does so within so many."""
 
+_CLOCK_SLACK: Final = 1.0
+"""Frames may overtake each other by less than this, in s: a robot's clock that goes back further has restarted."""
+
 
 @dataclass(slots=True)
 class Counters:
@@ -145,6 +148,35 @@ class FrameStreams:
         stream.recent.append(received.raw)
         self._counters.good += 1
         return True
+
+
+class RobotClock:
+    """A robot's own clock: one that goes back has restarted, and the robot with it."""
+
+    def __init__(self) -> None:
+        self._latest = float("-inf")
+
+    def begin(self, time: float) -> None:
+        """The robot has restarted.
+
+        Args:
+            time: What its clock says since, in s.
+        """
+        self._latest = time
+
+    def went_back(self, time: float) -> bool:
+        """Whether the robot has restarted since its clock was seen last.
+
+        Args:
+            time: What it says now, in s.
+        """
+        if time > self._latest:
+            self._latest = time
+            return False
+        restarted = time < self._latest - _CLOCK_SLACK
+        if restarted:
+            self._latest = time
+        return restarted
 
 
 class ClockComparison:

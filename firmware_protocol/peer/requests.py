@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
+    from firmware_protocol.peer.timetable import Timetable
     from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")
@@ -54,6 +55,7 @@ class Requests:
         open_session: The robot is to be ours to command, not only watched.
         exchanges: Where questions are kept until they are answered.
         numbering: Session and sequence of numbered messages.
+        timetable: Is told whether the robot is to be kept moving.
         role: What kind of robot it is.
         pace: On a slow line, what to ask of the robot.
 
@@ -72,6 +74,7 @@ class Requests:
         exchanges: Exchanges,
         numbering: Numbering,
         *,
+        timetable: Timetable,
         role: Role,
         open_session: bool,
         pace: Pace | None = None,
@@ -84,11 +87,33 @@ class Requests:
         self._host = host
         self._open_session = open_session
         self._exchanges = exchanges
+        self._timetable = timetable
         self._pace = pace
+        self._armed: bool | None = None
         self._eased: Ticket[CommandAck] | None = None
         self._eased_companions: set[int] = set()
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
         self._pings = 0
+
+    @property
+    def taken(self) -> bool:
+        """It is ours to command, not only to watch."""
+        return self._open_session
+
+    @property
+    def armed(self) -> bool | None:
+        """Its wheels may turn, as far as is known; None while nothing is: it has not been heard, or is lost."""
+        return self._armed
+
+    @property
+    def kept(self) -> bool:
+        """It is armed, and ours to keep moving by ROBOT_ALIVE."""
+        return bool(self._armed) and self._open_session
+
+    def _set_armed(self, armed: bool | None) -> None:  # noqa: FBT001 - None is a third one
+        """Note whether it is armed."""
+        self._armed = armed
+        self._timetable.keep(self.system, moving=self.kept)
 
     def command(self, name: str, command: int, *parameters: float, component: int = ROBOT_COMPONENT) -> Ticket[CommandAck]:
         """Send any standard command.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.peer.exchange import NEVER
+from firmware_protocol.peer.timetable import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -23,7 +23,7 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.commands import NumberedExchange, reason_in_words
 from firmware_protocol.peer.role import Role
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver, Outcome
@@ -54,7 +54,7 @@ MOST_REPETITIONS: Final = 10
 RESULT_MARGIN: Final = 0.3
 """How much later than expected the result of a maneuver may come before it is asked for again, in s."""
 _REFLEX_TIMES: Final = ("REFLEX_BACK", "REFLEX_TURN")
-LONGEST_REFLEX: Final = sum(parameter.maximum * 1e-3 for parameter in PARAMETERS if parameter.name in _REFLEX_TIMES)
+LONGEST_REFLEX: Final = sum(parameter.maximum * 1e-3 for parameter in JUNIOR_PARAMETERS if parameter.name in _REFLEX_TIMES)
 """How long the floor reflex may prolong a maneuver, whatever its parameters are set to, in s."""
 EMPTY: Final = ManeuverFields(period=0.0, options=0, count=0, actions=(0,) * MAX_ACTIONS)
 """The maneuver of a slot that is erased."""

@@ -2,7 +2,9 @@
 
 An 11-bit identifier is `function << 7 | node`. The node is the robot's system id, 1 to 127, and 0 for all; a function is
 twice the urgency class (0 is the most urgent) plus the direction (0 to the robot, 1 from it). One host is on the bus: two
-nodes may not send the same identifier. The emulators' referee is a node of its own and has functions of its own.
+nodes may not send the same identifier. The emulators' referee, or table, is a node of its own and has functions of its own.
+A function means the same whatever the role of the node: a role that needs single frames has functions of its own, and the
+other roles leave them alone.
 
 A transfer is a message cut into frames with one identifier. Byte 0 of each is `transfer << 5 | part`; the other seven bytes
 of all parts, one after the other, are message number (u16), length (u8), payload and CRC-16/MCRF4XX (u16) of all that and
@@ -14,7 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from firmware_protocol.messages import JuniorSensors, JuniorWheels, RobotAlive
+from firmware_protocol.messages import JuniorSensors, JuniorWheels, RobotAlive, SwarmMove
 from firmware_protocol.wire.fields import SIZES, Message, Wire, wire_order
 
 FUNCTION_SHIFT: Final = 7
@@ -27,6 +29,7 @@ LAST_NODE: Final = 127
 ESTOP_FUNCTION: Final = 0
 WHEELS_FUNCTION: Final = 2
 SWITCHES_FUNCTION: Final = 3
+MOVE_FUNCTION: Final = 4
 EYES_FUNCTION: Final = 5
 ALIVE_FUNCTION: Final = 6
 TRAVEL_FUNCTION: Final = 7
@@ -100,6 +103,13 @@ def single_frames() -> tuple[SingleFrame, ...]:
             "JUNIOR_WHEELS without the session.",
             "HOST",
             _pick(JuniorWheels, "sequence", "speed", "duration"),
+        ),
+        (
+            MOVE_FUNCTION,
+            "SWARM_MOVE_FRAME",
+            "SWARM_MOVE without session, face, speed, effort and sectors.",
+            "HOST",
+            _pick(SwarmMove, "sequence", "heading", "distance", "sector", "options"),
         ),
         (
             ALIVE_FUNCTION,

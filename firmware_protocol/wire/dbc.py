@@ -1,12 +1,12 @@
 """CAN without I/O: frames in, typed events out; messages in, frames out. `dialect/junior.dbc` is the database of it.
 
-An emergency stop, JUNIOR_WHEELS, ROBOT_ALIVE and three digests of JUNIOR_SENSORS are single frames; every other message is
-a transfer (`can_layout` says how). Nothing that comes from the wire raises: each frame that comes in is in the `raw` of
-exactly one event.
+An emergency stop, JUNIOR_WHEELS, ROBOT_ALIVE, a plain SWARM_MOVE and three digests of JUNIOR_SENSORS are single frames; every
+other message is a transfer (`can_layout` says how). Nothing that comes from the wire raises: each frame that comes in is in
+the `raw` of exactly one event.
 
-What a single frame does not carry is supplied here: JUNIOR_WHEELS has the session that was opened last with its robot; of
-the robot's time, which wraps after 49 days in the digests, the upper part is taken from ROBOT_STATUS. A digest is used
-together with the two others of its moment, or not at all.
+What a single frame does not carry is supplied here: JUNIOR_WHEELS has the session that was opened last with its robot,
+SWARM_MOVE that and the sectors that SWARM_SENSE has told it since; of the robot's time, which wraps after 49 days in the
+digests, the upper part is taken from ROBOT_STATUS. A digest is used together with the two others of its moment, or not at all.
 
 A transfer of which a part is missing is discarded whole. What is not complete after `PART_TIMEOUT` of silence is given up.
 CAN checks each frame itself; the CRC of a transfer is against parts that do not belong together.
@@ -33,9 +33,12 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotSession,
     RobotStatus,
+    SwarmMove,
+    SwarmSense,
 )
 from firmware_protocol.wire import can_layout as layout
 from firmware_protocol.wire.can_frame import RECORD_LENGTH, CanFrame, pack_frames
+from firmware_protocol.wire.can_move import frame_of_move, move_of_frame
 from firmware_protocol.wire.can_transfer import LONG, Long, Partial
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import offsets
@@ -112,6 +115,7 @@ class CanCodec:
         self._next: dict[int, int] = {}
         self._counts: dict[tuple[int, int], int] = {}
         self._sessions: dict[int, int] = {}
+        self._sectors: dict[int, int] = {}
         self._times: dict[int, int] = {}
         self._events: list[Received | Rejected] = []
         self._now = 0.0
@@ -173,17 +177,26 @@ class CanCodec:
         if component not in {0, ROBOT_COMPONENT, REFEREE_COMPONENT}:
             raise EncodeError(f"component {component} has no place on a CAN bus: there are the robot (1) and the referee (25)")
         referee = component == REFEREE_COMPONENT
-        if isinstance(message, RobotSession) and not referee:
-            self._sessions[node] = message.session
         if not referee:
+            self._remember(node, message)
             if isinstance(message, JuniorWheels):
                 return [CanFrame(layout.WHEELS_FUNCTION << layout.FUNCTION_SHIFT | node, full[_WHEELS])]
+            if isinstance(message, SwarmMove) and (plain := frame_of_move(full, self._sectors.get(node, 0))):
+                return [CanFrame(layout.MOVE_FUNCTION << layout.FUNCTION_SHIFT | node, plain)]
             if isinstance(message, RobotAlive):
                 return [CanFrame(layout.ALIVE_FUNCTION << layout.FUNCTION_SHIFT | node, full[_ALIVE])]
             if isinstance(message, CommandLong) and message.command == Command.FLIGHT_TERMINATION and message.param1 == 1.0:
                 return [CanFrame(layout.ESTOP_FUNCTION << layout.FUNCTION_SHIFT | node, _STOP)]
         function = layout.REFEREE_DOWN_FUNCTION if referee else layout.TRANSFER_DOWN_FUNCTION
         return self._cut(found, full, function << layout.FUNCTION_SHIFT | node)
+
+    def _remember(self, node: int, message: Message) -> None:
+        """Note what later single frames to this robot leave out."""
+        if isinstance(message, RobotSession):
+            self._sessions[node] = message.session
+            self._sectors.pop(node, None)
+        elif isinstance(message, SwarmSense):
+            self._sectors[node] = message.sectors
 
     def _cut(self, found: Long, full: bytes, identifier: int) -> list[CanFrame]:
         """A transfer with the next number."""
@@ -263,6 +276,9 @@ class CanCodec:
         elif function == layout.WHEELS_FUNCTION:
             session = self._sessions.get(node, 0).to_bytes(2, "little")
             self._deliver(LONG[JuniorWheels.ID], session + data + bytes((node, ROBOT_COMPONENT)), identifier, 0, raw)
+        elif function == layout.MOVE_FUNCTION:
+            full = move_of_frame(data, self._sessions.get(node, 0), self._sectors.get(node, 0), node)
+            self._deliver(LONG[SwarmMove.ID], full, identifier, 0, raw)
         elif function == layout.ALIVE_FUNCTION:
             self._deliver(LONG[RobotAlive.ID], data + bytes((node, ROBOT_COMPONENT)), identifier, 0, raw)
         elif data == _STOP:
@@ -379,8 +395,8 @@ class CanCodec:
         node = identifier & layout.NODE_MASK
         if isinstance(message, RobotStatus):
             self._times[node] = round(message.time * 1000)
-        elif isinstance(message, RobotSession) and message.target_component != REFEREE_COMPONENT:
-            self._sessions[node] = message.session
+        elif isinstance(message, RobotSession | SwarmSense) and message.target_component != REFEREE_COMPONENT:
+            self._remember(node, message)
         self._accept(message, identifier, gap, raw)
 
     def _accept(self, message: Message, identifier: int, gap: int, raw: bytes) -> None:

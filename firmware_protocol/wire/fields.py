@@ -33,6 +33,21 @@ class Direction(Enum):
     BOTH = "both ways"
 
 
+class Party(Enum):
+    """Who, beside the host, says a message or understands it."""
+
+    ROBOT = "any robot"
+    JUNIOR = "a Junior"
+    SWARM = "a micro-robot"
+    REFEREE = "the referee of emulated bouts"
+    TABLE = "the table of emulated micro-robots"
+
+    @property
+    def robot(self) -> bool:
+        """It is a robot, and not what emulators put beside robots."""
+        return self not in {Party.REFEREE, Party.TABLE}
+
+
 @dataclass(frozen=True)
 class Wire:
     """The wire side of one field.
@@ -50,6 +65,7 @@ class Wire:
         text: What it means, in a phrase.
         invalid: Wire value that says "not available"; the Python value is then None.
         secret: Never shown in an error's text.
+        elements: Names of an array's elements where they are not only counted, as `("left", "right")`.
         nan: `f32` only: NaN is a value (MAVLink's "not given"). Elsewhere NaN, and everywhere infinity, is out of range.
     """
 
@@ -66,13 +82,17 @@ class Wire:
     nan: bool = False
     secret: bool = False
     newer: bool = False
+    elements: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Take the range of an enumerated field from the enumeration.
 
         Raises:
-            TypeError: It was given beside the enumeration, or there is none for `newer` to speak of.
+            TypeError: It was given beside the enumeration, or there is none for `newer` to speak of; or there are not as many
+                names as elements.
         """
+        if self.elements and len(self.elements) != self.count:
+            raise TypeError(f"{self.count} elements have not the names {', '.join(self.elements)}")
         if self.enum is None:
             if self.newer:
                 raise TypeError("`newer` is said of an enumerated field")
@@ -100,18 +120,28 @@ class Message:
         NAME: Name in the dialect.
         DIRECTION: Which way it goes.
         NUMBERED: It carries `session` and `sequence`, is answered by ROBOT_ACK and is safe to repeat.
+        PARTY: Who says it or understands it, beside the host.
     """
 
     ID: ClassVar[int] = -1
     NAME: ClassVar[str] = ""
     DIRECTION: ClassVar[Direction] = Direction.BOTH
     NUMBERED: ClassVar[bool] = False
+    PARTY: ClassVar[Party] = Party.ROBOT
 
-    def __init_subclass__(cls, *, id: int, direction: Direction, numbered: bool = False) -> None:  # noqa: A002
+    def __init_subclass__(
+        cls,
+        *,
+        id: int,  # noqa: A002
+        direction: Direction,
+        numbered: bool = False,
+        party: Party = Party.ROBOT,
+    ) -> None:
         """Set the class constants; the dialect's name follows from the class's own."""
         cls.ID = id
         cls.DIRECTION = direction
         cls.NUMBERED = numbered
+        cls.PARTY = party
         cls.NAME = "".join("_" + c if c.isupper() else c for c in cls.__name__).lstrip("_").upper()
 
 

@@ -56,8 +56,12 @@ _AT_FLAGS: Final = 2
 _HEADER: Final = Struct("<BBBBBBBHB")
 _CHECKSUM: Final = Struct("<H")
 _EXTRA: Final = {number: bytes((crc_extra(message),)) for number, message in MESSAGES.items()}
-_DOWN: Final = {number: (PAYLOADS[number], _EXTRA[number]) for number in MESSAGES}
-_UP: Final = {message: (number, PAYLOADS[number], _EXTRA[number]) for number, message in MESSAGES.items()}
+_AROUND: Final = HEADER_LENGTH + CHECKSUM_LENGTH
+"""Bytes of a frame without a signature that are not payload."""
+_DOWN: Final = {number: (payload, payload.length, _EXTRA[number]) for number, payload in PAYLOADS.items()}
+_UP: Final = {
+    message: (number & 0xFFFF, number >> 16, PAYLOADS[number], _EXTRA[number]) for number, message in MESSAGES.items()
+}
 
 
 class MavlinkCodec:
@@ -106,14 +110,12 @@ class MavlinkCodec:
         entry = _UP.get(type(message))
         if entry is None:
             raise EncodeError(f"{type(message).__name__} is not a message of this protocol")
-        number, payload, extra = entry
+        low, high, payload, extra = entry
         full = payload.pack(message)
         body = full.rstrip(b"\0") or full[:1]
-        frame = (
-            _HEADER.pack(MARKER, len(body), 0, 0, self.sequence, self.system, self.component, number & 0xFFFF, number >> 16)
-            + body
-        )
-        self.sequence = (self.sequence + 1) & 0xFF
+        sequence = self.sequence
+        frame = _HEADER.pack(MARKER, len(body), 0, 0, sequence, self.system, self.component, low, high) + body
+        self.sequence = (sequence + 1) & 0xFF
         return frame + _CHECKSUM.pack(mcrf4xx(frame[1:] + extra))
 
     def receive(self, data: bytes, now: float) -> list[Received | Rejected]:
@@ -126,10 +128,15 @@ class MavlinkCodec:
         Returns:
             What it completed, in the order of the bytes.
         """
-        events = self.flush(now) if now - self._stamp > SILENCE else []
+        events = self.flush(now) if now - self._stamp > SILENCE and (self._buffer or self._junk) else []
         if data:
             self._stamp = now
-            self._scan(self._buffer + data if self._buffer else bytes(data), events, final=False)
+            data = self._buffer + data if self._buffer else bytes(data)
+            plain = self._take_plain(data, events)
+            if plain < len(data):
+                self._scan(data, plain, events, final=False)
+            else:
+                self._buffer = b""
         return events
 
     def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
@@ -144,13 +151,13 @@ class MavlinkCodec:
         """
         events: list[Received | Rejected] = []
         if (self._buffer or self._junk) and (ended or now - self._stamp > SILENCE):
-            self._scan(self._buffer, events, final=True)
+            self._scan(self._buffer, 0, events, final=True)
             self._report(events)
         return events
 
-    def _scan(self, data: bytes, events: list[Received | Rejected], *, final: bool) -> None:
-        """Find frames; leaves in the buffer what may yet become one, unless `final`."""
-        at, end = 0, len(data)
+    def _scan(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> None:
+        """Find frames from `at` on; leaves in the buffer what may yet become one, unless `final`."""
+        end = len(data)
         while at < end:
             if data[at] == MARKER:
                 taken = self._take(data, at, events, final=final)
@@ -164,6 +171,36 @@ class MavlinkCodec:
                     at = end
                 self._skip(data[start:at], events)
         self._buffer = data[at:]
+
+    def _take_plain(self, data: bytes, events: list[Received | Rejected]) -> int:
+        """Take the frames that are there whole, good and unsigned, up to the first that is not: `_take` judges what that is.
+
+        Returns:
+            Bytes used up.
+        """
+        at, end, stamp = 0, len(data), self._stamp
+        if self._junk:
+            return at
+        while end - at > _AROUND:
+            marker, length, flags, _, sequence, system, component, low, high = _HEADER.unpack_from(data, at)
+            entry = _DOWN.get(high << 16 | low)
+            if entry is None or marker != MARKER or flags:
+                break
+            payload, longest, extra = entry
+            tail = at + HEADER_LENGTH + length
+            after = tail + CHECKSUM_LENGTH
+            if not 0 < length <= longest or after > end:
+                break
+            if mcrf4xx(data[at + 1 : tail] + extra) != data[tail] | data[tail + 1] << 8:
+                break
+            try:
+                message = payload.unpack(data[at + HEADER_LENGTH : tail])
+            except BadValueError:
+                break
+            events.append(Received(message, system, component, sequence, stamp, data[at:after]))
+            self.good += 1
+            at = after
+        return at
 
     def _take(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> int:
         """Judge what begins with the marker at `at`.
@@ -180,8 +217,8 @@ class MavlinkCodec:
         entry = _DOWN.get(high << 16 | low)
         if entry is None:
             return self._refuse_header(RejectReason.UNKNOWN_MESSAGE, size, f"message id {high << 16 | low}", events)
-        payload, extra = entry
-        if not 0 < length <= payload.length or flags & ~FLAG_SIGNED:
+        payload, longest, extra = entry
+        if not 0 < length <= longest or flags & ~FLAG_SIGNED:
             detail = f"{payload.message.NAME} with length {length}, flags {flags:#04x}"
             return self._refuse_header(RejectReason.BAD_HEADER, size, detail, events)
         if left < size:
@@ -284,6 +321,10 @@ class SignedMavlinkCodec(MavlinkCodec):
         body = plain[1:_AT_FLAGS] + _SIGNED + plain[_AT_FLAGS + 1 : -CHECKSUM_LENGTH]
         frame = _START + body + _CHECKSUM.pack(mcrf4xx(body + _EXTRA[message.ID]))
         return frame + self._signing.sign(frame)
+
+    def _take_plain(self, data: bytes, events: list[Received | Rejected]) -> int:  # noqa: ARG002 - none is believed at once
+        """Take nothing: no frame is good without its signature."""
+        return 0
 
     def _take(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> int:
         """Judge what begins with the marker at `at`; of a good frame also who sent it, and when."""

@@ -1,4 +1,4 @@
-"""Messages to and from payload bytes, with struct formats compiled from the annotations.
+"""Messages to and from payload bytes, with struct formats and functions compiled from the annotations.
 
 The payload is MAVLink's: little-endian, fields sorted widest first, extensions behind. Framing is the codecs' business.
 """
@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import isfinite, isnan
 from operator import attrgetter
-from struct import Struct, error
+from struct import Struct
 from typing import Any, Final
 
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.messages import MESSAGES
+from firmware_protocol.wire.compiled import FAULTS, Pack, PayloadField, Unpack, compile_pack, compile_unpack
 from firmware_protocol.wire.fields import Message, Wire, wire_order
 from firmware_protocol.wire.mavlink_layout import INTEGER_LIMITS, STRUCT_CODES, raw_limits
 
@@ -146,10 +147,18 @@ def _from_raw(wire: Wire) -> Convert | None:
 class Payload:
     """The payload of one kind of message.
 
+    `pack` and `unpack` are compiled when they are first called, and hand to `pack_any` and `unpack_any`, which do the same of
+    whatever they are given, what they do not accept.
+
     Attributes:
         message: The message class.
         length: Bytes of the untrimmed payload.
+        pack: As `pack_any`, compiled.
+        unpack: As `unpack_any`, compiled.
     """
+
+    pack: Pack
+    unpack: Unpack
 
     def __init__(self, message: type[Message]) -> None:
         order = wire_order(message)
@@ -157,8 +166,11 @@ class Payload:
         layout = Struct("<" + codes)
         self.message = message
         self.length = layout.size
+        self._order = order
         self._pack = layout.pack
         self._unpack = layout.unpack
+        self.pack = self._first_pack
+        self.unpack = self._first_unpack
         self._get = attrgetter(*(name for name, _ in order))
         self._names = tuple(name for name, _ in order)
         free = [name for name, wire in order if _is_free_float(wire)]
@@ -178,7 +190,27 @@ class Payload:
         self._out = tuple(reversed(out))  # from the end: an array that is spread out moves what is behind it
         self._in = tuple(reversed(into))
 
-    def pack(self, message: Message) -> bytes:
+    def _fields(self) -> list[PayloadField]:
+        """What the compiled functions are made of."""
+        fields: list[PayloadField] = []
+        for name, wire in self._order:
+            if wire.type == "char":
+                fields.append(PayloadField(name, wire, to_raw=_text_to_raw(wire), from_raw=_text_from_raw))
+            else:
+                fields.append(PayloadField(name, wire, 1 if wire.type == "f32" else _divisor(wire)))
+        return fields
+
+    def _first_pack(self, message: Message) -> bytes:
+        """Compile `pack`, and call it."""
+        self.pack = compile_pack(self.message, self._fields(), self._pack, self.pack_any)
+        return self.pack(message)
+
+    def _first_unpack(self, payload: bytes) -> Message:
+        """Compile `unpack`, and call it."""
+        self.unpack = compile_unpack(self.message, self._fields(), self._unpack, self.length, self.unpack_any)
+        return self.unpack(payload)
+
+    def pack_any(self, message: Message) -> bytes:
         """The untrimmed payload.
 
         Args:
@@ -196,14 +228,14 @@ class Payload:
                 elif len(value) == count:
                     values[index : index + 1] = value if convert is None else convert(value)
                 else:
-                    raise ValueError  # noqa: TRY301 - _explain says which field and why
+                    raise ValueError
             if self._floats is not None and not _INFINITE.isdisjoint(self._floats(message)):
-                raise ValueError  # noqa: TRY301
+                raise ValueError
             return self._pack(*values)
-        except (error, ValueError, TypeError, OverflowError, AttributeError) as cause:
+        except FAULTS as cause:
             raise self._explain(message) from cause
 
-    def unpack(self, payload: bytes) -> Message:
+    def unpack_any(self, payload: bytes) -> Message:
         """A message from its payload.
 
         Args:
@@ -252,7 +284,7 @@ def _fits(value: Any, wire: Wire) -> bool:  # noqa: ANN401 - anything a caller m
             return False
         raw = values if convert is None else (convert(values) if wire.count else (convert(value),))
         Struct(f"<{max(1, wire.count)}{STRUCT_CODES[wire.type]}").pack(*raw)
-    except (error, ValueError, TypeError, OverflowError, AttributeError):
+    except FAULTS:
         return False
     return True
 

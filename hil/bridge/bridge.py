@@ -4,31 +4,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Self
 
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError, bare_text
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     ROBOT_COMPONENT,
-    SEVERITY_ERROR,
     Heartbeat,
     RobotAlive,
     Statustext,
 )
 from firmware_protocol.peer.peer import Peer
+from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.roles.table import ROLES, SIGNS
+from firmware_protocol.roles.known import ROLES, SIGNS
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.signing import trouble
 from hil.bridge.clock import LastReading
+from hil.bridge.farewell import Farewell
 from hil.bridge.operator import INTERRUPT, Operator
 from hil.bridge.outlet import Outlet
-from hil.bridge.pump import LIMIT, SLICE, Lost, Pump, open_pump
+from hil.bridge.pump import SLICE, Lost, Pump, open_pump
 from hil.bridge.redaction import Redaction
 from hil.bridge.sessions import random_session
 from hil.bridge.surroundings import Surroundings
-from hil.bridge.taps import Opening
+from hil.bridge.taps import NOTHING, Opening
 from hil.bridge.witness import Witness
 from hil.connecting.diagnosis import Seen
 
@@ -46,12 +47,8 @@ if TYPE_CHECKING:
     from hil.bridge.reopening import Reopening
     from hil.bridge.taps import Circumstances, Tap
 
-_NEWS_PERIOD: Final = 1.0
-"""Shortest time between two pieces of news of bytes that were dropped, in s."""
 _GAP: Final = 0.1
 """A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
-_LAST_WORDS: Final = 1.0
-"""An error that was told so shortly before the end of a link is taken for its reason, in s."""
 
 
 class Bridge:
@@ -99,12 +96,10 @@ class Bridge:
         peers: Robots heard so far that are spoken with, by system id.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
-        overrun: Bytes that came and were dropped, since they came faster than they were taken in.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
         operator: Whose keys and signals are taken in by the steps.
         witness: What was seen while no robot could be used: since the bridge began, or since one was lost.
-        farewell: What was said at the other end when the link ended last, as by a server that turns us away; else empty.
     """
 
     def __init__(
@@ -132,9 +127,10 @@ class Bridge:
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
         self.peers: dict[int, Peer] = {}
+        self._timetable = Timetable()
         self._heard: set[int] = set()
         self._shunned: set[int] = set()
-        self.unclaimed = self.unsent = self.overrun = 0
+        self.unclaimed = self.unsent = 0
         self.lost: LinkError | None = None
         self.patience = 0.0 if reopening is None else reopening.patience
         self._read_clock = reading.read
@@ -148,21 +144,20 @@ class Bridge:
         self._open_sessions = open_sessions
         self._draw = session
         self.host = self._session()
+        self._alive = (RobotAlive(self.host),)
         self.signing = signing
         self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
         self._redaction = Redaction(link.wire)
         self._outlet = Outlet(self._codec.encode, self._taps)
         self._hello_due = self._alive_due = self._taken_in = self.now
         self._ended: LinkError | None = None
-        self._overrun_due = float("-inf")
         self._told = self._closed = self._failed = self._waiting = False
         self._lost_at = 0.0
         self._cause: LinkError | None = None
         self._named = ""
-        self.farewell = ""
+        self._farewell = Farewell()
         self.witness = Witness(system, self.now)
         self._looking = True
-        self._complaint: tuple[float, str] | None = None
         self._untold: list[Event] = []
         self._url = link.url
         self._anew: str | None = None
@@ -188,6 +183,16 @@ class Bridge:
     def rejected(self) -> dict[RejectReason, int]:
         """Pieces of wire input that were no good message, by reason."""
         return self._codec.rejected
+
+    @property
+    def farewell(self) -> str:
+        """What was said at the other end when the link ended last, as by a server that turns us away; else empty."""
+        return self._farewell.said
+
+    @property
+    def overrun(self) -> int:
+        """Bytes that came and were dropped, since they came faster than they were taken in, as far as that has been told."""
+        return self._around.told
 
     @property
     def signed(self) -> int:
@@ -226,7 +231,8 @@ class Bridge:
         if self._anew is not None:
             self._forget_sessions(self._anew, now, events)
         self._take_in(chunks, now, events)
-        self._hear_of_link(met, now, events)
+        if met is not NOTHING or self._pace_untold is not None or self._around.dropped != self._around.told:
+            self._hear_of_link(met, now, events)
         if self._reopening is not None:
             self._turn(self._reopening, self._around.turn, now, events)
         if now >= self.next_due() and self._ended is None:
@@ -253,7 +259,9 @@ class Bridge:
             if self._looking:
                 self.witness.came(data, stamp)
             found = self._codec.receive(data, stamp)
-            self._pass(self._redaction.received(stamp, data, found))
+            passed = self._redaction.received(stamp, data, found)
+            if self._taps:
+                self._pass(passed)
             self._take(found, events)
         if not chunks and (rest := self._codec.flush(now)):
             self._pass(self._redaction.judged(rest))
@@ -298,7 +306,9 @@ class Bridge:
         """
         self._robots = robots
         self._shunned |= self._heard - set(robots)
-        self.peers = {system: peer for system, peer in self.peers.items() if system in robots}
+        for system in self.peers.keys() - set(robots):
+            del self.peers[system]
+            self._timetable.leave(system)
 
     def begin_anew(self, cause: str) -> None:
         """Treat the robots that are ours as if their link had been lost and were back, since nobody has seen to them for long.
@@ -342,18 +352,16 @@ class Bridge:
     @property
     def urgent(self) -> bool:
         """Something is to be sent that nothing else may hold up: an emergency stop, a stop."""
-        return any(peer.urgent for peer in self.peers.values())
+        return self._timetable.soonest == NOW and any(peer.urgent for peer in self.peers.values())
 
     def next_due(self) -> float:
         """When something must be sent next."""
         if self._failed:
-            return float("inf")
+            return NEVER
         if not self.peers:
             return self._hello_due
-        soonest = min([peer.next_due() for peer in self.peers.values()])
-        if self._alive_due < soonest and any(peer.kept for peer in self.peers.values()):
-            return self._alive_due
-        return soonest
+        timetable = self._timetable
+        return self._alive_due if timetable.kept and self._alive_due < timetable.soonest else timetable.soonest
 
     def _pass(self, chunks: Sequence[Chunk]) -> None:
         """Tell the taps of bytes that came."""
@@ -373,15 +381,16 @@ class Bridge:
         for item in items:
             if witness is not None:
                 witness.saw(item)
-            if not isinstance(item, Received) or item.system not in self._shunned:  # of others there are the bytes
+            if taps and (item.system not in self._shunned or not isinstance(item, Received)):  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
             if not isinstance(item, Received):
                 events.append(item)
                 self._blame(item)
                 continue
-            if type(item.message) is Statustext and item.message.severity <= SEVERITY_ERROR:
-                self._complaint = (item.time, item.message.text)
+            message = item.message
+            if type(message) is Statustext:
+                self._farewell.heard(message, item.time)
             peer = peers.get(item.system) or self._meet(item)
             if peer is None:
                 events.append(item)
@@ -415,6 +424,7 @@ class Bridge:
             return None
         if not heartbeat:
             return None
+        self._timetable.enter(system)
         peer = Peer(
             system,
             session=self._session,
@@ -425,6 +435,7 @@ class Bridge:
             host_system=self._system,
             host_component=self._component,
             pace=self.pace,
+            timetable=self._timetable,
         )
         self.peers[system] = peer
         return peer
@@ -445,7 +456,7 @@ class Bridge:
 
     def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone and will be opened again."""
-        error = self._explained(error, now)
+        error = self._farewell.explained(error, now)
         if not self._waiting:
             self._lost_at = now
         if not self._waiting or str(error) != str(self._cause):
@@ -485,12 +496,8 @@ class Bridge:
             self._pace_untold = None
         for text in met.news:
             self._report(text, now, events)
-        overrun = self._around.dropped
-        if overrun != self.overrun and now >= self._overrun_due:
-            dropped = f"{overrun - self.overrun:,} bytes that had come were dropped, the oldest first"
-            self._report(f"{dropped}: more than {LIMIT // 1024:,} KiB were waiting to be taken in", now, events)
-            self.overrun = overrun
-            self._overrun_due = now + _NEWS_PERIOD
+        if text := self._around.dropped_news(now):
+            self._report(text, now, events)
 
     def seen(self, wanted: int | None = None) -> Seen:
         """What there is to judge by why no robot can be used.
@@ -538,8 +545,8 @@ class Bridge:
             self._hello_due = now + HEARTBEAT_PERIOD
             self._write([HOST_HEARTBEAT], now)
             return
-        peers = list(self.peers.values())
         urgent = self.urgent
+        peers = [self.peers[system] for system in self._timetable.take(now)]
         if urgent:
             peers.sort(key=lambda peer: not peer.urgent)
         else:
@@ -559,9 +566,9 @@ class Bridge:
 
     def _keep(self, now: float) -> None:
         """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
-        if now >= self._alive_due and any(peer.kept for peer in self.peers.values()):
+        if now >= self._alive_due and self._timetable.kept:
             self._alive_due = now + KEEP_ALIVE
-            self._write([RobotAlive(self.host)], now)
+            self._write(self._alive, now)
 
     def _write(self, messages: Sequence[Message], now: float) -> None:
         """Encode, send, and tell the taps. A link that fails is noted."""
@@ -579,17 +586,9 @@ class Bridge:
             self._failed = True
             self._pump.drop(sent)
 
-    def _explained(self, error: LinkError, now: float) -> LinkError:
-        """Why a link has ended, with what was said at its other end just before."""
-        complaint, self._complaint = self._complaint, None
-        if complaint is None or now - complaint[0] > _LAST_WORDS:
-            return error
-        self.farewell = complaint[1]
-        return LinkClosedError(error.url, f"{bare_text(error)}; it said: {self.farewell}")
-
     def _end(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone: tell everybody, once."""
-        self._ended = error = self._explained(error, now)
+        self._ended = error = self._farewell.explained(error, now)
         self._told = True
         self._give_up(now, events)
         for peer in self.peers.values():

@@ -26,7 +26,7 @@ KEY: Final = "key "
 """What a pressed key begins with."""
 
 
-class Input(NamedTuple):
+class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
@@ -47,9 +47,9 @@ class Operator:
     """
 
     def __init__(self) -> None:
-        self.keys: Callable[[], Iterable[Input]] | None = None
-        self._asked: deque[Input] = deque()
-        self._taken: list[Input] = []
+        self.keys: Callable[[], Iterable[OperatorInput]] | None = None
+        self._asked: deque[OperatorInput] = deque()
+        self._taken: list[OperatorInput] = []
         self._wakers: list[Callable[[], None]] = []
         self._interrupting = False
 
@@ -84,41 +84,41 @@ class Operator:
         """Ask for something; fit for signal handlers and other threads.
 
         Args:
-            what: As in `Input`.
+            what: As in `OperatorInput`.
             robot: Likewise.
         """
-        self._asked.append(Input(what, robot))
+        self._asked.append(OperatorInput(what, robot))
         for wake in self._wakers:
             wake()
 
     def interrupted(self) -> None:
         """The program has been interrupted, by a step or between two: what ends a run is taken in with its last steps."""
         if not self._interrupting:
-            self._asked.append(Input(INTERRUPTED))
+            self._asked.append(OperatorInput(INTERRUPTED))
 
     def withdraw(self, what: str) -> None:
         """It has been seen to otherwise, should no step have taken it in.
 
         Args:
-            what: As in `Input`.
+            what: As in `OperatorInput`.
         """
         with suppress(ValueError):
-            self._asked.remove(Input(what))
+            self._asked.remove(OperatorInput(what))
 
-    def take(self) -> tuple[Input, ...]:
+    def take(self) -> tuple[OperatorInput, ...]:
         """What was asked for since the step before; called by every step of a bridge, once."""
         if self.keys is not None:
             self._asked.extend(self.keys())
         if not self._asked:
             return ()
-        taken: list[Input] = []
+        taken: list[OperatorInput] = []
         while self._asked:
             taken.append(self._asked.popleft())
         self._taken += [one for one in taken if one.what not in {INTERRUPT, INTERRUPTED}]
         self._interrupting = self._interrupting or any(one.what == INTERRUPT for one in taken)
         return tuple(taken)
 
-    def pressed(self) -> list[Input]:
+    def pressed(self) -> list[OperatorInput]:
         """The keys that steps have taken in since this was last called, in order."""
         return self._done(lambda one: one.what.startswith(KEY))
 
@@ -126,7 +126,7 @@ class Operator:
         """Likewise, whether the program was to be stopped, or has gone on."""
         return [one.what for one in self._done(lambda one: one.what in {SUSPEND, CONTINUE})]
 
-    def _done(self, wanted: Callable[[Input], bool]) -> list[Input]:
+    def _done(self, wanted: Callable[[OperatorInput], bool]) -> list[OperatorInput]:
         if not self._taken:
             return []
         found = [one for one in self._taken if wanted(one)]

@@ -39,24 +39,25 @@ class Outlet:
         Returns:
             The bytes as they went out; why they did not.
         """
-        encode = self._encode
-        frames = [encode(message) for message in messages]
-        data = b"".join(frames)
+        frames = list(map(self._encode, messages))
+        data = frames[0] if len(frames) == 1 else b"".join(frames)
         failure: LinkError | None = None
         try:
             link.write(data)
         except LinkError as error:
             failure = error
-        told = data
-        if any(isinstance(message, SetupSigning) for message in messages):
-            pairs = zip(messages, frames, strict=True)
-            told = b"".join(redacted(frame) if isinstance(message, SetupSigning) else frame for message, frame in pairs)
-        if failure is not None:
-            for tap in self._taps:
-                tap.unsent(now, told, failure)
-            return failure
+        if self._taps:
+            self._tell(messages, frames, now, failure)
+        return data if failure is None else failure
+
+    def _tell(self, messages: Sequence[Message], frames: Sequence[bytes], now: float, failure: LinkError | None) -> None:
+        """Tell the taps what was written, or was not."""
+        pairs = zip(messages, frames, strict=True)
+        told = b"".join([redacted(frame) if type(message) is SetupSigning else frame for message, frame in pairs])
         for tap in self._taps:
+            if failure is not None:
+                tap.unsent(now, told, failure)
+                continue
             tap.wire_tx(now, told)
             for message in messages:
                 tap.sent(now, message)
-        return data

@@ -163,8 +163,8 @@ class InlinePump:
             return []
         if self._rest is not None:
             return self._first(self._rest)
-        if wait > 0:
-            wait = min(wait, until - self._now())
+        if wait > 0 and (left := until - self._now()) < wait:
+            wait = left
         if self._down and self._reopening is not None:
             self._try_again(self._reopening, wait)
             return []
@@ -173,7 +173,10 @@ class InlinePump:
         except LinkError as error:
             self.drop(error)
             return []
-        return self._first((self._now(), data)) if data else []
+        if not data:
+            return []
+        chunk = (self._now(), data)
+        return [chunk] if len(data) <= SLICE else self._first(chunk)
 
     def _first(self, chunk: Chunk) -> list[Chunk]:
         """As much of a chunk as may be taken at once; the rest is kept."""

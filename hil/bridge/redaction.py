@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from firmware_protocol.events import Received
+from firmware_protocol.messages import SetupSigning
 from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.mavlink import frame_size
 from firmware_protocol.wire.mavlink_layout import HEADER_LENGTH
@@ -50,6 +51,10 @@ class Redaction:
         """
         if not self._keys:
             return [(stamp, data)]
+        if len(events) == 1 and not (self._unjudged or self._chunks or self._claimed):
+            event = events[0]
+            if isinstance(event, Received) and len(event.raw) == len(data) and type(event.message) is not SetupSigning:
+                return [(stamp, data)]  # a frame without a key, and nothing before or behind it: what most chunks are
         unjudged = self._unjudged + data
         if not self._chunks and not self._claimed and not may_carry_key(unjudged):
             self._unjudged = unjudged[sum(len(event.raw) for event in events) :]

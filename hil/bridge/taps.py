@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from firmware_protocol.errors import LinkError
     from firmware_protocol.events import Event, Received, Rejected
     from firmware_protocol.wire.fields import Message
-    from hil.bridge.operator import Input
+    from hil.bridge.operator import OperatorInput
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Circumstances:
         dropped: Bytes that came and were given up since the step before, since too many waited.
     """
 
-    inputs: tuple[Input, ...] = ()
+    inputs: tuple[OperatorInput, ...] = ()
     lost: LinkError | None = None
     ended: LinkError | None = None
     back: str = ""

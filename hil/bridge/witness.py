@@ -16,8 +16,15 @@ from firmware_protocol.messages import (
     Heartbeat,
     Statustext,
 )
-from firmware_protocol.roles.table import SIGNS
-from firmware_protocol.wire.mavlink_layout import crc_extra
+from firmware_protocol.roles.known import SIGNS
+from firmware_protocol.wire.mavlink_layout import (
+    CHECKSUM_LENGTH,
+    FLAG_SIGNED,
+    HEADER_LENGTH,
+    MARKER,
+    SIGNATURE_LENGTH,
+    crc_extra,
+)
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Rejected
@@ -28,12 +35,12 @@ _KEPT: Final = 512
 """Bytes kept of what comes, to see what it is."""
 _OURS: Final = 4096
 """Bytes kept of what we say, to know it again."""
-_MARKERS: Final = ((0xFD, 12, 2), (0xFE, 8, 1))
-"""Start marker, bytes of a frame around its payload, version of MAVLink."""
 _MARKER_1: Final = 0xFE
+"""First byte of a frame of MAVLink 1, which has no other place here: no codec of ours reads it."""
 _HEADER_1: Final = 6
-_AROUND_1: Final = 8
-_SIGNATURE: Final = 13
+_AROUND_1: Final = _HEADER_1 + CHECKSUM_LENGTH
+_MARKERS: Final = ((MARKER, HEADER_LENGTH + CHECKSUM_LENGTH, 2), (_MARKER_1, _AROUND_1, 1))
+"""Start marker, bytes of a frame around its payload, version of MAVLink."""
 _MOSTLY: Final = 0.9
 """Share of letters that makes bytes a text."""
 _DAMAGED: Final = frozenset(
@@ -189,11 +196,11 @@ def framing(data: bytes) -> int:
     for marker, around, version in _MARKERS:
         at = data.find(marker)
         while 0 <= at < len(data) - around:
-            signed = _SIGNATURE if version == 2 and data[at + 2] & 1 else 0
+            signed = SIGNATURE_LENGTH if version == 2 and data[at + 2] & FLAG_SIGNED else 0
             following = at + around + data[at + 1] + signed
             if following < len(data) and data[following] == marker and following + around + 1 < len(data):
                 beyond = following + around + data[following + 1]
-                beyond += _SIGNATURE if version == 2 and data[following + 2] & 1 else 0
+                beyond += SIGNATURE_LENGTH if version == 2 and data[following + 2] & FLAG_SIGNED else 0
                 if beyond == len(data) or (beyond < len(data) and data[beyond] == marker):
                     return version
             at = data.find(marker, at + 1)

@@ -14,7 +14,7 @@ from typing import Annotated
 import typer
 
 from hil.cli import common
-from hil.cli.arguments import Command
+from hil.cli.arguments import Subcommand
 from hil.cli.bout import bout
 from hil.cli.check import check
 from hil.cli.coach import coach
@@ -40,7 +40,7 @@ app = typer.Typer(
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
 for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, replay, report, runs):
-    app.command(cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+    app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 app.add_typer(log_app, name="log")
 
 

@@ -18,7 +18,7 @@ _NEGATIVE: Final = re.compile(r"-(?:\d|\.\d)")
 """How a negative number begins: no option of ours does."""
 
 
-class Command(TyperCommand):
+class Subcommand(TyperCommand):
     """A sub-command whose arguments may be negative numbers."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer brings a click of its own, or not

@@ -12,14 +12,14 @@ from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
-from hil.conformance import CHECKS, LAST, Check, Outcome, Verdict
+from hil.conformance import CHECKS, LAST, Check, CheckOutcome, Verdict
 from hil.connecting.connecting import DEFAULT_URL
 from hil.jobs.check import CheckJob, chosen_checks
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-_COLOURS = {Outcome.PASSED: "green", Outcome.FAILED: "bold red", Outcome.NOT_RUN: "dim"}
+_COLOURS = {CheckOutcome.PASSED: "green", CheckOutcome.FAILED: "bold red", CheckOutcome.NOT_RUN: "dim"}
 _WIRE_NAMES = {MAVLINK: "MAVLink", CAN: "CAN"}
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
 
@@ -64,7 +64,7 @@ def check(
     url = link if link is not None else f"{DEFAULT_URL}?seed={seed}"
 
     def told(verdict: Verdict) -> None:
-        if not as_json and (not quiet or verdict.outcome is Outcome.FAILED):
+        if not as_json and (not quiet or verdict.outcome is CheckOutcome.FAILED):
             _tell(console, verdict)
 
     job = CheckJob(moving, named, system, timeout, seed, told=told)
@@ -137,10 +137,10 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
 def _tell(console: Console, verdict: Verdict) -> None:
     word = f"{verdict.outcome.value:8}"
     console.print(f"{verdict.check.name:{_NAME_WIDTH}}  ", Text(word, _COLOURS[verdict.outcome]), f"  {verdict.detail}", sep="")
-    if verdict.outcome is Outcome.FAILED:
+    if verdict.outcome is CheckOutcome.FAILED:
         console.print(f"{'':{_NAME_WIDTH}}  demanded: {verdict.check.demands} ({verdict.check.rule})", markup=False)
 
 
 def _summary(verdicts: list[Verdict]) -> str:
-    counts = {outcome: sum(verdict.outcome is outcome for verdict in verdicts) for outcome in Outcome}
+    counts = {outcome: sum(verdict.outcome is outcome for verdict in verdicts) for outcome in CheckOutcome}
     return ", ".join(f"{count} {outcome.value}" for outcome, count in counts.items() if count)

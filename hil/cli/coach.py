@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from contextlib import closing
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -22,8 +23,8 @@ from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
+from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -137,7 +138,7 @@ def coach(
         makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
         kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
     ) as run:
-        files = _Files(run, advice_out, checkpoint, report=report)
+        files = _CoachingFiles(run, advice_out, checkpoint, report=report)
         job = CoachJob(
             settings=settings,
             choose_objective=objective is None,
@@ -155,23 +156,34 @@ def coach(
                 resumed=lambda found: begun.tell(found, run, console),
             ),
         )
-        coached = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
-        coaching, tally = coached.coaching, coached.tally
-        document: dict[str, object] = {
-            **coached.facts(),
-            "run": run.folder,
-            "advice": None if files.unsaved else str(files.advice),
-            "checkpoint": None if coaching.unsaved else str(files.checkpoint),
-            "log": run.log_file,
-            "report": None,
-        }
-        wall_seconds = clock.now()
-        if not as_json:  # before the report is drawn: should that fail, the outcome has been told
-            for line in coaching_summary(
-                coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
-            ):
-                console.print(line, markup=False)
-        files.draw(document, console, announce=not as_json)
+        stage = LiveStage(
+            run,
+            job,
+            url,
+            console,
+            quiet=quiet,
+            signing_key=signing_key,
+            options=config,
+            reports=files.report is not None,
+        )
+        with closing(stage):
+            coached = job.perform(stage)
+            coaching, tally = coached.coaching, coached.tally
+            document: dict[str, object] = {
+                **coached.facts(),
+                "run": run.folder,
+                "advice": None if files.unsaved else str(files.advice),
+                "checkpoint": None if coaching.unsaved else str(files.checkpoint),
+                "log": run.log_file,
+                "report": None,
+            }
+            wall_seconds = clock.now()
+            if not as_json:  # before the report is drawn: should that fail, the outcome has been told
+                for line in coaching_summary(
+                    coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
+                ):
+                    console.print(line, markup=False)
+            files.draw(stage, document, console, announce=not as_json)
         short = require is not None and (tally is None or tally.win_rate.value < require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():
@@ -329,7 +341,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
             )
 
 
-class _Files:
+class _CoachingFiles:
     """Where a coaching run leaves what.
 
     Args:
@@ -376,15 +388,13 @@ class _Files:
             command += ["--signing-key", str(signing_key)]
         console.print(f"What was learnt so far is in {self.checkpoint}. To go on: {shlex.join(command)}", markup=False)
 
-    def draw(self, document: dict[str, object], console: Console, *, announce: bool) -> None:
+    def draw(self, stage: LiveStage, document: dict[str, object], console: Console, *, announce: bool) -> None:
         """Draw the report, if there is to be one, and say where it is."""
         log = self._run.log
         if self.report is None or log is None or not log.is_file():
             return
-        from hil.report import write_report  # noqa: PLC0415 - drawing takes a second to load
-
         try:
-            document["report"] = str(write_report(log, self.report).page)
+            document["report"] = str(stage.report(log, self.report))
         except LogError as error:
             self._run.failed(str(error))
             return

@@ -101,8 +101,8 @@ def emulate(
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
     from simdevice.serving.server import Server  # noqa: PLC0415
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
-    from simdevice.sumo.world import junior_world  # noqa: PLC0415
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
@@ -158,7 +158,7 @@ def emulate(
 def _open(link: str, key: SigningKey | None, *, public: bool) -> Endpoint:
     """Open where the robot is served, for a robot that has this key."""
     from simdevice.serving.admission import SERVER_LINK  # noqa: PLC0415
-    from simdevice.serving.endpoints import open_endpoint  # noqa: PLC0415
+    from simdevice.serving.opening import open_endpoint  # noqa: PLC0415
 
     signing = Signing(key, calendar, link=SERVER_LINK) if key is not None else None
     endpoint = open_endpoint(link, public=public, signing=signing)

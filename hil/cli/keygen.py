@@ -10,9 +10,9 @@ import typer
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import NoRobotError, RefusedError
 from hil.cli import common
-from hil.connecting.connecting import connect
 from hil.signing.key_file import create_key, load_key
 from hil.signing.keying import give_key
+from hil.sumo.connecting import connect
 
 
 def keygen(

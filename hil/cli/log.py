@@ -8,7 +8,7 @@ import typer
 from rich.table import Table
 
 from hil.cli import common
-from hil.cli.arguments import Command
+from hil.cli.arguments import Subcommand
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OutLogOption, OverwriteOption, find
 from hil.cli.log_tables import csv, diff
 from hil.files.outputs import check_output
@@ -292,4 +292,4 @@ for name, command in (
     ("csv", csv),
     ("diff", diff),
 ):
-    app.command(name, cls=Command, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+    app.command(name, cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))

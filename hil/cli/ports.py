@@ -16,7 +16,7 @@ from hil.connecting.places import named, present
 from hil.signing.key_file import load_key
 
 if TYPE_CHECKING:
-    from hil.connecting.listening import Robot
+    from hil.connecting.listening import HeardRobot
     from hil.connecting.places import Place
 
 
@@ -88,7 +88,7 @@ def _lines(finding: Finding, signing_key: Path | None) -> list[str]:
     return lines
 
 
-def _robot(finding: Finding, robot: Robot, signing_key: Path | None) -> str:
+def _robot(finding: Finding, robot: HeardRobot, signing_key: Path | None) -> str:
     if not robot.usable:
         return f"    {robot}"
     address = finding.address(robot)

@@ -18,7 +18,7 @@ from hil.connecting.connecting import AddressOpener, fault_file, fault_option
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
-from hil.recording.process import begin_log
+from hil.recording.process import RecorderProcess, begin_log
 from hil.signing.key_file import load_key
 from hil.terminal.interrupts import interrupts
 from hil.terminal.keys import pressed_keys
@@ -48,6 +48,7 @@ class LiveStage(Stage):
         quiet: Nothing but results is wanted.
         signing_key: Key file that robot and host sign with.
         options: Configuration file that options were taken from.
+        reports: A report of the log may be asked for afterwards; then `close` is called at last.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -63,11 +64,14 @@ class LiveStage(Stage):
         quiet: bool,
         signing_key: Path | None = None,
         options: Path | None = None,
+        reports: bool = False,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
         self._job = job
         self._options = options
+        self._reports = reports
+        self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
 
     def interrupts(self) -> AbstractContextManager[None]:
@@ -99,7 +103,9 @@ class LiveStage(Stage):
             overwrite=run.overwrite,
             on_failure=run.log_failed,
             on_loss=run.failed,
+            listens=self._reports,
         )
+        self._recorder = recorder
         files = job.files()
         if (faults := fault_file(address)) is not None:
             files["faults.toml"] = faults
@@ -108,6 +114,31 @@ class LiveStage(Stage):
         for name, data in files.items():
             recorder.attachment(f"{BEGUN_WITH}{name}", data, media_type=media_type_of(name))
         return recorder
+
+    def report(self, log: Path, folder: Path) -> Path:
+        """Draw the report of the log, which is closed: by the process that wrote it, which has listened; else by this one.
+
+        Args:
+            log: What there is of the log.
+            folder: Where the report goes.
+
+        Returns:
+            The page.
+
+        Raises:
+            LogError: The log can't be read, or the report can't be written.
+        """
+        page = self._recorder.report(folder) if isinstance(self._recorder, RecorderProcess) else None
+        if page is not None:
+            return page
+        from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
+
+        return write_report(log, folder).page
+
+    def close(self) -> None:
+        """Nothing is asked for any more; a process that would draw a report ends."""
+        if isinstance(self._recorder, RecorderProcess):
+            self._recorder.end()
 
     def _about(self, log: Path) -> dict[str, str]:
         """Whatever differs between two runs of the same job; the wall clock (s since 1970) and the log's, read together."""

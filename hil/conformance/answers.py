@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     Command,
     CommandAck,
@@ -127,7 +126,7 @@ def ack(robot: Subject) -> str:
     """ROBOT_ACK names who asked: for what is refused, what is repeated, and for a session."""
     read = robot.numbered(JuniorMemoryRead, index=NO_SLOT)
     foreign = robot.numbered(JuniorMemoryRead, index=NO_SLOT, session=robot.session ^ 1)
-    same = RobotSession(robot.session, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+    same = RobotSession(robot.session, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, robot.minor)
     for question in (read, foreign, same):
         for who in (*_askers(robot), HOST):
 

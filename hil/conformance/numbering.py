@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     Command,
     JuniorManeuver,
@@ -87,7 +86,7 @@ def other_version(robot: Subject) -> str:
 def no_host(robot: Subject) -> str:
     """A host that names no number of its own gets no session."""
     before = robot.session
-    message = RobotSession(before ^ 2, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+    message = RobotSession(before ^ 2, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, robot.minor)
     for _ in range(TRIES):
         start = len(robot.heard)
         robot.raw(robot.forged(message, "host", 0))

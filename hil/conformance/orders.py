@@ -22,7 +22,7 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
 from hil.conformance.probe import TRIES, Probe
 from hil.conformance.registry import CheckFailedError, require
@@ -183,7 +183,7 @@ class Orders(Probe):
         start = len(self.heard)
         self.send(ParamRequestList(self.system, ROBOT_COMPONENT))
         while self.wait(ParamValue, timeout=LIST_WAIT) is not None:
-            if len(self.got(ParamValue, start)) >= 2 * len(PARAMETERS):
+            if len(self.got(ParamValue, start)) >= 2 * len(JUNIOR_PARAMETERS):
                 break
         return self.got(ParamValue, start)
 

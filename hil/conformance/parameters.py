@@ -7,7 +7,7 @@ import struct
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
-from firmware_protocol.parameters import PARAMETERS, Parameter
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, Parameter
 from firmware_protocol.wire.can_layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.probe import QUIET
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("parameters")
-WRITABLE: Final = tuple(parameter for parameter in PARAMETERS if not parameter.read_only)
+WRITABLE: Final = tuple(parameter for parameter in JUNIOR_PARAMETERS if not parameter.read_only)
 _NO_INDEX: Final = 65_535
 _NOBODY: Final = "NO_SUCH_NAME"
 
@@ -42,7 +42,7 @@ def listed(robot: Subject) -> str:
     """PARAM_REQUEST_LIST gives every parameter once, in order, with index and count."""
     values = robot.list_parameters()
     names = [value.param_id for value in values]
-    known = [parameter.name for parameter in PARAMETERS]
+    known = [parameter.name for parameter in JUNIOR_PARAMETERS]
     missing = [name for name in known if name not in names]
     require(not missing, f"missing: {', '.join(missing)}")
     require([name for name in names if name in known] == known, "they come twice, or in another order")
@@ -55,12 +55,12 @@ def listed(robot: Subject) -> str:
 @GROUP.check("parameter-read-by-name-and-index", rule="PARAM_REQUEST_READ")
 def read(robot: Subject) -> str:
     """A parameter is read by its name and by its index."""
-    for index, parameter in enumerate(PARAMETERS):
+    for index, parameter in enumerate(JUNIOR_PARAMETERS):
         by_name = robot.parameter(parameter.name)
         question = ParamRequestRead(robot.system, ROBOT_COMPONENT, "", index)
         by_index = robot.ask(question, ParamValue, lambda value, index=index: value.param_index == index)  # type: ignore[misc]
         require(by_index == by_name, f"{parameter.name}: by name {by_name}, by index {by_index}")
-    return f"{len(PARAMETERS)} parameters"
+    return f"{len(JUNIOR_PARAMETERS)} parameters"
 
 
 @GROUP.check("unknown-parameter-told", rule="PARAM_VALUE")
@@ -138,7 +138,7 @@ def whole(robot: Subject) -> str:
 @GROUP.check("parameters-read-only", rule="Parameters")
 def read_only(robot: Subject) -> str:
     """A parameter that is the firmware's own is not set."""
-    own = [parameter for parameter in PARAMETERS if parameter.read_only]
+    own = [parameter for parameter in JUNIOR_PARAMETERS if parameter.read_only]
     for parameter in own:
         before = robot.parameter(parameter.name).param_value
         found = robot.set_parameter(parameter.name, parameter.minimum if before != parameter.minimum else parameter.maximum)

@@ -58,7 +58,7 @@ HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 """Our own address."""
 
 
-class Codec(Protocol):
+class Translator(Protocol):
     """What makes wire data of messages, and back."""
 
     def encode(self, message: Message) -> bytes:
@@ -103,7 +103,7 @@ class Probe:
         *,
         host: int,
         system: int | None = None,
-        codec: Codec | None = None,
+        codec: Translator | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
         pump: Pump | None = None,
@@ -123,11 +123,11 @@ class Probe:
         self._read_clock = reading.read
         self._link = link
         ours = open_codec(link.wire, system=HOST_SYSTEM, component=HOST_COMPONENT, signing=signing if codec is None else None)
-        self._codec: Codec = codec or ours
+        self._codec: Translator = codec or ours
         self._judge = ours
         self._redaction = Redaction(link.wire)
         self.signing = signing
-        self._clients: dict[tuple[int, int], Codec] = {}
+        self._clients: dict[tuple[int, int], Translator] = {}
         self._taps = tuple(taps)
         self._alive = True
         self._alive_due = self.now()

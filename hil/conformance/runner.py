@@ -19,7 +19,7 @@ CARRIED: Final = {MAVLINK: "MAVLink bytes", CAN: "CAN frames"}
 """What links carry, in words, by wire."""
 
 
-class Outcome(Enum):
+class CheckOutcome(Enum):
     """How a check ended."""
 
     PASSED = "passed"
@@ -38,13 +38,13 @@ class Verdict:
     """
 
     check: Check
-    outcome: Outcome
+    outcome: CheckOutcome
     detail: str
 
     @property
     def passed(self) -> bool | None:
         """None where it was not run."""
-        return None if self.outcome is Outcome.NOT_RUN else self.outcome is Outcome.PASSED
+        return None if self.outcome is CheckOutcome.NOT_RUN else self.outcome is CheckOutcome.PASSED
 
 
 def perform(
@@ -76,20 +76,20 @@ def perform(
 
     def note(verdict: Verdict) -> None:
         verdicts.append(verdict)
-        if verdict.outcome is Outcome.FAILED:
+        if verdict.outcome is CheckOutcome.FAILED:
             failed.add(verdict.check.name)
         told(verdict)
 
     try:
         for check in checks:
             if check.moving and not moving:
-                note(Verdict(check, Outcome.NOT_RUN, "turns the wheels: --moving"))
+                note(Verdict(check, CheckOutcome.NOT_RUN, "turns the wheels: --moving"))
             elif check.wire not in {ANY_WIRE, robot.wire}:
-                note(Verdict(check, Outcome.NOT_RUN, f"only on links that carry {CARRIED[check.wire]}"))
+                note(Verdict(check, CheckOutcome.NOT_RUN, f"only on links that carry {CARRIED[check.wire]}"))
             elif check.keyed and robot.signing is None:
-                note(Verdict(check, Outcome.NOT_RUN, "no key: --signing-key"))
+                note(Verdict(check, CheckOutcome.NOT_RUN, "no key: --signing-key"))
             elif missing := [name for name in check.needs if name in failed]:
-                note(Verdict(check, Outcome.NOT_RUN, f"makes no sense as long as {missing[0]} fails"))
+                note(Verdict(check, CheckOutcome.NOT_RUN, f"makes no sense as long as {missing[0]} fails"))
             else:
                 note(_judge(check, robot))
     finally:
@@ -110,8 +110,8 @@ def on_wire(checks: Sequence[Check], wire: str) -> list[Check]:
 def _judge(check: Check, robot: Subject) -> Verdict:
     try:
         robot.fresh()
-        return Verdict(check, Outcome.PASSED, check.run(robot))
+        return Verdict(check, CheckOutcome.PASSED, check.run(robot))
     except CheckFailedError as failure:
-        return Verdict(check, Outcome.FAILED, str(failure))
+        return Verdict(check, CheckOutcome.FAILED, str(failure))
     except NotRunError as reason:
-        return Verdict(check, Outcome.NOT_RUN, str(reason))
+        return Verdict(check, CheckOutcome.NOT_RUN, str(reason))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     AckResult,
     AutopilotVersion,
@@ -29,8 +28,8 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.versions import other_version
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
+from firmware_protocol.versions import other_version, spoken_minor
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.fields import Message
 from hil.conformance.orders import Orders, named
@@ -47,7 +46,7 @@ if TYPE_CHECKING:
     from hil.bridge.operator import Operator
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from hil.conformance.probe import Codec
+    from hil.conformance.probe import Translator
 
 M = TypeVar("M", bound=Message)
 
@@ -74,6 +73,7 @@ class Subject(Orders):
 
     Attributes:
         session: Session that is open.
+        minor: The newest minor version of the protocol that it and this program know.
         parameters_found: Parameters as they were found, by name.
         memory_found: Maneuver memory as it was found; None where it could not be read, and must be left alone.
     """
@@ -85,7 +85,7 @@ class Subject(Orders):
         *,
         session: Callable[[], int],
         system: int | None = None,
-        codec: Codec | None = None,
+        codec: Translator | None = None,
         taps: Sequence[Tap] = (),
         signing: Signing | None = None,
         pump: Pump | None = None,
@@ -107,6 +107,7 @@ class Subject(Orders):
         self._draw_session = session
         self._sequence = 0
         self._opened: set[int] = set()
+        self.minor = 0
         self.session = 0
         self.parameters_found: dict[str, float] = {}
         self.memory_found: list[JuniorMemoryEntry] | None = None
@@ -128,6 +129,7 @@ class Subject(Orders):
             if not major:
                 raise NoRobotError(nobody(self.seen(wanted=self.system, unusable=[self.system]), timeout))
             raise VersionError(f"{self._link.url}: the robot {other_version(f'{major}.{minor}')}")
+        self.minor = spoken_minor(0 if version is None else version.middleware_sw_version)
         try:
             self.fresh()
         except CheckFailedError as failure:
@@ -172,7 +174,7 @@ class Subject(Orders):
     def _values(self) -> dict[str, float]:
         """All parameters; those that a bad line swallows from the list are asked for one by one."""
         values = {value.param_id: value.param_value for value in self.list_parameters()}
-        for parameter in PARAMETERS:
+        for parameter in JUNIOR_PARAMETERS:
             if parameter.name not in values:
                 with suppress(CheckFailedError):
                     values[parameter.name] = self.parameter(parameter.name).param_value
@@ -232,7 +234,7 @@ class Subject(Orders):
                 tap.session_drawn(drawn)
             session = None if drawn in self._opened else drawn
         self._opened.add(session)
-        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
+        message = RobotSession(session, 0, self.host, self.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, self.minor)
         self.session, self._sequence = session, 0
         self.expect(message, Reason.NONE)
 

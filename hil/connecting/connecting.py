@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, FaultSpecError
@@ -19,12 +19,12 @@ from hil.bridge.operator import Operator
 from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
+from hil.connecting.handle import RobotHandle
 from hil.connecting.lines import pace_of
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
 from hil.signing.key_file import calendar, load_key, no_signatures, open_signing
-from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -40,14 +40,17 @@ if TYPE_CHECKING:
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
 
+H = TypeVar("H", bound=RobotHandle)
+
 DEFAULT_URL = "sim://junior"
 SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "board", "count", "system", "node")
 BOARDS = ("host", "avr")
 """What an emulated robot's firmware runs on: this process, or an ATmega328P emulated by simavr."""
 
 
-def connect(
-    url: str = DEFAULT_URL,
+def connect_as(
+    make: type[H],
+    url: str,
     *,
     system: int | None = None,
     timeout: float = 5.0,
@@ -58,36 +61,30 @@ def connect(
     signing_key: SigningKey | Path | str | None = None,
     operator: Operator | None = None,
     opener: NetworkOpener | None = None,
-) -> Junior:
+) -> H:
     """Connect to a robot and do the handshake. The robot is stopped and disarmed by that, and no other one is.
 
     Args:
-        url: `serial:///dev/ttyACM0:115200`, `tcp://127.0.0.1:5760`, `udpin://127.0.0.1:14550`, or an emulated robot in this
-            process, in lock-step: `sim://junior?opponent=flat-light&seed=1`, with `&board=avr` on an emulated ATmega328P.
-            `?system=` selects one of several robots, and
-            `?faults=drop:0.05,corrupt:0.01,jitter:0.02` rehearses a bad line; with an emulated robot
-            `?faults=stuck:eye_left@5+3,brownout:20` a bad robot too, and `?faults=@FILE.toml` what a file says.
-            `replay:///path/log.mcap` gives this program what a log has recorded of the same program; where it asks otherwise
-            than then, it gets a `ReplayDiverged` that names the step.
-        system: System id of the robot; None takes the first that answers.
+        make: The kind of handle that is wanted; a robot that has not the role for it is not taken.
+        url: As for `hil.connect`.
+        system: System id of the robot; None takes the first that answers and has the role.
         timeout: Longest wait for it in s.
         limits: Bounds on what is asked of it.
-        taps: What is shown everything that passes: a `Recorder`, for instance.
-        reconnect: How long a robot or link that is lost is waited for, in s: it is tried to open the link again, and to find
-            the same robot there. `Junior.wait_until_back` waits for that. 0 does not: the link's end is an error.
+        taps: What is shown everything that passes.
+        reconnect: How long a robot or link that is lost is waited for, in s.
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
-        signing_key: Key that robot and host sign with, or the file that holds it (`hil keygen` makes one). An emulated robot
-            in this process comes up with it.
+        signing_key: Key that robot and host sign with, or the file that holds it.
         operator: Whose keys and signals are taken in by the bridge's steps; None: nobody's.
         opener: Opens the link; None opens what the address names.
 
     Returns:
-        The robot; use it in a `with` block, which stops the robot on every way out.
+        The handle; use it in a `with` block, which stops the robot on every way out.
 
     Raises:
         AddressError: The URL is no address we know.
         LinkOpenError: The link could not be opened, or is too slow; the text says what to do.
         NoRobotError: Nobody answered as a robot.
+        WrongRoleError: A robot did, and has another role.
         VersionError: It speaks a protocol we do not.
         ValueError: `reconnect` is no time.
         KeyFileError: The key file can't be used.
@@ -112,13 +109,13 @@ def connect(
         patience=patience,
         operator=operator,
     )
-    junior = Junior(bridge, limits)
+    robot = make(bridge, limits)
     try:
-        junior.find(system, timeout)
+        robot.find(system, timeout)
     except BaseException:
-        junior.close()
+        robot.close()
         raise
-    return junior
+    return robot
 
 
 def _recorded(address: Address) -> tuple[Address, NetworkOpener]:
@@ -405,8 +402,8 @@ def fault_file(address: Address) -> bytes | None:
 def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
     """An emulated robot in this process, or several."""
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
-    from simdevice.sumo.world import junior_world  # noqa: PLC0415
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
@@ -11,9 +11,9 @@ from hil.bridge.clock import MonotonicClock
 from hil.bridge.networks import Networks, RobotAddress
 from hil.bridge.operator import Operator
 from hil.connecting.connecting import AddressOpener, asked_for, check_patience, number_option, open_bridge
+from hil.connecting.handles import SETTLE, RobotHandles
 from hil.safety import Limits
 from hil.signing.key_file import load_key
-from hil.sumo.robots import SETTLE, Robots
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -23,8 +23,11 @@ if TYPE_CHECKING:
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
 
+R = TypeVar("R", bound=RobotHandles[Any])
 
-def connect_all(
+
+def connect_all_as(
+    make: Callable[[Networks, Limits], R],
     *urls: str,
     settle: float = SETTLE,
     expect: int | Collection[int | RobotAddress] | None = None,
@@ -37,11 +40,12 @@ def connect_all(
     signing_key: SigningKey | Path | str | None = None,
     operator: Operator | None = None,
     opener_of: Callable[[Address], NetworkOpener] | None = None,
-) -> Robots:
+) -> R:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
     Args:
-        *urls: Addresses as for `connect`; each is a network of its own. `sim://junior?count=10` are ten emulated robots;
+        make: Makes what holds the robots, of their open networks and the bounds on what is asked of each.
+        *urls: Addresses as for `hil.connect`; each is a network of its own. `sim://junior?count=10` are ten emulated robots;
             `?system=` takes this robot of its network only.
         settle: The wait is over when no further robot was heard for this long, in s.
         expect: How many, or which, are expected: the wait is over when they are there, and no sooner. Of others none is
@@ -49,7 +53,7 @@ def connect_all(
         timeout: Longest wait in s; those who are there by then are taken.
         limits: Bounds on what is asked of each robot.
         taps: What is shown everything that passes, on every network.
-        watch: Open no sessions: the robots are looked at and neither stopped nor disarmed, until `Junior.take`.
+        watch: Open no sessions: the robots are looked at and neither stopped nor disarmed, until `RobotHandle.take`.
         reconnect: How long each link that is lost is tried to be opened again, in s; its robots leave and come back
             meanwhile. 0 does not: they are gone with their link.
         ports: Lists the serial ports of this machine, among which a lost one is looked for.
@@ -86,7 +90,7 @@ def connect_all(
 
     operator = operator or Operator()
     networks = Networks()
-    robots = Robots(networks, limits)
+    robots = make(networks, limits)
     try:
         for address in addresses:
             bridge = open_bridge(

@@ -16,7 +16,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import open_address, with_system
 from hil.connecting.diagnosis import OTHER_ROBOT, Kind, Seen, judge
 from hil.connecting.lines import pace_of
-from hil.connecting.listening import Listener, Robot, Signed
+from hil.connecting.listening import HeardRobot, Listener, Signed
 from hil.signing.key_file import open_signing
 
 if TYPE_CHECKING:
@@ -100,11 +100,11 @@ class Finding:
     place: Place
     status: Status
     url: str
-    robots: tuple[Robot, ...] = ()
+    robots: tuple[HeardRobot, ...] = ()
     reason: str = ""
     remedy: str = ""
 
-    def address(self, robot: Robot) -> str:
+    def address(self, robot: HeardRobot) -> str:
         """What to connect to in order to reach one of the robots.
 
         Args:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.peer.pacing import BITS_PER_BYTE, Pace, baud_of, full_capacity, least_capacity, pace_for
-from firmware_protocol.roles.table import ROLES
+from firmware_protocol.roles.known import ROLES
 
 if TYPE_CHECKING:
     from firmware_protocol.address import Address

@@ -67,7 +67,7 @@ class Signed(StrEnum):
 
 
 @dataclass(frozen=True)
-class Robot:
+class HeardRobot:
     """A robot as it was heard.
 
     Attributes:
@@ -142,13 +142,13 @@ class _Heard:
     def armed(self) -> bool:
         return bool(self.heartbeat.base_mode & ARMED_FLAG)
 
-    def robot(self, system: int) -> Robot:
+    def robot(self, system: int) -> HeardRobot:
         junior, version = self.is_junior, self.version
         if version is not None and self.heartbeat.autopilot == GENERIC_AUTOPILOT and version.middleware_sw_version >> 24:
             junior = True
         known = {int(state) for state in State}
         mode = self.heartbeat.custom_mode
-        return Robot(
+        return HeardRobot(
             system=system,
             junior=junior,
             armed=self.armed,
@@ -193,7 +193,7 @@ class Listener:
         self._early: set[int] = set()
 
     @property
-    def robots(self) -> tuple[Robot, ...]:
+    def robots(self) -> tuple[HeardRobot, ...]:
         """The robots heard so far, by system id."""
         return tuple(heard.robot(system) for system, heard in sorted(self._systems.items()))
 

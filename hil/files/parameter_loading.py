@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.errors import HilError, RefusedError
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.doors import Door
 from hil.files.field_lines import line_of
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from firmware_protocol.parameters import Parameter
     from hil.sumo.junior import Junior
 
-KNOWN: Final[dict[str, Parameter]] = {parameter.name: parameter for parameter in PARAMETERS}
+KNOWN: Final[dict[str, Parameter]] = {parameter.name: parameter for parameter in JUNIOR_PARAMETERS}
 IDENTITY: Final = frozenset({"SYS_ID"})
 """What tells a robot from the others: not for the next one."""
 _WHOLE: Final = 2**24

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.address import parse_address
 from hil.bridge.clock import LastReading
-from hil.conformance import CHECKS, LAST, Check, Outcome, Subject, Verdict, on_wire, perform
+from hil.conformance import CHECKS, LAST, Check, CheckOutcome, Subject, Verdict, on_wire, perform
 from hil.connecting.connecting import asked_for
 from hil.connecting.lines import need_full_rate
 from hil.jobs.options import MOST_SEED, none_or
@@ -61,7 +61,7 @@ class Checked:
     @property
     def failed(self) -> bool:
         """A check failed."""
-        return any(verdict.outcome is Outcome.FAILED for verdict in self.verdicts)
+        return any(verdict.outcome is CheckOutcome.FAILED for verdict in self.verdicts)
 
     def facts(self) -> list[dict[str, object]]:
         """The verdicts, as plain values."""

@@ -17,8 +17,8 @@ from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.ring import Ring, open_ring
 from hil.sumo.summary import per_stimulus
+from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import SettingsError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -152,7 +152,7 @@ class CoachJob:
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
         with open_session(stage, reconnect=self.reconnect) as session:
-            run = _Run(self, session, stage)
+            run = _CoachingRun(self, session, stage)
             try:
                 run.coach()
                 tally, random = run.held_out()
@@ -166,7 +166,7 @@ class CoachJob:
         return coached
 
 
-class _Run:
+class _CoachingRun:
     """One coaching run."""
 
     def __init__(self, job: CoachJob, session: Session, stage: Stage) -> None:

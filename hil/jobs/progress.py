@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from hil.sumo.bouts import Bout
     from hil.sumo.junior import Junior
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Pal, PalSettings, Performance, Trial
 
 RECENT = 20
@@ -85,7 +85,7 @@ class CoachingDisplay:
     def trial(
         self,
         trial: Trial,
-        engagement: Engagement,  # noqa: ARG002
+        encounter: Encounter,  # noqa: ARG002
         performance: Performance,  # noqa: ARG002
         fitness: float,  # noqa: ARG002
     ) -> None:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
-from hil.connecting.connecting import asked_for, connect
-from hil.connecting.connecting_all import connect_all
+from hil.connecting.connecting import asked_for
 from hil.connecting.diagnosis import lost
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
+from hil.sumo.connecting import connect, connect_all
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:

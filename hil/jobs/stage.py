@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from hil.bridge.operator import KEY, Input, Operator
+from hil.bridge.operator import KEY, Operator, OperatorInput
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -156,9 +156,9 @@ def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]]) -> Iterator[Non
     with stage.keys() as read:
         if read is not None:
 
-            def pressed() -> list[Input]:
+            def pressed() -> list[OperatorInput]:
                 keys = read()
-                return [Input(f"{KEY}{key}", robot) for key, robot in zip(keys, aim(keys), strict=True)] if keys else []
+                return [OperatorInput(f"{KEY}{key}", robot) for key, robot in zip(keys, aim(keys), strict=True)] if keys else []
 
             operator.keys = pressed
         try:

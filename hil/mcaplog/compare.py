@@ -14,7 +14,7 @@ from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.making.slimming import SLIM, kept_of, matches
 from hil.mcaplog.reading.flattening import flatten
 from hil.mcaplog.reading.reader import LogReader, RawEntry
-from hil.mcaplog.reading.walking import LogFile, RawRecord
+from hil.mcaplog.reading.walking import RawRecord, WalkedLog
 from hil.mcaplog.writing.writer import CUT, RUN, SIZES
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def differences(first: Path, second: Path, *, limit: int = 20) -> list[str]:
         LogError: One of them cannot be opened or is not a log.
     """
     limits = ReadLimits(chunk=1 << 28, lifted=True)  # who compares logs has made them
-    one, two = LogFile(first, limits), LogFile(second, limits)
+    one, two = WalkedLog(first, limits), WalkedLog(second, limits)
     found: list[str] = []
     for number, (a, b) in enumerate(zip_longest(one.records(), two.records())):
         if len(found) >= limit:

@@ -52,7 +52,7 @@ _PROTO_TYPES: Final[dict[FieldType, Any]] = {
 
 
 @dataclass(frozen=True)
-class Field:
+class SchemaField:
     """One field of a schema.
 
     Attributes:
@@ -89,7 +89,7 @@ class Schema:
     name: str
     topic: str
     python: type
-    fields: tuple[Field, ...]
+    fields: tuple[SchemaField, ...]
     text: str
 
     @property
@@ -109,7 +109,7 @@ SINCE_2_0: Final = frozenset({"target_system", "target_component", "host"})
 """Fields that logs of protocol 1.0 do not have where they are read as those of 2.0: they are 0 then, not filled in."""
 
 
-def matches(field: Field, found: Any) -> bool:  # noqa: ANN401 - protobuf's own, whichever it is made of
+def matches(field: SchemaField, found: Any) -> bool:  # noqa: ANN401 - protobuf's own, whichever it is made of
     """Whether a field is in a log as this program has it.
 
     Args:
@@ -153,7 +153,7 @@ def message_schema(message: type[Message]) -> Schema:
 def _read_message(message: type[Message]) -> Schema:
     found = [_wire_field(name, wire, number) for number, (name, wire) in enumerate(wire_fields(message), 1)]
     found += [
-        Field(name, "fixed32", number, text=text)
+        SchemaField(name, "fixed32", number, text=text)
         for name, number, text in zip(SENDER_FIELDS, SENDER_NUMBERS, SENDER_TEXTS, strict=True)
     ]
     return Schema(f"{PACKAGE}.{message.__name__}", topic_of(message), message, tuple(found), _first_line(message))
@@ -175,7 +175,7 @@ def record_schema(record: type) -> Schema:
 
 def _read_record(record: type) -> Schema:
     hints = get_type_hints(record, include_extras=True)
-    found: list[Field] = []
+    found: list[SchemaField] = []
     for number, field in enumerate(fields(record), 1):
         base, *notes = get_args(hints[field.name]) or (hints[field.name],)
         count, nullable = 0, False
@@ -185,18 +185,20 @@ def _read_record(record: type) -> Schema:
             base, nullable = float, True
         if base not in _PYTHON_TYPES:
             raise TypeError(f"{record.__name__}.{field.name}: a log cannot hold {base}")
-        found.append(Field(field.name, _PYTHON_TYPES[base], number, count, nullable=nullable, text="; ".join(map(str, notes))))
+        found.append(
+            SchemaField(field.name, _PYTHON_TYPES[base], number, count, nullable=nullable, text="; ".join(map(str, notes)))
+        )
     return Schema(f"{PACKAGE}.{record.__name__}", "", record, tuple(found), _first_line(record))
 
 
-def _wire_field(name: str, wire: Wire, number: int) -> Field:
+def _wire_field(name: str, wire: Wire, number: int) -> SchemaField:
     note = "; ".join(part for part in (wire.unit, wire.text) if part)
     count = 0 if wire.type == "char" else wire.count
     if wire.type == "u8" and wire.enum is not None and issubclass(wire.enum, IntEnum):
-        return Field(name, "enum", number, count, wire.enum, text=note)
+        return SchemaField(name, "enum", number, count, wire.enum, text=note)
     nullable = wire.invalid is not None
     kind = "double" if nullable or wire.scale != 1 else _WIRE_TYPES[wire.type]
-    return Field(name, kind, number, count, nullable=nullable, text=note)
+    return SchemaField(name, kind, number, count, nullable=nullable, text=note)
 
 
 def _first_line(python: type) -> str:

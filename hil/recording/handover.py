@@ -17,7 +17,7 @@ from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, SetupSigning
 from firmware_protocol.wire.fields import wire_fields
-from hil.bridge.operator import Input
+from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import RECORDS
 
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 Item = tuple[Any, ...]
 """A kind, and what belongs to it."""
 
-STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD = range(15)
+STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD, REPORT = (
+    range(16)
+)
 """Kinds of items."""
 
 PIECE_SIZE: Final = 1 << 18
@@ -124,7 +126,7 @@ def _error(error: LinkError | None) -> tuple[str, str] | None:
 def _met(item: Item) -> Circumstances:
     inputs, lost, ended, back, news, dropped = item
     return Circumstances(
-        inputs=tuple(Input(*one) for one in inputs),
+        inputs=tuple(OperatorInput(*one) for one in inputs),
         lost=None if lost is None else LinkError(*lost),
         ended=None if ended is None else LinkError(*ended),
         back=back,
@@ -139,12 +141,15 @@ class Playback:
     Args:
         recorder: Writes the log.
         answer: Says to the control process that something has been done: `flushed`.
+        report: Draws the report of a log that is closed, into a folder.
 
     Attributes:
         recorder: As given.
     """
 
-    def __init__(self, recorder: Recorder, answer: Callable[[str], None]) -> None:
+    def __init__(
+        self, recorder: Recorder, answer: Callable[[str], None], report: Callable[[str], None] = lambda _: None
+    ) -> None:
         self.recorder = recorder
         self._answer = answer
         self._networks: list[Tap] = []
@@ -165,6 +170,7 @@ class Playback:
             OF_NETWORK: self._of_network,
             CLOSE: recorder.close,
             DISCARD: recorder.discard,
+            REPORT: report,
         }
 
     def take(self, items: Sequence[Item]) -> None:

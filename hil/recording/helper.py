@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 from hil.files.outputs import Output
 from hil.mcaplog.writing.writer import CUT, LogWriter
@@ -15,9 +16,11 @@ from hil.recording.recorder import Recorder
 from hil.recording.wire_log import FLUSH
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from typing import BinaryIO
 
     from hil.recording.handover import Item
+    from hil.report.listening import ListeningRecorder
 
 SYNC_REAL_TIME: Final = 1.0
 """Log time between two times that the disk is made to have what was written, in s; in lock-step only the end is."""
@@ -63,7 +66,6 @@ class _Helper:
             return
         self._answer("opened")
         self._record(recorder, incoming)
-        self._answer("closed")
 
     def _open(self) -> Recorder:
         settings = self._settings
@@ -79,7 +81,12 @@ class _Helper:
             sync_every=0.0 if lockstep else SYNC_REAL_TIME,
             output=Output.taken_over(path, Path(beside) if beside else None) if settings["begun"] else None,
         )
-        return Recorder(
+        kind: Callable[..., Recorder] = Recorder
+        if settings["listens"]:
+            from hil.report.listening import ListeningRecorder  # noqa: PLC0415 - only where a report may be wanted
+
+            kind = ListeningRecorder
+        return kind(
             path,
             run=settings["run"],
             config=settings["config"],
@@ -91,7 +98,7 @@ class _Helper:
         )
 
     def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
-        playback = Playback(recorder, self._answer)
+        playback = Playback(recorder, self._answer, partial(self._report, recorder))
         last, taken, ended = -1, 0, False
         while (batch := read_frame(incoming)) is not None:
             number, first, packed = batch
@@ -101,12 +108,24 @@ class _Helper:
             taken = max(taken, first + len(packed))
             for data in new:
                 items = unpack(data)
-                ended = ended or any(item[0] in {CLOSE, DISCARD} for item in items[-1:])
+                last_of_all = any(item[0] in {CLOSE, DISCARD} for item in items[-1:])
                 if not self._failed:
                     self._play(playback, items)
+                if last_of_all:
+                    ended = True
+                    self._answer("closed")
         if not ended:
             recorder.metadata(CUT, {"why": "the program that was recorded has ended without closing its log"})
             recorder.close()
+
+    def _report(self, recorder: Recorder, folder: str) -> None:
+        """Draw the report of the log, which is closed; where that fails, the control process draws it, or says why not."""
+        try:
+            page = cast("ListeningRecorder", recorder).report(Path(folder))
+        except Exception:  # noqa: BLE001 - see above
+            self._answer("reported", None)
+        else:
+            self._answer("reported", str(page))
 
     def _play(self, playback: Playback, items: list[Item]) -> None:
         try:

@@ -155,6 +155,12 @@ class HelperPipe:
         self._listener.join()
         self._process.wait()
 
+    def kill(self) -> None:
+        """See that the process ends now; one that has ended is left in peace."""
+        with contextlib.suppress(OSError):
+            self._process.kill()
+        self.end()
+
     def _write(self, data: bytes) -> None:
         with contextlib.suppress(OSError, ValueError):  # the listener tells of it
             self._file.flush()

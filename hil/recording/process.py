@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 OWN: Final = -1
 """In place of a number: the recorder's own network."""
+AFTERWARDS: Final = -2
+"""Number of the batch that comes after the last."""
 
 
 class RecorderProcess(Recorder):
@@ -54,6 +56,8 @@ class RecorderProcess(Recorder):
             (None: no file does), once, by the next step or by `close`; the run goes on without a log. Without it, a LogError
             is raised there.
         on_loss: Is told, in words, what was lost, when there is room again; the log tells it too.
+        listens: A report may be asked for when the log is closed: the other process gathers it meanwhile, and stays until
+            `end`.
 
     Attributes:
         lost: Entries that were lost so far.
@@ -77,10 +81,12 @@ class RecorderProcess(Recorder):
         overwrite: bool = False,
         on_failure: Callable[[str, Path | None], None] | None = None,
         on_loss: Callable[[str], None] | None = None,
+        listens: bool = False,
     ) -> None:
         self.path = path
+        self._listens = listens
         self.lost = 0
-        self._network = _Network(self, link, OWN)
+        self._network = _HandedNetwork(self, link, OWN)
         self.now = 0.0
         self._networks = 0
         self._closed = False
@@ -94,7 +100,7 @@ class RecorderProcess(Recorder):
         settings = {
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
-            "system": system, "component": component, "overwrite": overwrite,
+            "system": system, "component": component, "overwrite": overwrite, "listens": listens,
         }  # fmt: skip
         try:
             self._pipe = HelperPipe(settings, lockstep=lockstep)
@@ -117,7 +123,7 @@ class RecorderProcess(Recorder):
         """See `Recorder.of_network`."""
         self.feed.keep((kinds.NETWORK, name))
         self._networks += 1
-        return OneOfSeveral(self, _Network(self, name, self._networks - 1))
+        return OneOfSeveral(self, _HandedNetwork(self, name, self._networks - 1))
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
         """See `Recorder.step`."""
@@ -208,9 +214,30 @@ class RecorderProcess(Recorder):
         if self._closed:
             return
         self.feed.end(item)
-        self._pipe.end()
+        if not self._listens or self._pipe.wait_for("closed") is None:
+            self._pipe.end()
         self._closed = True
         self._hear()
+
+    def report(self, folder: Path) -> Path | None:
+        """Have the report of the log drawn by the other process, which has listened; the log is closed.
+
+        Args:
+            folder: Where it goes.
+
+        Returns:
+            The page; None where it can't draw it, for whatever reason: `hil.report.write_report` can, or says why not.
+        """
+        if not self._listens or self._told:
+            return None
+        self._pipe.send(AFTERWARDS, (kinds.pack([(kinds.REPORT, fspath(folder))]),))
+        answer = self._pipe.wait_for("reported")
+        return None if answer is None or answer[1] is None else type(self.path)(answer[1])
+
+    def end(self) -> None:
+        """Nothing is asked for any more: the other process ends, and whatever it draws is given up. Safe to repeat."""
+        self.close()
+        self._pipe.kill()
 
     # --- in the recorder's stead -------------------------------------------------------------------------------------
 
@@ -268,7 +295,7 @@ class RecorderProcess(Recorder):
         return f"the log {self.path} cannot be written any further: the process that writes it {how}; {rest}", kept
 
 
-class _Network(Network):
+class _HandedNetwork(Network):
     """The steps and the bytes of one of several networks, handed over.
 
     Args:
@@ -313,6 +340,7 @@ def begin_log(
     overwrite: bool = False,
     on_failure: Callable[[str, Path | None], None] | None = None,
     on_loss: Callable[[str], None] | None = None,
+    listens: bool = False,
 ) -> Recorder:
     """Begin a log, written by a process of its own; by this one where Python is built into a program that can't be started so.
 
@@ -325,6 +353,7 @@ def begin_log(
         overwrite: Likewise.
         on_failure: Likewise.
         on_loss: Likewise.
+        listens: Likewise.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -341,4 +370,5 @@ def begin_log(
         overwrite=overwrite,
         on_failure=on_failure,
         on_loss=on_loss,
+        listens=listens,
     )

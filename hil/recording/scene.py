@@ -8,7 +8,7 @@ from firmware_protocol.messages import OpponentCode
 from hil.mcaplog.writing.drawing import WORLD, Placed, Shape
 from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.sumo.opponents import OPPONENTS
-from simdevice.sumo.ring import Ring
+from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:
     from firmware_protocol.messages import RefereeState
@@ -27,7 +27,7 @@ RING_COLOR: Final = (0.93, 0.93, 0.90, 0.6)
 
 def ring_size() -> tuple[float, float]:
     """Width (along x) and height (along y) of the ring, in m."""
-    ring = Ring()
+    ring = SumoRing()
     return ring.width, ring.height
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from enum import IntEnum
 
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 
@@ -88,12 +88,12 @@ class SumoLog(ABC):
         """
         self.record("/pal/checkpoint", CheckpointRecord(used, digest), self.now)
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed for the learner.
 
         Args:
             trial: What the learner asked for.
-            engagement: What the robot did.
+            encounter: What the robot did.
             performance: What the learner was told of it.
             fitness: What that was worth to the learner.
         """
@@ -111,8 +111,8 @@ class SumoLog(ABC):
             won=performance.won,
             lost=performance.lost,
             progress=performance.progress,
-            duration=engagement.duration,
-            ended=_words(engagement.report.outcome),
+            duration=encounter.duration,
+            ended=_words(encounter.report.outcome),
         )
         self.record("/pal/trial", record, self.now)
 

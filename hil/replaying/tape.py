@@ -68,7 +68,7 @@ class Step:
     over: bool = False
 
 
-class _Network:
+class _NetworkTape:
     """What has been read of one network, and not been asked for yet."""
 
     def __init__(self) -> None:
@@ -130,7 +130,7 @@ class Tape:
         self._most = _whole_number(cut.get("entries", "")) if cut is not None else None
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
-        self._networks: dict[str, _Network] = {}
+        self._networks: dict[str, _NetworkTape] = {}
         self.ended = False
         self.interrupted = False
         self.gaps = ""
@@ -240,8 +240,8 @@ class Tape:
         """What an entry says: a record or message of this program, or what the log's own schema makes of it; else None."""
         return self.reader.decoded(entry)
 
-    def _of(self, network: str) -> _Network:
-        return self._networks.setdefault(network, _Network())
+    def _of(self, network: str) -> _NetworkTape:
+        return self._networks.setdefault(network, _NetworkTape())
 
     def _more(self, missing: str) -> None:
         if not self._read_on():
@@ -301,7 +301,7 @@ class Tape:
             case _:
                 self._fill(network, found.data)
 
-    def _take_step(self, network: _Network, record: BridgeStep) -> None:
+    def _take_step(self, network: _NetworkTape, record: BridgeStep) -> None:
         network.last.over = True
         step = network.last = Step(self.steps, record, missing=len(record.chunk_times))
         self.steps += 1
@@ -309,7 +309,7 @@ class Tape:
         if step.missing:
             network.unfilled.append(step)
 
-    def _fill(self, network: _Network, data: bytes) -> None:
+    def _fill(self, network: _NetworkTape, data: bytes) -> None:
         """The bytes of the next chunk whose step has been read: they may come a step later, where a key had to be left out."""
         if not network.unfilled:
             raise ReplayError(f"{self.path}: bytes came before step {self.steps} that no step has taken in")

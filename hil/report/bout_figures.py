@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from hil.report.gather import BoutPath
+    from hil.report.run_data import BoutPath
 
 OUTCOME_WORDS: Final = {
     BoutOutcome.WIN: "won", BoutOutcome.LOSS: "lost", BoutOutcome.DRAW: "drawn", BoutOutcome.UNDECIDED: "broken off",

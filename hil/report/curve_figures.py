@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from hil.mcaplog.records import StepRecord
-    from hil.report.gather import RunData
+    from hil.report.run_data import RunData
 
 PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
 _EYES: Final = {3: "both eyes see it", 2: "the right eye sees it", 1: "the left eye sees it", 0: "no eye sees it"}

@@ -1,9 +1,9 @@
-"""Reads a log, whole or cut off, and collects what a report tells."""
+"""Collects what a report tells, of a log that is read, whole or cut off, or of one that is being written."""
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -13,28 +13,25 @@ from firmware_protocol.messages import (
     BoutOutcome,
     JuniorSensors,
     JuniorWheels,
-    OpponentCode,
     ParamValue,
     Phase,
     RefereeState,
     RobotSession,
 )
-from firmware_protocol.parameters import PARAMETERS
-from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogEntry, LogReader
 from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
 from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
-from hil.report.learnt import Learnt, read_learnt
-from hil.report.link import LinkQuality, LinkWatcher
+from hil.report.learnt import read_learnt
+from hil.report.link import LinkWatcher
+from hil.report.run_data import BoutPath, RunData, SensorTrack
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-
-    from numpy.typing import NDArray
 
 SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints", *PLOTS})
 """Topics that tell a report nothing it does not know otherwise."""
@@ -48,124 +45,6 @@ MOST_PARAMETERS: Final = 500
 MOST_ODDITIES: Final = 20
 _PHASES: Final = frozenset(Phase)
 _OUTCOMES: Final = frozenset(BoutOutcome)
-
-
-@dataclass(frozen=True)
-class BoutPath:
-    """A bout as the referee saw it.
-
-    Attributes:
-        number: In this log, from 1.
-        series: Title of the series it belongs to; empty where the log names none.
-        opponent: As in REFEREE_STATE.
-        outcome: How it ended; UNDECIDED where it was broken off, or where nobody knows what the referee said.
-        duration: In s.
-        used: Maneuvers the learner had had performed when it began.
-        times: Time since the bout began, in s, where both poses are places in the arena; shape (n,).
-        junior: x, y in m and heading in rad; shape (n, 3).
-        other: The opponent's, likewise.
-    """
-
-    number: int
-    series: str
-    opponent: int
-    outcome: BoutOutcome
-    duration: float
-    used: int
-    times: NDArray[np.float64]
-    junior: NDArray[np.float64]
-    other: NDArray[np.float64]
-
-    @property
-    def opponent_name(self) -> str:
-        """The opponent's name."""
-        return OpponentCode(self.opponent).label if self.opponent in set(OpponentCode) else f"number {self.opponent}"
-
-
-@dataclass(frozen=True)
-class SensorTrack:
-    """What the robot sensed, over time.
-
-    Attributes:
-        times: Log times in s; shape (n,).
-        eye: ADC counts, left and right; shape (n, 2).
-        floor: Likewise.
-        battery: In V; shape (n,).
-        flags: `SensorFlag` bits; shape (n,).
-        wheel_times: Log times of wheel commands, in s; shape (m,).
-        wheels: Left and right, share of full, and duration in s; shape (m, 3).
-    """
-
-    times: NDArray[np.float64]
-    eye: NDArray[np.float64]
-    floor: NDArray[np.float64]
-    battery: NDArray[np.float64]
-    flags: NDArray[np.int64]
-    wheel_times: NDArray[np.float64]
-    wheels: NDArray[np.float64]
-
-    @property
-    def gaps(self) -> NDArray[np.float64]:
-        """When no reading came for so long that the one before was stale, or until the log ends: from, to; in s; shape (k, 2).
-
-        As `firmware_protocol.peer.streams` has it, with the median for the interval.
-        """
-        apart = np.diff(self.times)
-        if not len(apart):
-            return np.empty((0, 2))
-        late = np.flatnonzero(apart > max(STALE_INTERVALS * float(np.median(apart)), STALE_LEAST))
-        return np.stack((self.times[late], self.times[late + 1]), axis=1)
-
-
-@dataclass
-class RunData:
-    """All that a report tells of a log.
-
-    Attributes:
-        path: The log.
-        health: What state the file is in, in words.
-        whole: The file is neither cut off nor damaged.
-        metadata: Its metadata records, by name.
-        start: First log time, in s.
-        end: Last log time, in s.
-        generations: Steps of the learner, in order.
-        trials: Maneuvers performed for the learner, in order.
-        trial_times: Their log times, in s.
-        advice: The advice as last recorded; None where there was none that could be read.
-        bouts: Bouts, in order.
-        link: How good the link was.
-        sensors: What the robot sensed.
-        events: Log times in s and events.
-        parameters: The robot's parameters, as last told.
-        oddities: What the log holds that this program does not know or can't draw, in words.
-    """
-
-    path: Path
-    health: str = ""
-    whole: bool = True
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    start: float = 0.0
-    end: float = 0.0
-    generations: list[StepRecord] = field(default_factory=list)
-    trials: list[TrialRecord] = field(default_factory=list)
-    trial_times: list[float] = field(default_factory=list)
-    advice: Learnt | None = None
-    bouts: list[BoutPath] = field(default_factory=list)
-    link: LinkQuality = field(default_factory=LinkQuality)
-    sensors: SensorTrack | None = None
-    events: list[tuple[float, EventRecord]] = field(default_factory=list)
-    parameters: dict[str, float] = field(default_factory=dict)
-    oddities: list[str] = field(default_factory=list)
-
-    @property
-    def duration(self) -> float:
-        """Log time from the first entry to the last, in s."""
-        return self.end - self.start
-
-    @property
-    def learnt(self) -> bool:
-        """The log is of a run in which something was learnt."""
-        return bool(self.generations or self.trials)
 
 
 def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B008 - frozen
@@ -182,18 +61,11 @@ def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B
         LogError: It cannot be opened, is not a log, or nothing of it could be read.
     """
     reader = LogReader(path, limits)
-    gatherer = _Gatherer(path)
+    gatherer = Gatherer(path)
     for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD):
         gatherer.take(entry)
     reader.require_something()
-    data = gatherer.finish()
-    if not data.learnt and not data.bouts:
-        data.sensors = _sensors(LogReader(path, limits), gatherer.robot.system, gatherer.wheels)
-    data.metadata, data.health = reader.metadata, reader.health()
-    data.whole = reader.whole
-    told = {**_numbers(reader.metadata.get("robot", {})), **data.parameters}
-    data.parameters = {**{parameter.name: parameter.default for parameter in PARAMETERS}, **told} if told else {}
-    return data
+    return gatherer.finish(reader)
 
 
 def _numbers(values: dict[str, str]) -> dict[str, float]:
@@ -206,8 +78,12 @@ def _numbers(values: dict[str, str]) -> dict[str, float]:
     return found
 
 
-class _Gatherer:
-    """Takes a log's entries in order."""
+class Gatherer:
+    """Takes what a log holds, in order: its entries, or what they are made of, as it is recorded.
+
+    Args:
+        path: The log.
+    """
 
     def __init__(self, path: Path) -> None:
         self._data = RunData(path)
@@ -222,24 +98,47 @@ class _Gatherer:
         self.robot = Protagonist()
 
     def take(self, entry: LogEntry) -> None:
-        """Take the next entry."""
-        first, last = self._span or (entry.time, entry.time)
-        self._span = min(first, entry.time), max(last, entry.time)
-        value = entry.value
+        """Take the next entry of a log that is read."""
+        value, sender = entry.value, entry.sender
         if value is None or isinstance(value, Message):
-            self._message(value, entry)
-        elif isinstance(value, WireBytes):
-            quality = self._watcher.quality
-            if value.direction == "rx":
-                quality.bytes_received += len(value.data)
+            if sender is None:
+                self._seen(entry.time)
+            elif entry.frame is None:
+                self.sent(value, entry.topic, entry.time)
             else:
-                quality.bytes_sent += len(value.data)
-        elif isinstance(value, RejectedInput):
-            self._watcher.rejected(value.reason, entry.time)
+                self.received(value, sender, entry.frame, entry.time)
+        elif isinstance(value, WireBytes):
+            self.wire(value.direction, len(value.data), entry.time)
         else:
-            self._record(value, entry.time)
+            self.record(value, entry.time)
 
-    def _record(self, value: object, time: float) -> None:
+    def _seen(self, time: float) -> None:
+        """There is something of a log time, in s."""
+        first, last = self._span or (time, time)
+        self._span = min(first, time), max(last, time)
+
+    def wire(self, direction: str, size: int, time: float) -> None:
+        """Bytes went over the link.
+
+        Args:
+            direction: `rx` or `tx`.
+            size: How many.
+            time: Log time in s.
+        """
+        self._seen(time)
+        if direction == "rx":
+            self._watcher.quality.bytes_received += size
+        else:
+            self._watcher.quality.bytes_sent += size
+
+    def record(self, value: object, time: float) -> None:
+        """Something else was recorded.
+
+        Args:
+            value: One of `hil.mcaplog.records`, or what another program has written.
+            time: Log time in s.
+        """
+        self._seen(time)
         data = self._data
         if isinstance(value, TrialRecord):
             data.trials.append(value)
@@ -248,6 +147,8 @@ class _Gatherer:
             data.generations.append(value)
         elif isinstance(value, AdviceRecord):
             self._advice = value.json
+        elif isinstance(value, RejectedInput):
+            self._watcher.rejected(value.reason, time)
         elif isinstance(value, EventRecord):
             if value.kind == SERIES:
                 self._end_bout()
@@ -255,18 +156,33 @@ class _Gatherer:
             else:
                 data.events.append((time, value))
 
-    def _message(self, message: Message | None, entry: LogEntry) -> None:
-        if entry.sender is None:
-            return
-        if entry.frame is None:
-            self._watcher.sent(message, entry.topic, entry.time)
-            if isinstance(message, RobotSession):
-                self.robot.taken(message.target_system)
-            elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
-                self.wheels.append((entry.time, message))
-            return
-        self._watcher.received(message, entry.sender, entry.frame, entry.time)
-        if entry.sender[0] == HOST_SYSTEM or not self.robot.heard(entry.sender[0]):
+    def sent(self, message: Message | None, topic: str, time: float) -> None:
+        """A message was sent.
+
+        Args:
+            message: The message; None where it was not read.
+            topic: Its topic.
+            time: Log time in s.
+        """
+        self._seen(time)
+        self._watcher.sent(message, topic, time)
+        if isinstance(message, RobotSession):
+            self.robot.taken(message.target_system)
+        elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
+            self.wheels.append((time, message))
+
+    def received(self, message: Message | None, sender: tuple[int, int], frame: int, time: float) -> None:
+        """A good frame came.
+
+        Args:
+            message: What it held; None where it was not read.
+            sender: System and component.
+            frame: Its sequence number.
+            time: Log time in s.
+        """
+        self._seen(time)
+        self._watcher.received(message, sender, frame, time)
+        if sender[0] == HOST_SYSTEM or not self.robot.heard(sender[0]):
             return
         if isinstance(message, RefereeState):
             self._referee(message)
@@ -315,8 +231,36 @@ class _Gatherer:
             )
         )
 
-    def finish(self) -> RunData:
-        """What has been taken."""
+    def so_far(self, metadata: dict[str, dict[str, str]]) -> RunData:
+        """What has been taken until now, as it stands; what is taken later does not change it.
+
+        Args:
+            metadata: What the log's metadata records say.
+        """
+        data = self._data
+        copy = replace(
+            data,
+            metadata=metadata,
+            generations=list(data.generations),
+            trials=list(data.trials),
+            trial_times=list(data.trial_times),
+            bouts=list(data.bouts),
+            events=list(data.events),
+            parameters=_parameters(metadata, data.parameters),
+        )
+        if self._advice:
+            copy.advice, copy.oddities = read_learnt(self._advice)
+        return copy
+
+    def finish(self, reader: LogReader) -> RunData:
+        """All that has been taken, nothing coming any more.
+
+        Args:
+            reader: The log, which has been read.
+
+        Raises:
+            LogError: It can't be read again, where nothing but the sensors is left to tell of.
+        """
         self._end_bout()
         data = self._data
         if self._advice:
@@ -324,7 +268,17 @@ class _Gatherer:
         data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
         data.start, data.end = self._span or (0.0, 0.0)
+        if not data.learnt and not data.bouts:
+            data.sensors = _sensors(LogReader(data.path, reader.limits), self.robot.system, self.wheels)
+        data.metadata, data.health, data.whole = reader.metadata, reader.health(), reader.whole
+        data.parameters = _parameters(reader.metadata, data.parameters)
         return data
+
+
+def _parameters(metadata: dict[str, dict[str, str]], told: dict[str, float]) -> dict[str, float]:
+    """The robot's parameters; none where nothing is known of any."""
+    found = {**_numbers(metadata.get("robot", {})), **told}
+    return {**{parameter.name: parameter.default for parameter in JUNIOR_PARAMETERS}, **found} if found else {}
 
 
 def _sensors(reader: LogReader, system: int | None, wheels: Sequence[tuple[float, JuniorWheels]]) -> SensorTrack | None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hil.report.gather import BoutPath, RunData
+    from hil.report.run_data import BoutPath, RunData
     from pal_advisor.maneuvers import AdviceEntry
 
 PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}

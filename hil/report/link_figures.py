@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from hil.report.gather import RunData, SensorTrack
+    from hil.report.run_data import RunData, SensorTrack
 
 BINS: Final = 120
 MOST_EVENTS: Final = 200

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hil.report.words import Table
+    from hil.report.words import ReportTable
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,8 @@ class Section:
     title: str
     text: list[str] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
-    tables: list[Table] = field(default_factory=list)
-    folded: list[Table] = field(default_factory=list)
+    tables: list[ReportTable] = field(default_factory=list)
+    folded: list[ReportTable] = field(default_factory=list)
 
     @property
     def empty(self) -> bool:
@@ -113,7 +113,7 @@ def _picture(picture: Picture) -> str:
     )
 
 
-def _table(table: Table, *, titled: bool = True) -> str:
+def _table(table: ReportTable, *, titled: bool = True) -> str:
     def cell(tag: str, column: int, text: str) -> str:
         kind = ' class="n"' if column in table.numbers else ""
         return f"<{tag}{kind}>{escape(text)}</{tag}>"

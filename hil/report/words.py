@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hil.mcaplog.records import StepRecord, TrialRecord
-    from hil.report.gather import BoutPath, RunData
+    from hil.report.run_data import BoutPath, RunData
     from pal_advisor.maneuvers import AdviceEntry
 
 OBJECTIVES: Final = {
@@ -35,7 +35,7 @@ COACHING: Final = "coaching"
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table; of many rows it has the first, of a long text the beginning.
 
     Attributes:
@@ -178,7 +178,7 @@ def _link_words(data: RunData) -> str:
     return f"{text}{', '.join(first)}, and {last}."
 
 
-def learnt_table(data: RunData) -> Table | None:
+def learnt_table(data: RunData) -> ReportTable | None:
     """The advice, a row for each situation."""
     entries = data.advice.entries if data.advice else ()
     if not entries:
@@ -195,7 +195,7 @@ def learnt_table(data: RunData) -> Table | None:
         for entry in sorted(entries, key=lambda entry: sort_key(situation(entry)))
     )
     head = ("When Junior’s eyes see it", "It does", "Known as", "Fitness", "Tried", "Phase")
-    return Table("What Junior learnt", head, rows, frozenset({3, 4, 5}))
+    return ReportTable("What Junior learnt", head, rows, frozenset({3, 4, 5}))
 
 
 def _situation(entry: AdviceEntry) -> str:
@@ -206,7 +206,7 @@ def _situation(entry: AdviceEntry) -> str:
     return words[code & 3] + arms + before
 
 
-def effort_table(data: RunData) -> Table | None:
+def effort_table(data: RunData) -> ReportTable | None:
     """How much each category was practised."""
     if not data.trials:
         return None
@@ -231,10 +231,10 @@ def effort_table(data: RunData) -> Table | None:
             )
         )
     head = ("Category", "Maneuvers", "of these in the exam", "Generations", "Best in the first", "Best in the last")
-    return Table("How much was practised", head, tuple(rows), frozenset(range(1, 6)))
+    return ReportTable("How much was practised", head, tuple(rows), frozenset(range(1, 6)))
 
 
-def bout_table(data: RunData) -> Table | None:
+def bout_table(data: RunData) -> ReportTable | None:
     """Outcomes by series and opponent."""
     if not data.bouts:
         return None
@@ -255,10 +255,10 @@ def bout_table(data: RunData) -> Table | None:
             )
         )
     head = ("Series", "Opponent", "Decided", "Won", "Lost", "Drawn", "Broken off", "Share won", "95% interval", "Median win")
-    return Table("Bouts", head, tuple(rows), frozenset(range(2, 10)))
+    return ReportTable("Bouts", head, tuple(rows), frozenset(range(2, 10)))
 
 
-def link_table(data: RunData) -> Table:
+def link_table(data: RunData) -> ReportTable:
     """Counters of the link, from both ends."""
     link = data.link
     rows = [
@@ -284,37 +284,39 @@ def link_table(data: RunData) -> Table:
             ("… with a bad checksum, unknown", f"{told.bad_checksum:,}, {told.unknown:,}"),
             ("Starts of the robot so far", f"{told.boot_count:,}"),
         ]
-    return Table("Link", ("What", "How much"), tuple(rows), frozenset({1}))
+    return ReportTable("Link", ("What", "How much"), tuple(rows), frozenset({1}))
 
 
-def event_table(data: RunData, most: int = 40) -> Table | None:
+def event_table(data: RunData, most: int = 40) -> ReportTable | None:
     """Events other than bouts, the last ones where there are many."""
     told = [(time, event) for time, event in data.events if event.kind != "bout"]
     if not told:
         return None
     rows = tuple((f"{time:.2f} s", event.kind, event.text) for time, event in told[-most:])
     title = "Events" if len(told) <= most else f"Events, the last {most} of {len(told)}"
-    return Table(title, ("Log time", "Kind", "What happened"), rows)
+    return ReportTable(title, ("Log time", "Kind", "What happened"), rows)
 
 
-def oddity_table(data: RunData) -> Table | None:
+def oddity_table(data: RunData) -> ReportTable | None:
     """What the log holds that could not be understood or drawn."""
     if not data.oddities:
         return None
-    return Table("What this program could make nothing of", ("What the log holds",), tuple((text,) for text in data.oddities))
+    return ReportTable(
+        "What this program could make nothing of", ("What the log holds",), tuple((text,) for text in data.oddities)
+    )
 
 
-def metadata_tables(data: RunData) -> list[Table]:
+def metadata_tables(data: RunData) -> list[ReportTable]:
     """The log's metadata, a table each."""
     names = {"config": "Configuration", "robot": "Robot", "run": "This run"}
     tables = [
-        Table(title, ("Name", "Value"), tuple(sorted(data.metadata[name].items())))
+        ReportTable(title, ("Name", "Value"), tuple(sorted(data.metadata[name].items())))
         for name, title in names.items()
         if data.metadata.get(name)
     ]
     if data.parameters:
         rows = tuple((name, f"{value:g}") for name, value in sorted(data.parameters.items()))
-        tables.append(Table("The robot’s parameters", ("Name", "Value"), rows, frozenset({1})))
+        tables.append(ReportTable("The robot’s parameters", ("Name", "Value"), rows, frozenset({1})))
     return tables
 
 

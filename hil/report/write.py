@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
@@ -14,7 +15,7 @@ from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
 from hil.report.bout_figures import choose, times_to_win, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
-from hil.report.gather import RunData, gather
+from hil.report.gather import gather
 from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
@@ -36,13 +37,17 @@ from hil.report.words import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from matplotlib.figure import Figure
 
+    from hil.report.run_data import RunData
+
 PAGE = "report.html"
 LAYOUT = "junior.layout.json"
+EARLY: Final = frozenset({"maneuvers", "fitness", "learning", "wins", "trajectories"})
+"""Pictures of the coaching alone."""
 UNDRAWABLE: Final = (ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError, ValueError)
 """What matplotlib raises on numbers that make no picture."""
 
@@ -82,12 +87,42 @@ def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> Re
     Raises:
         LogError: The log cannot be read, or the report cannot be written.
     """
-    data = gather(log, lifted(max_chunk))
+    return write_pages(gather(log, lifted(max_chunk)), folder)
+
+
+def early_pictures(data: RunData) -> dict[str, bytes]:
+    """Those pictures of a coaching run that are as they will be as soon as the coaching is over.
+
+    Args:
+        data: The run so far.
+
+    Returns:
+        PNG by the picture's name; without those that can't be drawn.
+    """
     with styled():
-        sections = _sections(data)
+        sections = (_learnt(data, {}), _learning(data, {}), _bouts(data, {}))
+    return {picture.name: picture.data for section in sections for picture in section.pictures if picture.name in EARLY}
+
+
+def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = MappingProxyType({})) -> ReportFiles:
+    """Draw and write a report of what has been gathered.
+
+    Args:
+        data: It.
+        folder: Where the report goes; made where it does not exist.
+        drawn: Pictures that are drawn already, as `early_pictures` has them.
+
+    Returns:
+        The files written.
+
+    Raises:
+        LogError: The report cannot be written.
+    """
+    with styled():
+        sections = _sections(data, drawn)
     said = summary(data)
     title = title_of(data)
-    footer = f"Made by {_program(data)} from {log.name}."
+    footer = f"Made by {_program(data)} from {data.path.name}."
     page = render(title, _subtitle(data), said, numbers=_numbers(data), sections=sections, footer=footer)
     pictures = [picture for section in sections for picture in section.pictures]
     try:
@@ -103,8 +138,8 @@ def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> Re
     return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)
 
 
-def _sections(data: RunData) -> list[Section]:
-    found = [_learnt(data), _learning(data), _bouts(data), _link(data)]
+def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
+    found = [_learnt(data, drawn), _learning(data, drawn), _bouts(data, drawn), _link(data)]
     if not data.learnt and not data.bouts:
         found.insert(0, _sensed(data))
     about = Section("About this run")
@@ -117,7 +152,7 @@ def _sections(data: RunData) -> list[Section]:
     return [*found, about]
 
 
-def _learnt(data: RunData) -> Section:
+def _learnt(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section = Section("What Junior learnt")
     table = learnt_table(data)
     if table:
@@ -126,12 +161,13 @@ def _learnt(data: RunData) -> Section:
             "maneuvers",
             partial(maneuver_strips, data),
             "The best maneuver for each thing the eyes see: how fast the left (L) and the right wheel (R) turn in each action.",
+            drawn,
         )
         section.tables.append(table)
     return section
 
 
-def _learning(data: RunData) -> Section:
+def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section = Section("How it learnt")
     _add(
         section,
@@ -139,12 +175,14 @@ def _learning(data: RunData) -> Section:
         partial(fitness_by_generation, data),
         "Best fitness by generation. A category makes a step when all of its maneuvers are rated, so situations that come up "
         "often make many steps, and the curves have different lengths.",
+        drawn,
     )
     _add(
         section,
         "learning",
         partial(fitness_by_maneuvers, data),
         "The same against the maneuvers performed. In the exam (grey) the best of each category are tested again.",
+        drawn,
     )
     if data.learnt:
         _add(
@@ -152,13 +190,14 @@ def _learning(data: RunData) -> Section:
             "wins",
             partial(wins_over_run, data, coaching_bouts(data)),
             "Share of bouts won during coaching, with maneuvers on trial; each tick above is a bout.",
+            drawn,
         )
     effort = effort_table(data)
     section.tables = [effort] if effort else []
     return section
 
 
-def _bouts(data: RunData) -> Section:
+def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section = Section("Bouts")
     table = bout_table(data)
     if table is None:
@@ -172,6 +211,7 @@ def _bouts(data: RunData) -> Section:
             partial(trajectories, early),
             f"Bouts of the coaching, first, middle and last ({chosen_caption(early)}), seen from above. "
             "Dashed: where they started; filled: where they ended.",
+            drawn,
         )
     played = played_bouts(data)
     first = [bout for bout in played if bout.series == played[0].series]
@@ -208,11 +248,20 @@ def _sensed(data: RunData) -> Section:
     return section
 
 
-def _add(section: Section, name: str, draw: Callable[[], Figure | None], caption: str) -> None:
+def _add(
+    section: Section,
+    name: str,
+    draw: Callable[[], Figure | None],
+    caption: str,
+    drawn: Mapping[str, bytes] = MappingProxyType({}),
+) -> None:
     """Add a picture, or say why there is none: what a log holds never costs the report."""
+    if name in drawn:
+        section.pictures.append(Picture(name, drawn[name], caption))
+        return
     try:
-        drawn = draw()
-        picture = None if drawn is None else Picture(name, png(drawn), caption)
+        made = draw()
+        picture = None if made is None else Picture(name, png(made), caption)
     except UNDRAWABLE as error:
         section.text.append(f"The picture “{name}” can’t be drawn from what the log holds: {shortened(str(error), 200)}.")
     else:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from hil.sumo.controllers import Controller
-    from hil.sumo.ring import Engagement, Ring
+    from hil.sumo.ring import Encounter, Ring
 
 MOST_LOSSES: Final = 5
 """A robot that is lost so often in a row, and gets nowhere in between, is given up."""
@@ -97,16 +97,16 @@ class Tally:
         }
 
 
-def check_engagement(engagement: Engagement) -> None:
+def check_encounter(encounter: Encounter) -> None:
     """See that a maneuver was performed at all.
 
     Args:
-        engagement: What came of it.
+        encounter: What came of it.
 
     Raises:
         RefusedError: The robot refused it, or its emergency stop was pressed.
     """
-    report = engagement.report
+    report = encounter.report
     if report.outcome is Outcome.REFUSED:
         raise RefusedError("a maneuver", report.reason.name.lower().replace("_", " "))
     if report.outcome is Outcome.STOPPED and report.reason is Reason.EMERGENCY_STOP:
@@ -152,9 +152,9 @@ def _play_one(ring: Ring, controller: Controller, number: int, seed: int) -> Bou
     previous = None
     maneuvers = 0
     while True:
-        engagement = ring.engage(controller.choose(current, previous))
-        check_engagement(engagement)
+        encounter = ring.engage(controller.choose(current, previous))
+        check_encounter(encounter)
         maneuvers += 1
-        previous, current = current, engagement.stimulus
-        if engagement.outcome is not BoutOutcome.UNDECIDED:
-            return Bout(number, seed, engagement.outcome, engagement.elapsed or 0.0, maneuvers)
+        previous, current = current, encounter.stimulus
+        if encounter.outcome is not BoutOutcome.UNDECIDED:
+            return Bout(number, seed, encounter.outcome, encounter.elapsed or 0.0, maneuvers)

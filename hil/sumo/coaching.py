@@ -12,8 +12,8 @@ from firmware_protocol.vocabulary import Outcome
 from hil.doors import Document, Door
 from hil.files.outputs import replace_file
 from hil.seeds import Branch, bout_seed, generator
-from hil.sumo.bouts import MOST_LOSSES, Bout, check_engagement
-from hil.sumo.ring import OPPONENTS, UNKNOWN, Engagement, Ring, RingError
+from hil.sumo.bouts import MOST_LOSSES, Bout, check_encounter
+from hil.sumo.ring import OPPONENTS, UNKNOWN, Encounter, Ring, RingError
 from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers import (
     Credit,
@@ -68,7 +68,7 @@ class Observer(Protocol):
         """A checkpoint was due: maneuvers performed by then, and the digest of the adviser's whole state."""
         ...
 
-    def trial(self, trial: Trial, engagement: Engagement, performance: Performance, fitness: float) -> None:
+    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed and rated: the fitness is what the adviser found it worth."""
         ...
 
@@ -102,7 +102,7 @@ class Progress:
     robot_seconds: float = 0.0
 
 
-class _Place:
+class _Standing:
     """Where a bout stands.
 
     Args:
@@ -127,10 +127,10 @@ class _Place:
         self.way = []
         self._current, self._previous = int(stimulus), None
 
-    def follow(self, maneuver: Maneuver, engagement: Engagement) -> None:
+    def follow(self, maneuver: Maneuver, encounter: Encounter) -> None:
         """A maneuver was performed."""
-        self.way.append((maneuver, engagement.stimulus))
-        self._current, self._previous = int(engagement.stimulus), self._current
+        self.way.append((maneuver, encounter.stimulus))
+        self._current, self._previous = int(encounter.stimulus), self._current
 
 
 class Coaching:
@@ -219,7 +219,7 @@ class Coaching:
                 for observer in self._observers:
                     observer.decision(trial)
             try:
-                engagement = self._ring.engage(trial.maneuver)
+                encounter = self._ring.engage(trial.maneuver)
             except PeerLostError as error:
                 if not self._return(place, number, seed, error):
                     self._discard(trial)
@@ -227,31 +227,31 @@ class Coaching:
                     self._note(self.pal.interrupt())
                 continue
             self._losses = 0
-            self._tell(trial, engagement)
-            place.follow(trial.maneuver, engagement)
+            self._tell(trial, encounter)
+            place.follow(trial.maneuver, encounter)
             trial = None
             maneuvers += 1
-            if engagement.elapsed is None and self.progress.robot_seconds - self._saved_at >= CHECKPOINT_EVERY:
+            if encounter.elapsed is None and self.progress.robot_seconds - self._saved_at >= CHECKPOINT_EVERY:
                 self.save()
-            if engagement.outcome is not BoutOutcome.UNDECIDED:
-                self.progress.wins += engagement.outcome is BoutOutcome.WIN
-                self.progress.losses += engagement.outcome is BoutOutcome.LOSS
-                bout = Bout(number, seed, engagement.outcome, engagement.elapsed or 0.0, maneuvers)
+            if encounter.outcome is not BoutOutcome.UNDECIDED:
+                self.progress.wins += encounter.outcome is BoutOutcome.WIN
+                self.progress.losses += encounter.outcome is BoutOutcome.LOSS
+                bout = Bout(number, seed, encounter.outcome, encounter.elapsed or 0.0, maneuvers)
                 for observer in self._observers:
                     observer.bout(bout)
                 break
         self.progress.bouts = number
 
-    def _begin(self, number: int, seed: int) -> _Place:
+    def _begin(self, number: int, seed: int) -> _Standing:
         """Begin a bout."""
         try:
-            return _Place(self._ring.begin(seed))
+            return _Standing(self._ring.begin(seed))
         except PeerLostError as error:
-            place = _Place(None)
+            place = _Standing(None)
             self._return(place, number, seed, error)
             return place
 
-    def _return(self, place: _Place, number: int, seed: int, error: PeerLostError) -> bool:
+    def _return(self, place: _Standing, number: int, seed: int, error: PeerLostError) -> bool:
         """The robot was lost: wait for it, begin the bout again, and in lock-step play it up to where it was.
 
         Args:
@@ -283,43 +283,43 @@ class Coaching:
                 continue
             return repeatable and place.way == way
 
-    def _again(self, place: _Place, way: list[tuple[Maneuver, Stimulus]]) -> bool:
+    def _again(self, place: _Standing, way: list[tuple[Maneuver, Stimulus]]) -> bool:
         """Go the same way again.
 
         Returns:
             False when it led elsewhere, and the bout is over.
         """
         for maneuver, expected in way:
-            engagement = self._ring.engage(maneuver)
-            place.follow(maneuver, engagement)
-            if engagement.outcome is not BoutOutcome.UNDECIDED:
+            encounter = self._ring.engage(maneuver)
+            place.follow(maneuver, encounter)
+            if encounter.outcome is not BoutOutcome.UNDECIDED:
                 return False
-            if engagement.stimulus != expected:
+            if encounter.stimulus != expected:
                 return True
         return True
 
-    def _tell(self, trial: Trial, engagement: Engagement) -> None:
-        report = engagement.report
-        if (report.outcome is Outcome.STOPPED and engagement.outcome is BoutOutcome.UNDECIDED) or not report.tallies:
+    def _tell(self, trial: Trial, encounter: Encounter) -> None:
+        report = encounter.report
+        if (report.outcome is Outcome.STOPPED and encounter.outcome is BoutOutcome.UNDECIDED) or not report.tallies:
             self._discard(trial)
-            check_engagement(engagement)
+            check_encounter(encounter)
             return
         performance = Performance(
             tallies=report.tallies,
             planned=len(trial.maneuver.actions),
-            won=engagement.outcome is BoutOutcome.WIN,
-            lost=engagement.outcome is BoutOutcome.LOSS,
-            progress=engagement.progress,
-            over=engagement.outcome is not BoutOutcome.UNDECIDED,
-            duration=engagement.duration,
+            won=encounter.outcome is BoutOutcome.WIN,
+            lost=encounter.outcome is BoutOutcome.LOSS,
+            progress=encounter.progress,
+            over=encounter.outcome is not BoutOutcome.UNDECIDED,
+            duration=encounter.duration,
         )
         try:
             records = self.pal.tell(trial, performance)
         except ObjectiveError as error:
             raise RingError(str(error)) from error
-        self.progress.robot_seconds += engagement.duration
+        self.progress.robot_seconds += encounter.duration
         for observer in self._observers:
-            observer.trial(trial, engagement, performance, self.pal.rating)
+            observer.trial(trial, encounter, performance, self.pal.rating)
         self._note(records)
 
     def _discard(self, trial: Trial) -> None:

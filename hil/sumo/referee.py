@@ -23,7 +23,7 @@ LOOKS = 5
 """A new bout that is not seen in so many answers was not begun."""
 
 
-class Referee:
+class RefereeHandle:
     """Puts everybody at a start pose, and says how a bout goes.
 
     Args:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.exchange import Ticket
     from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.sumo.junior import Junior
-    from hil.sumo.referee import Referee
+    from hil.sumo.referee import RefereeHandle
 
 OPPONENTS: Final = {code.label: code for code in OpponentCode if code is not OpponentCode.KEEP}
 """The opponents that a referee can place, by name."""
@@ -33,7 +33,7 @@ class RingError(HilError):
 
 
 @dataclass(frozen=True)
-class Engagement:
+class Encounter:
     """What one maneuver did.
 
     Attributes:
@@ -78,7 +78,7 @@ class Ring(Protocol):
         """
         ...
 
-    def engage(self, maneuver: Maneuver) -> Engagement:
+    def engage(self, maneuver: Maneuver) -> Encounter:
         """Have a maneuver performed.
 
         Args:
@@ -110,7 +110,7 @@ class RefereedRing:
         PeerError: The referee does not answer.
     """
 
-    def __init__(self, junior: Junior, referee: Referee, opponent: str | None = None) -> None:
+    def __init__(self, junior: Junior, referee: RefereeHandle, opponent: str | None = None) -> None:
         self.refereed = True
         self._junior = junior
         self._referee = referee
@@ -133,7 +133,7 @@ class RefereedRing:
         self._junior.wait(SETTLE)
         return self._junior.sense()
 
-    def engage(self, maneuver: Maneuver) -> Engagement:
+    def engage(self, maneuver: Maneuver) -> Encounter:
         """Have a maneuver performed; it is broken off when the bout is over."""
         ticket = self._junior.start(maneuver)
         report = self._junior.follow(ticket, until=lambda: self._referee.latest.phase == Phase.OVER)
@@ -143,7 +143,7 @@ class RefereedRing:
         progress = self._clearance - state.clearance
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
-        return Engagement(report, report.after, outcome, state.elapsed, progress, _lasted(ticket))
+        return Encounter(report, report.after, outcome, state.elapsed, progress, _lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
@@ -167,11 +167,11 @@ class OpenRing:
         """Take the situation as it is."""
         return self._junior.sense()
 
-    def engage(self, maneuver: Maneuver) -> Engagement:
+    def engage(self, maneuver: Maneuver) -> Encounter:
         """Have a maneuver performed; see `Ring.engage`."""
         ticket = self._junior.start(maneuver)
         report = self._junior.follow(ticket)
-        return Engagement(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(ticket))
+        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus
-from pal_advisor.fields import FieldError, Fields, shown
-from pal_advisor.maneuvers.settings import Objective, PalSettings, SettingsError
+from pal_advisor.fields import FieldError, Fields, SettingsError, shown
+from pal_advisor.maneuvers.settings import Objective, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -205,7 +205,7 @@ def _settings(data: object) -> PalSettings:
     try:
         return PalSettings.from_dict(data)
     except SettingsError as error:
-        raise AdviceError(f"settings.{error.field}", str(error).partition(": ")[2]) from error
+        raise AdviceError(f"settings.{error.path}", str(error).partition(": ")[2]) from error
 
 
 def _stimulus(label: str, path: str) -> int:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
-from pal_advisor.fields import Fields
+from pal_advisor.fields import Fields, StateError
+from pal_advisor.generators import plain, read_generator
 from pal_advisor.maneuvers.advice import EYES, Advice, AdviceEntry, make_maneuver
 from pal_advisor.maneuvers.credit import WAITING_FIELDS, Share, Trace, Waiting
 from pal_advisor.maneuvers.decisions import (
@@ -29,11 +30,8 @@ from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population, spelled
 from pal_advisor.maneuvers.state import (
     STATE_VERSION,
-    StateError,
-    plain,
     read_category,
     read_digest,
-    read_generator,
     read_settings,
     read_step,
     read_version,
@@ -346,7 +344,7 @@ class Pal:
         """
         fields = Fields(state, "", StateError)
         version = read_version(fields)
-        pal = cls(read_settings(fields.take("settings")), read_generator(fields.take("rng")))
+        pal = cls(read_settings(fields.take("settings")), read_generator(fields.table("rng")))
         pal.digest = read_digest(fields, version)
         pal.used = fields.integer("used", 0, pal.settings.budget)
         pal._asked = fields.integer("asked", pal.used)

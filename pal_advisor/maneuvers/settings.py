@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
 from firmware_protocol.vocabulary import MAX_ACTIONS
-from pal_advisor.fields import is_number, shown
+from pal_advisor.fields import SettingsError, is_number, shown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,18 +22,6 @@ MOST_BUDGET: Final = 10_000_000
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
 _KINDS: Final = {int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
-
-
-class SettingsError(ValueError):
-    """A setting has a value that makes no sense.
-
-    Attributes:
-        field: Name of the setting.
-    """
-
-    def __init__(self, field: str, message: str) -> None:
-        super().__init__(f"{field}: {message}")
-        self.field = field
 
 
 class Objective(StrEnum):

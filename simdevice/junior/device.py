@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from simdevice.arena import Piece
     from simdevice.boards import BoardInterface, BoardMaker, Host
     from simdevice.junior.faults import Battery
-    from simdevice.sumo.table import Robot
+    from simdevice.junior.hardware import JuniorHardware
 
 SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
 """Where a frame carries the sender's system id, by wire."""
@@ -43,7 +43,7 @@ class VirtualDevice:
 
     def __init__(
         self,
-        robot: Robot,
+        robot: JuniorHardware,
         *,
         uid: int,
         nvm: bytes | None = None,
@@ -77,7 +77,7 @@ class VirtualDevice:
         self.set_start(go=False)
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> JuniorHardware:
         """Its hardware on the table."""
         return self._robot
 

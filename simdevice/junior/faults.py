@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Final, Protocol
 
-from firmware_protocol.faults.spec import SENSORS, SIDES
+from firmware_protocol.faults.spells import SENSORS, SIDES
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults.spec import FaultSpec, StuckSensor
+    from firmware_protocol.faults.spec import FaultSpec
+    from firmware_protocol.faults.spells import StuckSensor
 
 _NEVER: Final = 1e9
 """Later than anything happens, in s."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from simdevice.arena import Piece
     from simdevice.junior.profile import JuniorProfile
-    from simdevice.sumo.ring import Ring
+    from simdevice.sumo.ring import SumoRing
 
 ADC_MAX: Final = 1023
 """Greatest reading of a 10-bit converter."""
@@ -110,7 +110,7 @@ class Sensors:
         floor_beyond_y: Likewise.
     """
 
-    def __init__(self, profile: JuniorProfile, body: Piece, ring: Ring, noise: np.random.Generator) -> None:
+    def __init__(self, profile: JuniorProfile, body: Piece, ring: SumoRing, noise: np.random.Generator) -> None:
         self._profile = profile
         self._body = body
         self._ring = ring

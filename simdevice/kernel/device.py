@@ -11,8 +11,8 @@ from simdevice.kernel.arrays import MANY
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from simdevice.junior.faults import Battery
+    from simdevice.junior.hardware import JuniorHardware
     from simdevice.kernel.ring import KernelRing
-    from simdevice.sumo.table import Robot
 
 
 class KernelDevice(VirtualDevice):
@@ -28,7 +28,7 @@ class KernelDevice(VirtualDevice):
 
     def __init__(
         self,
-        robot: Robot,
+        robot: JuniorHardware,
         ring: KernelRing,
         piece: int,
         *,
@@ -56,8 +56,8 @@ class KernelDevice(VirtualDevice):
         self._ring.feed(self._piece, voltage)
 
     @property
-    def robot(self) -> Robot:
-        """Its hardware on the table, as of now."""
+    def robot(self) -> JuniorHardware:
+        """Its hardware on the match, as of now."""
         self._ring.watch()
         return self._robot
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire.signing import Signing
     from simdevice.kernel.arrays import Arrays
-    from simdevice.sumo.table import Table
+    from simdevice.sumo.match import Match
 
 _NONE: Final = 2**32 - 1
 """Number of no bout."""
@@ -26,7 +26,7 @@ class KernelReferee(Referee):
     Args:
         arrays: The kernel's arrays.
         number: Which of their rings it is at.
-        table: What it watches.
+        match: What it watches.
         on_reset: Called after everybody has been placed.
         look: Has the table show where everybody is.
         wire: What it speaks.
@@ -37,14 +37,14 @@ class KernelReferee(Referee):
         self,
         arrays: Arrays,
         number: int,
-        table: Table,
+        match: Match,
         on_reset: Callable[[], None],
         look: Callable[[], None],
         *,
         wire: str,
         signing: Signing | None,
     ) -> None:
-        super().__init__(table, on_reset, look=look, wire=wire, signing=signing)
+        super().__init__(match, on_reset, look=look, wire=wire, signing=signing)
         self._referees = referees = arrays.referees
         self._number = number
         referees.can, referees.speaks = wire == CAN, wire == MAVLINK and signing is None

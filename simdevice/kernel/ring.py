@@ -12,14 +12,15 @@ from simdevice.junior.device import SYSTEM_BYTE, SYSTEM_MASK
 from simdevice.junior.sensors import draw_noise
 from simdevice.kernel.arrays import PIECES, SENSORS
 from simdevice.kernel.chipmunk import body_address, joint_address, space_address
-from simdevice.sumo.table import TIME_LIMIT, opponent_code
+from simdevice.sumo.match import TIME_LIMIT, opponent_code
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
     from simdevice.junior.faults import DeviceFaults
+    from simdevice.junior.hardware import JuniorHardware
     from simdevice.kernel.arrays import Arrays
     from simdevice.outline import Outline
-    from simdevice.sumo.table import Robot, Table
+    from simdevice.sumo.match import Match
 
 _ERRORS: Final = 256
 """Errors of wheel commands drawn at a time."""
@@ -33,27 +34,27 @@ class KernelRing:
     Args:
         arrays: The kernel's arrays.
         number: Which of their rings it is.
-        table: Where everybody is placed.
+        match: Where everybody is placed.
         wire: What its devices speak.
     """
 
-    def __init__(self, arrays: Arrays, number: int, table: Table, wire: str) -> None:
+    def __init__(self, arrays: Arrays, number: int, match: Match, wire: str) -> None:
         self._arrays = arrays
         self.number = number
         self.first = PIECES * number
         self.lib = arrays.lib
         self._ffi = arrays.ffi
-        self._table = table
-        self._profile = table.robot.profile
+        self._match = match
+        self._profile = match.robot.profile
         self._kept: dict[object, object] = {}
         self._outlines: dict[int, tuple[Outline, Any]] = {}
         self._world, self.devices = arrays.world, arrays.devices
         world, devices = self._world, self.devices
-        devices.period_us = round(table.period * 1e6)
+        devices.period_us = round(match.period * 1e6)
         devices.system_at, devices.system_mask = SYSTEM_BYTE[wire], SYSTEM_MASK[wire]
-        world.period, world.time_limit = table.period, TIME_LIMIT
-        world.half_x, world.half_y = table.half_x, table.half_y
-        self._describe(table.robot)
+        world.period, world.time_limit = match.period, TIME_LIMIT
+        world.half_x, world.half_y = match.half_x, match.half_y
+        self._describe(match.robot)
         for piece in range(self.first, self.first + PIECES):
             devices.fresh[piece] = devices.system[piece] = 1
             devices.effort[2 * piece] = devices.effort[2 * piece + 1] = 1.0
@@ -61,7 +62,7 @@ class KernelRing:
 
     @property
     def watched(self) -> bool:
-        """Somebody holds on to the table: what is on it is shown after each run, and taken before the next."""
+        """Somebody holds on to the match: what is on it is shown after each run, and taken before the next."""
         return self in self._arrays.watched
 
     @watched.setter
@@ -69,7 +70,7 @@ class KernelRing:
         if watched != self.watched:
             (self._arrays.watched.append if watched else self._arrays.watched.remove)(self)
 
-    def _describe(self, robot: Robot) -> None:
+    def _describe(self, robot: JuniorHardware) -> None:
         """Hand over the numbers of a robot."""
         profile, motors, sensors, to = robot.profile, robot.motors, robot.sensors, self._world.profile
         to.half_track = profile.track / 2
@@ -86,22 +87,22 @@ class KernelRing:
 
     def take(self) -> None:
         """Take over from the table how everybody stands; who has been given other noise begins a bout."""
-        table, world = self._table, self._world
+        match, world = self._match, self._world
         number = self.number
-        world.space[number] = self._pointer(space_address(table.arena.space))
-        world.lifted[number], world.steps[number], world.outcome[number] = table.lifted, table.steps, int(table.outcome)
-        self._arrays.referees.opponent[number] = opponent_code(table.name)
-        for piece, one in enumerate((table.robot.body, table.opponent), self.first):
+        world.space[number] = self._pointer(space_address(match.arena.space))
+        world.lifted[number], world.steps[number], world.outcome[number] = match.lifted, match.steps, int(match.outcome)
+        self._arrays.referees.opponent[number] = opponent_code(match.name)
+        for piece, one in enumerate((match.robot.body, match.opponent), self.first):
             self._place(piece, one)
-        for piece, robot in enumerate((table.robot, table.second), self.first):
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is not None and self._kept.get(("noise", piece)) is not robot.motors.noise:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
     def take_robots(self) -> None:
         """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
-        world, table = self._world, self._table
-        for piece, robot in enumerate((table.robot, table.second), self.first):
+        world, match = self._world, self._match
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is not None:
                 motors = robot.motors
                 world.travel[2 * piece], world.travel[2 * piece + 1] = motors.travel_left, motors.travel_right
@@ -165,8 +166,8 @@ class KernelRing:
 
     def draw(self, piece: int) -> None:
         """See that a Junior has noise for a control period and for a command besides."""
-        world, table = self._world, self._table
-        robot = table.robot if piece == self.first else table.second
+        world, match = self._world, self._match
+        robot = match.robot if piece == self.first else match.second
         if robot is None:
             return
         if world.reading_at[piece] >= world.readings[piece]:
@@ -194,18 +195,18 @@ class KernelRing:
 
     def show(self) -> None:
         """Let the table see what a referee looks at: poses, and how the bout stands."""
-        table, world = self._table, self._world
+        match, world = self._match, self._world
         unpack = self._ffi.unpack
-        body, other = table.robot.body, table.opponent
+        body, other = match.robot.body, match.opponent
         for name in ("x", "y", "angle", "cos", "sin"):
             values = unpack(getattr(world, name) + self.first, PIECES)
             setattr(body, name, values[0])
             setattr(other, name, values[1])
-        table.steps, table.lifted = world.steps[self.number], world.lifted[self.number]
-        table.outcome = BoutOutcome(world.outcome[self.number])
+        match.steps, match.lifted = world.steps[self.number], world.lifted[self.number]
+        match.outcome = BoutOutcome(world.outcome[self.number])
 
     def watch(self) -> None:
-        """Somebody looks at the table, and may hold on to it from now on."""
+        """Somebody looks at the match, and may hold on to it from now on."""
         if not self.watched:
             self.watched = True
             self.show_robots()
@@ -213,14 +214,14 @@ class KernelRing:
     def show_robots(self) -> None:
         """Let the robots on the table show what their wheels, batteries and sensors are at."""
         self.show()
-        table, world = self._table, self._world
-        for piece, one in enumerate((table.robot.body, table.opponent), self.first):
+        match, world = self._match, self._world
+        for piece, one in enumerate((match.robot.body, match.opponent), self.first):
             if isinstance(one, Dummy):
                 one.sliding = bool(world.sliding[piece])
             elif isinstance(one, Rover):
                 one.last = (world.last_x[piece], world.last_y[piece], world.last_angle[piece])
                 one.held = (world.held_x[piece], world.held_y[piece])
-        for piece, robot in enumerate((table.robot, table.second), self.first):
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is None:
                 continue
             left, right = 2 * piece, 2 * piece + 1

@@ -17,14 +17,15 @@ from simdevice.sumo.world import World
 if TYPE_CHECKING:
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
+    from simdevice.junior.hardware import JuniorHardware
+    from simdevice.sumo.match import Match
     from simdevice.sumo.settings import WorldSettings
-    from simdevice.sumo.table import Robot, Table
 
 
 class KernelWorld(World):
     """Junior, its opponent and the referee, in the kernel; without a choice of board.
 
-    Who has asked for `table` once sees everything on it move and may move it, at the price of most of the speed. While one
+    Who has asked for `match` once sees everything on it move and may move it, at the price of most of the speed. While one
     thread lets it live, others may look at its wheels and do nothing to it.
 
     Args:
@@ -55,23 +56,23 @@ class KernelWorld(World):
         self._attend()
 
     @property
-    def table(self) -> Table:
+    def match(self) -> Match:
         """Bodies and rules, as of now."""
         self._ring.watch()
-        return self._table
+        return self._match
 
     def _prepare(self) -> None:
         """Find its place in the kernel's arrays."""
-        self._ring = KernelRing(self.arrays, self._number, self._table, self.wire)
+        self._ring = KernelRing(self.arrays, self._number, self._match, self.wire)
 
     def _make_referee(self, signing: Signing | None) -> KernelReferee:
         """Make the referee, who looks at what the kernel moves."""
         ring = self._ring
-        return KernelReferee(self.arrays, self._number, self._table, self._placed, ring.show, wire=self.wire, signing=signing)
+        return KernelReferee(self.arrays, self._number, self._match, self._placed, ring.show, wire=self.wire, signing=signing)
 
-    def _make_device(self, robot: Robot, uid: int, settings: WorldSettings) -> KernelDevice:
+    def _make_device(self, robot: JuniorHardware, uid: int, settings: WorldSettings) -> KernelDevice:
         """Make a robot that lives in the kernel."""
-        piece = self._ring.first + (robot is not self._table.robot)
+        piece = self._ring.first + (robot is not self._match.robot)
         return KernelDevice(
             robot,
             self._ring,

@@ -26,7 +26,7 @@ _PACE: Final = 0.001
 """Shortest wait while bytes are on their way, in s."""
 
 
-class Steppable(Protocol):
+class Servable(Protocol):
     """What can be served.
 
     Attributes:
@@ -71,7 +71,7 @@ class Server:
 
     def __init__(
         self,
-        world: Steppable,
+        world: Servable,
         endpoint: Endpoint,
         clock: Clock,
         *,
@@ -141,7 +141,7 @@ class Server:
             self.turn()
 
 
-def serve(world: Steppable, endpoint: Endpoint, clock: Clock, stopped: Callable[[], bool]) -> Server:
+def serve(world: Servable, endpoint: Endpoint, clock: Clock, stopped: Callable[[], bool]) -> Server:
     """Serve a world in real time until told to stop, then close the endpoint.
 
     Args:

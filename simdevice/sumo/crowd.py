@@ -20,8 +20,8 @@ from simdevice.emulation import check_periods, run_single_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.kernel.arrays import Arrays
 from simdevice.kernel.world import KernelWorld
+from simdevice.sumo.match import Match
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.table import Table
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def image_of(system: int) -> bytes:
     Returns:
         An image of the EEPROM.
     """
-    device = VirtualDevice(Table().robot, uid=1)
+    device = VirtualDevice(Match().robot, uid=1)
     host = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
     device.step(host.encode(ParamSet(NEW_SYSTEM, ROBOT_COMPONENT, "SYS_ID", float(system))))
     for _ in range(_WRITING):

@@ -33,14 +33,14 @@ from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.wire.payload import PAYLOADS
-from simdevice.sumo.table import opponent_code
+from simdevice.sumo.match import opponent_code
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
-    from simdevice.sumo.table import Table
+    from simdevice.sumo.match import Match
 
 REPORT_PERIODS: Final = 10
 """Control periods between two REFEREE_STATE, unless others are asked for: 20 Hz."""
@@ -64,7 +64,7 @@ class Referee:
     """Resets, judges and reports.
 
     Args:
-        table: What it watches.
+        match: What it watches.
         on_reset: Called after everybody has been placed.
         look: Called before the table is looked at: it may have to be told where everybody is.
         wire: What it speaks.
@@ -78,14 +78,14 @@ class Referee:
 
     def __init__(
         self,
-        table: Table,
+        match: Match,
         on_reset: Callable[[], None] = lambda: None,
         *,
         look: Callable[[], None] = lambda: None,
         wire: str = MAVLINK,
         signing: Signing | None = None,
     ) -> None:
-        self._table = table
+        self._match = match
         self._look = look
         self._on_reset = on_reset
         self._system = 1
@@ -107,13 +107,13 @@ class Referee:
         self._look()
         if self.bout == 0:
             return Phase.IDLE
-        return Phase.RUNNING if self._table.outcome is BoutOutcome.UNDECIDED else Phase.OVER
+        return Phase.RUNNING if self._match.outcome is BoutOutcome.UNDECIDED else Phase.OVER
 
     @property
     def outcome(self) -> BoutOutcome:
         """Of the bout; before the first reset nothing is decided."""
         self._look()
-        return self._table.outcome if self.bout else BoutOutcome.UNDECIDED
+        return self._match.outcome if self.bout else BoutOutcome.UNDECIDED
 
     def follow(self, system: int) -> None:
         """Belong to this system from now on."""
@@ -172,7 +172,7 @@ class Referee:
         """Report at another interval, in us; 0 is the usual one. Never is not allowed: nobody would know how a bout ends."""
         if not 0 <= interval <= LONGEST * 1e6:
             return CommandResult.DENIED
-        self._periods = max(1, round(interval * 1e-6 / self._table.period)) if interval else REPORT_PERIODS
+        self._periods = max(1, round(interval * 1e-6 / self._match.period)) if interval else REPORT_PERIODS
         self._countdown = min(self._countdown, self._periods)
         return CommandResult.ACCEPTED
 
@@ -186,7 +186,7 @@ class Referee:
             return _ack(message, event, Reason.OLD_SEQUENCE)
         opponent = OpponentCode(message.opponent)
         self._look()
-        self._table.reset(message.seed, None if opponent is OpponentCode.KEEP else opponent.label)
+        self._match.reset(message.seed, None if opponent is OpponentCode.KEEP else opponent.label)
         self.bout += 1
         self._on_reset()
         self._last = identity
@@ -203,7 +203,7 @@ class Referee:
             Bytes for the host; empty most of the time.
         """
         self._countdown -= 1
-        if self._countdown > 0 and self._table.outcome is self._decided and self.bout == self._reported:
+        if self._countdown > 0 and self._match.outcome is self._decided and self.bout == self._reported:
             return b""
         return self._say(now, room)
 
@@ -213,7 +213,7 @@ class Referee:
             return b""
         if self._countdown <= 0:
             self._countdown = self._periods
-        self._decided = self._table.outcome
+        self._decided = self._match.outcome
         self._reported = self.bout
         return self._codec.encode(self.state(now))
 
@@ -224,21 +224,21 @@ class Referee:
             now: Time of the emulation in s.
         """
         self._look()
-        table = self._table
-        junior = table.robot.body
-        opponent = table.opponent
+        match = self._match
+        junior = match.robot.body
+        opponent = match.opponent
         return RefereeState(
             time=now,
             bout=self.bout,
-            elapsed=table.elapsed,
+            elapsed=match.elapsed,
             junior=(junior.x, junior.y),
             junior_heading=math.remainder(junior.angle, math.tau),
             opponent=(opponent.x, opponent.y),
             opponent_heading=math.remainder(opponent.angle, math.tau),
-            clearance=table.clearance,
+            clearance=match.clearance,
             phase=self.phase,
             outcome=self.outcome,
-            opponent_code=opponent_code(table.name),
+            opponent_code=opponent_code(match.name),
         )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Ring:
+class SumoRing:
     """The sumo ring; its border is the rectangle about the origin.
 
     Attributes:

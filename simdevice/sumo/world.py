@@ -1,4 +1,4 @@
-"""A whole emulated bout behind one `step`: table, firmware, referee, and one clock."""
+"""A whole emulated bout behind one `step`: match, firmware, referee, and one clock."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from firmware_protocol.wire.signing import Signing, virtual_time
 from simdevice.emulation import check_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.junior.second import Keeper
+from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.referee import Referee
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.table import Stream, Table, stream
 
 if TYPE_CHECKING:
     from firmware_protocol.links.memory import Stamped
-    from simdevice.sumo.table import Robot
+    from simdevice.junior.hardware import JuniorHardware
 
 
 class World:
@@ -42,9 +42,9 @@ class World:
         self.wire = settings.wire
         self.room: int | None = None
         self._ticks = 0
-        self._table = Table(settings.opponent, settings.seed, settings.profile, period=settings.period)
+        self._match = Match(settings.opponent, settings.seed, settings.profile, period=settings.period)
         self._prepare()
-        self.device = self._device(self._table.robot)
+        self.device = self._device(self._match.robot)
         signing = None
         if settings.signing_key is not None:
             self.device.give_key(settings.signing_key)
@@ -55,25 +55,25 @@ class World:
         self._placed()
 
     def _prepare(self) -> None:
-        """The table stands, and there is no board on it yet."""
+        """Bodies stand in the ring, and there is no board in them yet."""
 
     def _make_referee(self, signing: Signing | None) -> Referee:
         """Make the referee."""
-        return Referee(self._table, self._placed, wire=self.wire, signing=signing)
+        return Referee(self._match, self._placed, wire=self.wire, signing=signing)
 
-    def _device(self, robot: Robot) -> VirtualDevice:
+    def _device(self, robot: JuniorHardware) -> VirtualDevice:
         """Put a board into a robot; a second Junior has one of the usual kind."""
         settings = self._settings
-        identity = int(stream(settings.seed, Stream.IDENTITY).integers(1, 2**62))
-        if robot is self._table.robot:
+        identity = int(stream(settings.seed, Purpose.IDENTITY).integers(1, 2**62))
+        if robot is self._match.robot:
             return self._make_device(robot, settings.profile.uid or identity, settings)
         return self._make_device(robot, identity + 1, WorldSettings())
 
-    def _make_device(self, robot: Robot, uid: int, settings: WorldSettings) -> VirtualDevice:
+    def _make_device(self, robot: JuniorHardware, uid: int, settings: WorldSettings) -> VirtualDevice:
         """Make a robot.
 
         Args:
-            robot: Its hardware on the table.
+            robot: Its hardware on the match.
             uid: Unique id of its board.
             settings: What is said there of its board.
         """
@@ -90,20 +90,20 @@ class World:
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
-        table = self._table
-        self.device.others = table.arena.others(table.robot.body)
-        if table.second is None or table.opponent is not table.second.body:
+        match = self._match
+        self.device.others = match.arena.others(match.robot.body)
+        if match.second is None or match.opponent is not match.second.body:
             self._keeper.rest()
             return
         if self._second is None:
-            self._second = self._device(table.second)
-        self._second.others = table.arena.others(table.second.body)
+            self._second = self._device(match.second)
+        self._second.others = match.arena.others(match.second.body)
         self._keeper.begin()
 
     @property
-    def table(self) -> Table:
+    def match(self) -> Match:
         """Bodies and rules."""
-        return self._table
+        return self._match
 
     def now(self) -> float:
         """Time of the emulation, in s."""
@@ -125,13 +125,13 @@ class World:
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
         check_periods(periods)
-        undecided = self._table.outcome
+        undecided = self._match.outcome
         for _ in range(periods):
             sent = self.step(inbound)
             inbound = b""
             if sent:
                 return [(self.now(), sent)]
-            if self._table.outcome is not undecided or not self.device.uptime:
+            if self._match.outcome is not undecided or not self.device.uptime:
                 break  # decided or rebooted
         return []
 
@@ -147,36 +147,16 @@ class World:
         device = self.device
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * self.period) if inbound and referee is not None else b""
-        lifted = self._table.lifted > 0
+        lifted = self._match.lifted > 0
         if self.room is not None:
             device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
         if self._second is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
-        self._table.step()
+        self._match.step()
         self._ticks += 1
         if referee is None:
             return sent
         referee.follow(device.system)
         sent += answers
         return sent + referee.report(self._ticks * self.period, None if self.room is None else self.room - len(sent))
-
-
-def junior_world(settings: WorldSettings | None = None) -> World:
-    """An emulated Junior on the sumo ring.
-
-    Args:
-        settings: What it begins with; None are the defaults.
-
-    Returns:
-        A world at time 0, with everybody at a start pose. Its control periods run in the kernel, or with another board or
-        another build of the firmware in Python; both say the same at the same time.
-
-    Raises:
-        ValueError: There is no opponent of this name, or the image has a wrong size.
-    """
-    from simdevice.kernel.world import KernelWorld  # noqa: PLC0415 - a KernelWorld is a World
-
-    if settings is not None and (settings.board is not None or settings.host is not None):
-        return World(settings)
-    return KernelWorld(settings)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pytest
 from client_programs import Program
 
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -26,7 +26,7 @@ def mavproxy(clients: Path, folder: Path, *options: str) -> Program:
 
 def session(program: Program, served: Served) -> None:
     program.until("Detected vehicle 1:1")
-    program.until(f"Received {len(PARAMETERS)} parameters")
+    program.until(f"Received {len(JUNIOR_PARAMETERS)} parameters")
     program.say("param set SPD_SLOW 0.3")
     program.ask("param show SPD_SLOW", "SPD_SLOW         0.3")
     program.say("wp list")

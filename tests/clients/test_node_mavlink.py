@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 from client_programs import Program
 
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 
 if TYPE_CHECKING:
     from client_fixtures import Served
@@ -25,7 +25,7 @@ def drive(clients: Path, served: Served, folder: Path) -> None:
     script = shutil.copy(EXAMPLE, folder)
     with Program(["node", str(script), "127.0.0.1", str(served.port)], folder) as program:
         program.until("found system 1, disarmed\n")
-        program.until(f"{len(PARAMETERS)} parameters, SPD_SLOW is 0.40\n")
+        program.until(f"{len(JUNIOR_PARAMETERS)} parameters, SPD_SLOW is 0.40\n")
         program.until("SPD_SLOW set to 0.30\nand back to 0.40\n")
         program.until("armed: true\n")
         program.until("drives: true\n")

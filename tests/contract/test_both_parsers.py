@@ -10,15 +10,15 @@ import pytest
 
 from firmware_protocol.events import Received
 from firmware_protocol.generate.vectors import vectors
-from firmware_protocol.messages import REFEREE_MESSAGES, Command, CommandLong, RobotStatus
-from firmware_protocol.wire.fields import Direction
+from firmware_protocol.messages import Command, CommandLong, RobotStatus
+from firmware_protocol.wire.fields import Direction, Party
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice._host import ffi, lib
 
 INBOUND = [
     vector.frame
     for vector in vectors()
-    if type(vector.message).DIRECTION is not Direction.UP and type(vector.message) not in REFEREE_MESSAGES
+    if type(vector.message).DIRECTION is not Direction.UP and type(vector.message).PARTY in {Party.ROBOT, Party.JUNIOR}
 ]
 TICK = 0.005
 

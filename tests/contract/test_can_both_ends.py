@@ -12,16 +12,16 @@ from cantools.database.can import Database
 from firmware_protocol.events import Received
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import NODE, CanVector, can_text, can_vectors
-from firmware_protocol.messages import REFEREE_MESSAGES, JuniorWheels, ParamSet
+from firmware_protocol.messages import JuniorWheels, ParamSet
 from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
 from firmware_protocol.wire.can_layout import FUNCTION_MASK, FUNCTION_SHIFT, TRANSFER_UP_FUNCTION, single_frames
 from firmware_protocol.wire.dbc import CanCodec
-from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.fields import Direction, Party
 from firmware_protocol.wire.payload import PAYLOADS
 from simdevice._host import ffi, lib
 
 VECTORS = can_vectors()
-OF_ROBOT = [vector for vector in VECTORS if type(vector.message) not in REFEREE_MESSAGES]
+OF_ROBOT = [vector for vector in VECTORS if type(vector.message).PARTY in {Party.ROBOT, Party.JUNIOR}]
 UP = [vector for vector in OF_ROBOT if type(vector.message).DIRECTION is not Direction.DOWN]
 DOWN = [vector for vector in OF_ROBOT if type(vector.message).DIRECTION is not Direction.UP]
 

@@ -10,8 +10,9 @@ import pytest
 from link_kinds import KINDS, PATIENCE, MemoryEnd, Setup, closed, frames, read_all
 
 from firmware_protocol.errors import LinkClosedError
-from firmware_protocol.link import Link, open_link
+from firmware_protocol.link import Link
 from firmware_protocol.links import FaultSpec, FaultyLink
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import CAN, MAVLINK
 

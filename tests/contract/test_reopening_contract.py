@@ -18,15 +18,17 @@ from firmware_protocol.events import Event, LinkNews, PeerBack, PeerLost
 from firmware_protocol.links import SerialPort
 from firmware_protocol.roles.junior import perform
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import connect
-from simdevice.serving.endpoints import Endpoint, open_endpoint
+from hil.sumo.connecting import connect
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
+
+    from simdevice.serving.endpoints import Endpoint
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,7 @@ from serving import MULTICAST, served
 import hil
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import Outcome
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def test_a_session_goes_its_way(url: str) -> None:
     with hil.connect(url) as junior:
         # the handshake has found who it is; now its parameters, all of them and one that is set
         found = junior.parameters()
-        assert set(found) == {parameter.name for parameter in PARAMETERS}
+        assert set(found) == {parameter.name for parameter in JUNIOR_PARAMETERS}
         assert junior.set_parameter("SPD_SLOW", 0.25) == pytest.approx(0.25)
         assert junior.parameter("SPD_SLOW") == pytest.approx(0.25)
         # nothing moves before it is armed

@@ -11,7 +11,7 @@ from serving import Stepped, in_thread
 import hil
 from firmware_protocol.errors import PeerError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.settings import WorldSettings
 

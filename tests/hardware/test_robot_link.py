@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, TypeVar
 import pytest
 
 from firmware_protocol.errors import LinkClosedError
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import JuniorSensors, RobotStatus
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.bridge.bridge import Bridge
 from hil.bridge.clock import MonotonicClock
 
@@ -62,7 +62,7 @@ def test_a_robot_is_heard_and_the_link_can_be_closed(hil_link: str) -> None:
 
 def test_parameters_are_those_of_this_version(bridge: Bridge, peer: Peer) -> None:
     listed = ask(bridge, peer.list_parameters())
-    assert list(listed) == [parameter.name for parameter in PARAMETERS]
+    assert list(listed) == [parameter.name for parameter in JUNIOR_PARAMETERS]
 
 
 def test_it_answers_quickly_and_its_clock_runs(bridge: Bridge, peer: Peer) -> None:

@@ -37,8 +37,8 @@ from simdevice.avr import board as avr_board
 from simdevice.avr import build as avr_build
 from simdevice.avr.board import CYCLES, AvrBoard, battery_counts, declarations, whole_frames
 from simdevice.avr.build import SHIM
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -18,11 +18,11 @@ from mutants import MUTANTS, Mutant
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from simdevice.avr.board import AvrBoard
 from simdevice.avr.build import FIRMWARE, AvrFirmware, build
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -94,7 +94,7 @@ class Workshop:
             self.make(self.sources("original"), original)
         name = re.sub(r"\W", "-", mutant.fault)
         source = self.sources(name)
-        (source / "core" / mutant.source).write_text(mutant.text(), encoding="utf-8")
+        mutant.path(source).write_text(mutant.text(), encoding="utf-8")
         objects = self.folder / name / "objects"
         shutil.copytree(original, objects)
         return self.make(source, objects)
@@ -121,14 +121,14 @@ def with_needs(name: str) -> list[Check]:
 
 
 def failed(verdicts: list[Verdict]) -> list[str]:
-    return [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.FAILED]
+    return [verdict.check.name for verdict in verdicts if verdict.outcome is CheckOutcome.FAILED]
 
 
 def test_the_elf_passes_every_check() -> None:
     robot = subject()
     robot.greet()
     verdicts = perform(robot, [check for check in on_wire(CHECKS, MAVLINK) if not check.keyed], LAST, moving=True)
-    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
+    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not CheckOutcome.PASSED] == []
 
 
 def test_the_command_checks_the_board_by_its_address(capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,8 +14,8 @@ from hil.sumo.advice_file import load_advice
 from hil.sumo.deploying import deploy, read_memory
 from hil.sumo.junior import Junior
 from simdevice.avr.board import AvrBoard
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -48,12 +48,12 @@ def test_coached_deployed_switched_off_and_won_from_memory(
         world.device.set_start(go=True)
         for _ in range(COUNTDOWN):
             world.step(b"")
-        world.table.reset(seed, None)
+        world.match.reset(seed, None)
         for _ in range(BOUT):
             world.step(b"")
-            if world.table.outcome is not BoutOutcome.UNDECIDED:
+            if world.match.outcome is not BoutOutcome.UNDECIDED:
                 break
-        outcomes.append(world.table.outcome)
+        outcomes.append(world.match.outcome)
     assert outcomes.count(BoutOutcome.WIN) >= 2
 
     with Junior(Bridge(MemoryLink(world), world)) as junior:

@@ -29,11 +29,11 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -79,7 +79,7 @@ class Life:
     def parameter(self) -> bytes:
         """Set one: to a value within its limits, at them, beyond them, or none."""
         choose = self.random
-        row = choose.choice([row for row in PARAMETERS if row.name not in KEPT])
+        row = choose.choice([row for row in JUNIOR_PARAMETERS if row.name not in KEPT])
         value = choose.choice(
             (row.minimum, row.maximum, row.default, choose.uniform(row.minimum, row.maximum), 1e9, float("nan"))
         )
@@ -117,7 +117,7 @@ class Life:
             case 1:
                 return Timesync(tc1=0, ts1=choose.getrandbits(60))
             case 2:
-                return ParamRequestRead(1, 1, choose.choice(PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
+                return ParamRequestRead(1, 1, choose.choice(JUNIOR_PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
             case 3:
                 return self.command(Command.REQUEST_MESSAGE, float(choose.choice((*STREAMS, AutopilotVersion)).ID))
             case 4:
@@ -201,7 +201,7 @@ def test_driving_storing_setting_in_any_order_over_a_line_with_damage(seed: int,
             step(life.codec.encode(life.command(Command.PREFLIGHT_REBOOT, 1.0)))
         elif period % 1200 == 0:
             rig.world.device.power_cycle()
-            rig.world.table.reset(seed + period)
+            rig.world.match.reset(seed + period)
             step(life.codec.encode(life.open()))
         else:
             step(life.next() if period % PACE == 0 else b"")
@@ -225,7 +225,7 @@ def test_contests_from_memory_with_a_start_module_and_sensors_that_fail() -> Non
             device.set_start(go=True)
         elif period % 1600 == 1500:
             device.set_start(go=False)
-            rig.world.table.reset(period)
+            rig.world.match.reset(period)
         step(b"")
     assert rig.twins.turning > 600
     assert rig.twins.boots == 2

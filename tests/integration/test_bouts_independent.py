@@ -10,9 +10,9 @@ import hil
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge.bridge import Bridge
-from hil.sumo.ring import Engagement, open_ring
+from hil.sumo.ring import Encounter, open_ring
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,11 +25,11 @@ AHEAD = Maneuver((Action.FF,) * 4, period=0.2, hold=True)
 ROUND = Maneuver((Action.LBRF, Action.FF, Action.FF, Action.SF), period=0.2, hold=True)
 
 
-def bout(junior: Junior, seed: int) -> list[Engagement]:
+def bout(junior: Junior, seed: int) -> list[Encounter]:
     """One bout by simple reflexes, at most ten maneuvers long."""
     ring = open_ring(junior)
     current = ring.begin(seed)
-    done: list[Engagement] = []
+    done: list[Encounter] = []
     while len(done) < 10 and (not done or not done[-1].outcome):
         done.append(ring.engage(AHEAD if current & 3 else ROUND))
         current = done[-1].stimulus

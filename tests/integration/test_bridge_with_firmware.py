@@ -26,15 +26,15 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.roles.junior import drive, erase_memory, perform, read_memory, write_memory
 from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.wire.fields import Message
+    from simdevice.sumo.world import World
 
 T = TypeVar("T")
 SPIN = Maneuver((Action.R, Action.L), period=0.05, floor_reflex=False)
@@ -97,8 +98,8 @@ def test_the_handshake_takes_three_control_periods() -> None:
 def test_every_parameter_is_there_and_can_be_set() -> None:
     ring = Ring()
     listed = ring.ask(ring.peer.list_parameters())
-    assert list(listed) == [parameter.name for parameter in PARAMETERS]
-    assert list(listed.values()) == pytest.approx([parameter.default for parameter in PARAMETERS])
+    assert list(listed) == [parameter.name for parameter in JUNIOR_PARAMETERS]
+    assert list(listed.values()) == pytest.approx([parameter.default for parameter in JUNIOR_PARAMETERS])
     assert ring.ask(ring.peer.set_parameter("SPD_SLOW", 0.45)) == pytest.approx(0.45)
     assert ring.ask(ring.peer.read_parameter("SPD_SLOW")) == pytest.approx(0.45)
     for name, value in (("SPD_SLOW", 7.0), ("MEM_SLOTS", 5.0), ("NO_SUCH", 1.0)):

@@ -23,10 +23,10 @@ from hil.recording.recorder import Recorder
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -18,10 +18,10 @@ from firmware_protocol.wire.can_frame import CanFrame, split_records
 from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Rejected

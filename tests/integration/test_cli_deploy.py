@@ -6,6 +6,7 @@ import json
 import select
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 import serial
@@ -28,8 +29,11 @@ from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.serving.server import Server, wait_readable
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
+
+if TYPE_CHECKING:
+    from simdevice.sumo.world import World
 
 PUSH = Advice(
     PalSettings(),
@@ -63,13 +67,13 @@ def deployed() -> bytes:
 def switched_on(nvm: bytes) -> World:
     """A robot with this EEPROM in a ring."""
     world = junior_world(WorldSettings(seed=4, referee=False, nvm=nvm))
-    world.table.reset(11, None)
+    world.match.reset(11, None)
     return world
 
 
 def poses(world: World) -> tuple[float, ...]:
     """Where everybody is, and what the wheels do."""
-    body, other = world.table.robot.body, world.table.opponent
+    body, other = world.match.robot.body, world.match.opponent
     return body.x, body.y, body.angle, other.x, other.y, other.angle, *world.device.wheels
 
 
@@ -242,7 +246,7 @@ def test_a_contest_without_a_link_goes_as_one_with_a_silent_link() -> None:
     for _ in range(1800):  # 5 s of countdown, 4 s of play
         alone.step(b"")
         path.append(poses(alone))
-    assert alone.table.outcome is BoutOutcome.WIN
+    assert alone.match.outcome is BoutOutcome.WIN
 
     linked = switched_on(nvm)
     linked.device.set_start(go=True)

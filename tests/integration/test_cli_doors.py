@@ -16,11 +16,11 @@ from firmware_protocol.address import parse_address, whole_number
 from firmware_protocol.errors import AddressError
 from hil.cli import common
 from hil.cli.app import run
-from hil.connecting.connecting import connect
 from hil.files.memory_file import MemoryFileError, load_memory
+from hil.sumo.connecting import connect
 from hil.terminal.keys import pressed_keys
 from simdevice.boards import NVM_SIZE
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,15 +12,16 @@ from typing import TYPE_CHECKING
 import pytest
 from signed_pair import KEY
 
-from firmware_protocol.link import open_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.links.serial import SerialPort
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
 from hil.connecting.places import present
-from simdevice.serving.endpoints import Endpoint, PtyEndpoint, open_endpoint
+from simdevice.serving.endpoints import Endpoint, PtyEndpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.cli.app import app, run
-from hil.connecting.connecting import connect
 from hil.mcaplog import LogReader
+from hil.sumo.connecting import connect
 from simdevice.serving.endpoints import PtyEndpoint
 
 VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
@@ -186,10 +186,10 @@ def test_a_file_that_cannot_be_read_has_a_status_of_its_own(capsys: pytest.Captu
 def test_all_parameters_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["param", "sim://junior"]) == 0
     said = capsys.readouterr().out
-    for parameter in PARAMETERS:
+    for parameter in JUNIOR_PARAMETERS:
         assert parameter.name in said
     assert run(["param", "sim://junior", "--json"]) == 0
-    assert list(json.loads(capsys.readouterr().out)) == [parameter.name for parameter in PARAMETERS]
+    assert list(json.loads(capsys.readouterr().out)) == [parameter.name for parameter in JUNIOR_PARAMETERS]
 
 
 def test_a_parameter_is_read_set_saved_and_loaded(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
@@ -199,7 +199,7 @@ def test_a_parameter_is_read_set_saved_and_loaded(capsys: pytest.CaptureFixture[
     assert capsys.readouterr().out == "0.3\n"
     assert run(["param", "sim://junior", "--save", "robot.toml", "--quiet"]) == 0
     saved = tomllib.loads((folder / "robot.toml").read_text())
-    assert set(saved) == {parameter.name for parameter in PARAMETERS}
+    assert set(saved) == {parameter.name for parameter in JUNIOR_PARAMETERS}
     assert {"SPD_SLOW = 0.4", "SPD_MODERATE = 0.7", "EYE_L_ON = 250"} <= set((folder / "robot.toml").read_text().splitlines())
     (folder / "mine.toml").write_text("SPD_SLOW = 0.25\nMEM_SLOTS = 32\n")
     assert run(["param", "sim://junior", "--load", "mine.toml", "--json"]) == 0

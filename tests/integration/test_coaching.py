@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 URL = "sim://junior?opponent=flat-light&seed=3"
@@ -45,7 +45,7 @@ class CutAfter:
     def trial(
         self,
         trial: Trial,  # noqa: ARG002
-        engagement: Engagement,  # noqa: ARG002
+        encounter: Encounter,  # noqa: ARG002
         performance: Performance,  # noqa: ARG002
         fitness: float,  # noqa: ARG002
     ) -> None:

@@ -23,11 +23,11 @@ from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.signing import Signing, virtual_time
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from mutants import Build
@@ -55,7 +55,7 @@ def subject(world: World, key: SigningKey | None = None) -> Subject:
 
 
 def failed(verdicts: list[Verdict]) -> list[str]:
-    return [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.FAILED]
+    return [verdict.check.name for verdict in verdicts if verdict.outcome is CheckOutcome.FAILED]
 
 
 class Watched:
@@ -86,7 +86,7 @@ def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
     verdicts = perform(robot, ON_BYTES, LAST)
     assert failed(verdicts) == []
     assert watched.turned == 0, "without --moving no wheel was ever given any effort"
-    assert [verdict.check.name for verdict in verdicts if verdict.outcome is Outcome.PASSED] == [*STILL, LAST.name]
+    assert [verdict.check.name for verdict in verdicts if verdict.outcome is CheckOutcome.PASSED] == [*STILL, LAST.name]
 
 
 @pytest.mark.slow
@@ -99,7 +99,7 @@ def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str
     told: list[Verdict] = []
     verdicts = perform(robot, on_wire(WITHOUT_KEY, wire), LAST, moving=True, told=told.append)
     assert failed(verdicts) == []
-    not_run = {verdict.check.name: verdict.detail for verdict in verdicts if verdict.outcome is Outcome.NOT_RUN}
+    not_run = {verdict.check.name: verdict.detail for verdict in verdicts if verdict.outcome is CheckOutcome.NOT_RUN}
     assert not_run == (dict.fromkeys(NEED_SOURCES, "a bus has no source") if wire == CAN else {})
     assert told == verdicts
     assert world.device.wheels == (0.0, 0.0)
@@ -194,7 +194,7 @@ def test_what_rests_on_a_failed_check_is_not_run() -> None:
     first = dataclasses.replace(WITHOUT_KEY[0], run=refuse)
     second = dataclasses.replace(WITHOUT_KEY[1], needs=(first.name,))
     verdicts = perform(robot, [first, second], LAST)
-    assert [verdict.outcome for verdict in verdicts] == [Outcome.FAILED, Outcome.NOT_RUN, Outcome.PASSED]
+    assert [verdict.outcome for verdict in verdicts] == [CheckOutcome.FAILED, CheckOutcome.NOT_RUN, CheckOutcome.PASSED]
     assert verdicts[0].detail == "though nobody armed it it is DISARMED, not READY"
     assert first.name in verdicts[1].detail
 

@@ -27,11 +27,13 @@ from hil.sumo.ring import open_ring
 from hil.sumo.robots import Robots
 from pal_advisor.maneuvers import PalSettings
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from simdevice.sumo.world import World
 
 WATCHDOG: Final = 0.25
 """Longest silence of the host, in s."""

@@ -19,13 +19,12 @@ from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
-from hil.connecting.connecting import connect
-from hil.connecting.connecting_all import connect_all
 from hil.sumo.advice_file import save_advice
+from hil.sumo.connecting import connect, connect_all
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.serving.admission import HELD
 from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -8,8 +8,8 @@ import hil
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import State
 from hil.bridge.bridge import Bridge
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 
 class Mute:

@@ -20,7 +20,7 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from hil.sumo.junior import Junior
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -50,12 +50,12 @@ def test_it_keeps_the_protocol() -> None:
     subject.greet()
     checks = [check for check in on_wire(CHECKS, MAVLINK) if not check.keyed]
     verdicts = perform(subject, checks, LAST, moving=True)
-    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not Outcome.PASSED] == []
+    assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not CheckOutcome.PASSED] == []
     assert len(verdicts) == len(checks) + 1
 
 
 def test_its_parameters_are_the_protocol_s() -> None:
-    ours = {one.name: (one.default, one.minimum, one.maximum, one.whole) for one in parameters.PARAMETERS}
+    ours = {one.name: (one.default, one.minimum, one.maximum, one.whole) for one in parameters.JUNIOR_PARAMETERS}
     assert ours == PARAMETERS
 
 

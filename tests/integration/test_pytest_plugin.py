@@ -14,12 +14,12 @@ import pytest
 import firmware_protocol.links.faulty  # noqa: F401
 import hil.sumo.ring
 import simdevice.serving.server
-import simdevice.sumo.world
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import State
 from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.endpoints import TcpEndpoint
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def test_the_world_is_the_one_junior_lives_in(junior: Junior, junior_world: Worl
 
 @pytest.mark.junior(opponent="flat-heavy", seed=3, faults="drop:0.2,jitter:0.02", referee=False)
 def test_the_mark_says_what_is_wanted(junior: Junior, junior_world: World) -> None:
-    assert junior_world.table.name == "flat-heavy"
+    assert junior_world.match.name == "flat-heavy"
     assert junior.referee is None
     junior.arm()
     for _ in range(20):
@@ -198,7 +198,7 @@ def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
             assert junior.bridge.signed > 0
     """)
     endpoint = TcpEndpoint(port=0)
-    world, stop = simdevice.sumo.world.junior_world(WorldSettings(signing_key=key)), threading.Event()
+    world, stop = junior_world(WorldSettings(signing_key=key)), threading.Event()
     thread = threading.Thread(target=simdevice.serving.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:

@@ -20,8 +20,8 @@ from hil.mcaplog import LogReader
 from hil.mcaplog.writing.writer import CUT
 from hil.runs import load_run
 from hil.sumo.coaching import load_checkpoint
-from simdevice.serving.endpoints import open_endpoint
-from simdevice.sumo.world import junior_world
+from simdevice.serving.opening import open_endpoint
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -27,7 +27,7 @@ from hil.sumo.coaching import Coaching, load_checkpoint, new_pal
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
 from simdevice.serving.endpoints import TcpEndpoint
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -20,25 +20,26 @@ from signed_pair import END, KEY, OTHER_KEY, signed_at, signed_codec
 import hil
 from firmware_protocol.errors import AddressError, NoRobotError
 from firmware_protocol.events import Received
-from firmware_protocol.link import open_link
 from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import OpponentCode, Ping, RobotStatus, SetupSigning
 from firmware_protocol.wire.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, Outcome, Subject, on_wire, perform
-from hil.connecting.connecting import connect
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
 from hil.mcaplog import LogReader
 from hil.recording.recorder import Recorder
 from hil.signing.key_file import KeyFileError, create_key, load_key
 from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.connecting import connect
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import PalSettings
-from simdevice.serving.endpoints import TcpEndpoint, UdpEndpoint, open_endpoint
+from simdevice.serving.endpoints import TcpEndpoint, UdpEndpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -128,7 +129,7 @@ def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) 
     chosen = [check for check in on_wire(CHECKS, robot.wire) if check.moving == moving]
     verdicts = perform(robot, chosen, LAST, moving=moving)
     robot.close()
-    assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not Outcome.PASSED] == []
+    assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not CheckOutcome.PASSED] == []
 
 
 @pytest.mark.slow

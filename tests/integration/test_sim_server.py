@@ -20,9 +20,10 @@ from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.signing import Signing, SigningKey
 from simdevice.serving.admission import HELD, SERVER_LINK, TAKEN_OVER
-from simdevice.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, UdpEndpoint, open_endpoint
+from simdevice.serving.endpoints import Endpoint, PtyEndpoint, TcpEndpoint, UdpEndpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server, serve, wait_readable
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

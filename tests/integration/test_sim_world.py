@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import fields, is_dataclass
 from itertools import pairwise
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 
@@ -35,8 +35,11 @@ from firmware_protocol.messages import (
 from firmware_protocol.wire.fields import Message
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
+
+if TYPE_CHECKING:
+    from simdevice.sumo.world import World
 
 SESSION = 77
 T = TypeVar("T", bound=Message)
@@ -102,9 +105,9 @@ def test_without_a_referee_it_is_as_with_a_physical_robot() -> None:
 def test_the_wheels_move_the_body_and_the_sensors_tell() -> None:
     host = Host(junior_world())
     host.arm()
-    body = host.world.table.robot.body
+    body = host.world.match.robot.body
     body.place(-0.2, 0.0, 0.0)
-    host.world.table.opponent.place(0.0, 0.15, 0.0)
+    host.world.match.opponent.place(0.0, 0.15, 0.0)
     heard = host.run(0.5, host.wheels(0.5, 0.5, 0.3))
     last = only(JuniorSensors, heard)[-1]
     assert last.travel[0] == pytest.approx(body.ground, abs=0.01)
@@ -117,7 +120,7 @@ def test_the_wheels_move_the_body_and_the_sensors_tell() -> None:
 
 def test_the_firmware_sees_feels_and_notes_the_border() -> None:
     host = Host(junior_world())
-    body, block = host.world.table.robot.body, host.world.table.opponent
+    body, block = host.world.match.robot.body, host.world.match.opponent
     body.place(-0.1, 0.0, 0.0)
     block.place(0.0, 0.0, math.pi)
     near = only(JuniorSensors, host.run(0.2))[-1]
@@ -178,11 +181,11 @@ def test_a_bout_does_not_remember_the_one_before() -> None:
         for seed in range(waste):
             host.run(1.0, host.reset(seed, OpponentCode.FLAT_HEAVY), host.wheels(1.0, 0.9, 0.5))
         host.run(0.05, host.reset(11, OpponentCode.CORNER_LIGHT), host.wheels(0.0, 0.0, 0.0))
-        table = host.world.table
+        match = host.world.match
         trace = []
         for _ in range(4):
             host.run(0.5, host.wheels(1.0, 0.8, 0.4))
-            trace.append((table.robot.body.x, table.robot.body.angle, table.opponent.x, table.opponent.angle))
+            trace.append((match.robot.body.x, match.robot.body.angle, match.opponent.x, match.opponent.angle))
         bouts.append(trace)
     assert bouts[0] == bouts[1]
 
@@ -194,7 +197,7 @@ def test_a_reset_stops_the_body_and_leaves_the_firmware_alone() -> None:
     before = host.world.device.uptime
     host.run(0.005, host.reset(3))
     assert host.world.device.wheels == (1.0, 1.0)
-    assert host.world.table.robot.body.body.velocity.length < 0.1
+    assert host.world.match.robot.body.body.velocity.length < 0.1
     assert host.world.device.uptime == pytest.approx(before + 0.005)
 
 
@@ -215,8 +218,8 @@ def test_the_state_of_the_bout_can_be_asked_for() -> None:
 def test_a_decision_is_told_at_once(x: float, outcome: BoutOutcome) -> None:
     host = Host(junior_world())
     host.run(0.025, host.reset(1))
-    host.world.table.opponent.place(x, 0.2, 0.0)
-    host.world.table.robot.body.place(0.0, -0.1, 0.0)
+    host.world.match.opponent.place(x, 0.2, 0.0)
+    host.world.match.robot.body.place(0.0, -0.1, 0.0)
     states = only(RefereeState, host.run(0.005))
     if outcome is BoutOutcome.UNDECIDED:
         assert not states
@@ -224,7 +227,7 @@ def test_a_decision_is_told_at_once(x: float, outcome: BoutOutcome) -> None:
         assert [(state.outcome, state.phase) for state in states] == [(outcome, Phase.OVER)]
         assert states[0].clearance == pytest.approx(-0.075, abs=1e-3)
     # A decided bout stays decided, whatever happens then.
-    host.world.table.robot.body.place(0.0, 0.3, 0.0)
+    host.world.match.robot.body.place(0.0, 0.3, 0.0)
     expected = BoutOutcome.LOSS if outcome is BoutOutcome.UNDECIDED else outcome
     assert only(RefereeState, host.run(0.1))[-1].outcome == expected
 
@@ -265,7 +268,7 @@ def test_a_power_cut_stops_the_wheels() -> None:
     host.world.device.power_cycle()
     host.run(0.01)
     assert host.world.device.wheels == (0.0, 0.0)
-    assert host.world.table.robot.motors.travel_left < 0.05
+    assert host.world.match.robot.motors.travel_left < 0.05
 
 
 def test_same_seed_same_bytes_other_seed_other_bytes() -> None:
@@ -313,8 +316,8 @@ def test_a_second_junior_comes_and_goes() -> None:
     for opponent in (OpponentCode.JUNIOR, OpponentCode.FLAT_LIGHT, OpponentCode.JUNIOR, OpponentCode.KEEP):
         heard = host.run(1.0, host.reset(5, opponent))
         assert only(RefereeState, heard)[-1].opponent_code == (opponent or OpponentCode.JUNIOR)
-    assert host.world.table.second is not None
-    assert host.world.table.second.body.body.velocity.length > 0.01
+    assert host.world.match.second is not None
+    assert host.world.match.second.body.body.velocity.length > 0.01
 
 
 def test_foreign_bytes_do_no_harm() -> None:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 from soak import PATIENCE, bad_day, soak
 
-from firmware_protocol.faults.spec import FaultSpec, LineSpell
+from firmware_protocol.faults.spec import FaultSpec
+from firmware_protocol.faults.spells import LineSpell
 from pal_advisor.maneuvers import PalSettings
 
 if TYPE_CHECKING:

@@ -24,8 +24,8 @@ from firmware_protocol.events import Received
 from firmware_protocol.messages import ROBOT_COMPONENT, Heartbeat, State
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.serving.endpoints import PtyEndpoint
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

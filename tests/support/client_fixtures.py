@@ -16,13 +16,15 @@ import pytest
 from client_programs import Program
 
 from hil.bridge.clock import MonotonicClock
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from simdevice.sumo.world import World
 
 SERVING: float = 10.0
 """Longest wait for the server's end, in s."""
@@ -59,7 +61,7 @@ class Served:
     @property
     def travelled(self) -> float:
         """Distance from where it stood at first, in m."""
-        body = self.world.table.robot.body
+        body = self.world.match.robot.body
         return float(((body.x - self.start[0]) ** 2 + (body.y - self.start[1]) ** 2) ** 0.5)
 
     def __post_init__(self) -> None:
@@ -67,7 +69,7 @@ class Served:
 
     def stand(self) -> None:
         """Count what it travels from where it stands now."""
-        body = self.world.table.robot.body
+        body = self.world.match.robot.body
         self.start = (body.x, body.y)
 
 

@@ -27,14 +27,14 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS
-from hil.bridge.operator import INTERRUPT, Input
+from hil.bridge.operator import INTERRUPT, OperatorInput
 from hil.bridge.taps import Circumstances, Opening
 from hil.mcaplog import LogReader
 from hil.recording.recorder import Recorder
 from pal_advisor.maneuvers import GenerationRecord
 
 MET = Circumstances(
-    inputs=(Input("key w", "1"), Input(INTERRUPT)),
+    inputs=(OperatorInput("key w", "1"), OperatorInput(INTERRUPT)),
     lost=LinkClosedError("memory:", "pulled"),
     ended=LinkClosedError("memory:2", "it did not come back"),
     back="memory:3",

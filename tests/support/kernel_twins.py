@@ -104,20 +104,20 @@ class Twins:
 
 def looks(world: World) -> dict[str, object]:
     """What there is to see of a world."""
-    table, device = world.table, world.device
+    match, device = world.match, world.device
     seen: dict[str, object] = {
-        "outcome": table.outcome,
-        "elapsed": table.elapsed,
-        "lifted": table.lifted,
-        "name": table.name,
+        "outcome": match.outcome,
+        "elapsed": match.elapsed,
+        "lifted": match.lifted,
+        "name": match.name,
         "wheels": device.wheels,
         "uptime": device.uptime,
         "powered": device.powered,
         "system": device.system,
     }
-    for name, piece in (("junior", table.robot.body), ("other", table.opponent)):
+    for name, piece in (("junior", match.robot.body), ("other", match.opponent)):
         seen[name] = (piece.x, piece.y, piece.angle, piece.cos, piece.sin, piece.body.velocity, piece.body.angular_velocity)
-    for name, robot in (("junior", table.robot), ("second", table.second)):
+    for name, robot in (("junior", match.robot), ("second", match.second)):
         if robot is not None:
             motors, sensors = robot.motors, robot.sensors
             seen[f"{name} drive"] = (

@@ -14,8 +14,8 @@ import pytest
 from serving import MULTICAST
 
 from firmware_protocol.errors import LinkOpenError
-from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import MemoryLink, UdpLink
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import Ping
 from firmware_protocol.wire.can_frame import CanFrame
 from firmware_protocol.wire.fields import CAN, MAVLINK
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.clock import Clock
+    from firmware_protocol.link import Link
 
 PATIENCE: Final = 2.0
 """How long anything may take before a test fails, in s."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.maneuver_fields import ManeuverReport
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
-from hil.sumo.ring import Engagement
+from hil.sumo.ring import Encounter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 TALLY = ActionTally(samples=10, eyes=(10, 10), edges=(0, 0), longest_press=(0.0, 0.0), pressed_travel=0.0)
 
 
-def engagement(
+def encounter(
     outcome: BoutOutcome = BoutOutcome.UNDECIDED,
     *,
     ended: Outcome = Outcome.COMPLETED,
@@ -25,11 +25,11 @@ def engagement(
     tallies: int = 1,
     elapsed: float | None = 1.0,
     after: Stimulus = Stimulus.NONE,
-) -> Engagement:
+) -> Encounter:
     """What a maneuver of one action did."""
     report = ManeuverReport(ended, reason, tallies, (TALLY,) * tallies, Stimulus.NONE, after)
     progress = None if elapsed is None else 0.01
-    return Engagement(report, after, outcome, elapsed, progress, 0.25)
+    return Encounter(report, after, outcome, elapsed, progress, 0.25)
 
 
 class PaperRing:
@@ -46,21 +46,21 @@ class PaperRing:
         recovers: What waiting for it comes to, in order; nothing is well.
     """
 
-    def __init__(self, *script: Engagement | BaseException, refereed: bool = True) -> None:
+    def __init__(self, *script: Encounter | BaseException, refereed: bool = True) -> None:
         self.refereed = refereed
         self.opponent = "flat-light"
         self.begun: list[int] = []
         self.performed: list[Maneuver] = []
         self.recovered = 0
         self.recovers: list[BaseException | None] = []
-        self._script: Iterator[Engagement | BaseException] = iter(script)
+        self._script: Iterator[Encounter | BaseException] = iter(script)
         self._next = script[0]
 
     def begin(self, seed: int) -> Stimulus:
         self.begun.append(seed)
         return Stimulus.EYE_LEFT
 
-    def engage(self, maneuver: Maneuver) -> Engagement:
+    def engage(self, maneuver: Maneuver) -> Encounter:
         self.performed.append(maneuver)
         self._next = next(self._script, self._next)
         if isinstance(self._next, BaseException):

@@ -19,7 +19,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.peer.peer import Peer
-from firmware_protocol.roles.table import ROLES
+from firmware_protocol.roles.known import ROLES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

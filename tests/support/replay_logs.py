@@ -21,9 +21,10 @@ from serving import MULTICAST, Stepped, in_thread
 
 from firmware_protocol.address import parse_address
 from hil.mcaplog.making.slimming import slim
-from simdevice.serving.endpoints import TcpEndpoint, open_endpoint
+from simdevice.serving.endpoints import TcpEndpoint
+from simdevice.serving.opening import open_endpoint
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import Bout
-from hil.sumo.ring import Engagement
+from hil.sumo.ring import Encounter
 from pal_advisor.maneuvers import Pal, PalSettings, Performance
 
 if TYPE_CHECKING:
@@ -140,9 +140,9 @@ def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:
         won, lost = code == BoutOutcome.WIN, code == BoutOutcome.LOSS
         performance = Performance((tally,) * 4, 4, won, lost, ox - start, over=code > 0, duration=0.8)
         report = ManeuverReport(Outcome.COMPLETED, Reason.NONE, 4, (tally,) * 4, Stimulus(current), Stimulus(current))
-        engagement = Engagement(report, Stimulus(current), outcome, elapsed, ox - start, 0.8)
+        encounter = Encounter(report, Stimulus(current), outcome, elapsed, ox - start, 0.8)
         records = pal.tell(trial, performance)
-        recorder.trial(trial, engagement, performance, pal.rating)
+        recorder.trial(trial, encounter, performance, pal.rating)
         assert pal.credited is not None
         recorder.credit(pal.credited)
         for record in records:

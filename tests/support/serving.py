@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 from hil.bridge.clock import MonotonicClock
-from simdevice.serving.endpoints import open_endpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from simdevice.serving.endpoints import Endpoint
-    from simdevice.serving.server import Steppable
+    from simdevice.serving.server import Servable
     from simdevice.sumo.world import World
 
 PATIENCE: Final = 60.0
@@ -33,7 +33,7 @@ class Stepped:
         world: What is served.
     """
 
-    def __init__(self, world: Steppable) -> None:
+    def __init__(self, world: Servable) -> None:
         self._served = world
         self.period = world.period
         self._stepped = threading.Condition()
@@ -56,7 +56,7 @@ class Stepped:
 
 
 @contextmanager
-def in_thread(world: Steppable, endpoint: Endpoint, *, speed: float = 1.0) -> Iterator[None]:
+def in_thread(world: Servable, endpoint: Endpoint, *, speed: float = 1.0) -> Iterator[None]:
     """Serve a world in a thread, and close its endpoint at the end.
 
     Args:

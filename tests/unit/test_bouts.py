@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from paper_ring import PaperRing, engagement
+from paper_ring import PaperRing, encounter
 
 from firmware_protocol.errors import LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
@@ -30,10 +30,10 @@ class Noting:
 def test_a_bout_goes_on_until_it_is_decided() -> None:
     both = Stimulus.EYE_LEFT | Stimulus.EYE_RIGHT
     ring: Ring = PaperRing(
-        engagement(after=both),
-        engagement(after=Stimulus.NONE),
-        engagement(BoutOutcome.WIN, elapsed=2.5),
-        engagement(BoutOutcome.DRAW),
+        encounter(after=both),
+        encounter(after=Stimulus.NONE),
+        encounter(BoutOutcome.WIN, elapsed=2.5),
+        encounter(BoutOutcome.DRAW),
     )
     player = Noting()
     bouts = list(play(ring, player, [77, 78]))
@@ -55,14 +55,14 @@ def test_a_bout_goes_on_until_it_is_decided() -> None:
     ],
 )
 def test_a_robot_that_somebody_stopped_ends_the_series(ended: Outcome, reason: Reason, words: str) -> None:
-    ring = PaperRing(engagement(), engagement(ended=ended, reason=reason))
+    ring = PaperRing(encounter(), encounter(ended=ended, reason=reason))
     with pytest.raises(RefusedError, match=words):
         list(play(ring, Noting(), [1, 2]))
     assert len(ring.performed) == 2
 
 
 def test_a_maneuver_that_the_watchdog_cut_short_does_not() -> None:
-    ring = PaperRing(engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG), engagement(BoutOutcome.LOSS))
+    ring = PaperRing(encounter(ended=Outcome.STOPPED, reason=Reason.WATCHDOG), encounter(BoutOutcome.LOSS))
     assert [bout.outcome for bout in play(ring, Noting(), [1])] == [BoutOutcome.LOSS]
 
 
@@ -83,7 +83,7 @@ def test_who_won_nothing_or_played_nothing_has_no_time() -> None:
 
 def test_a_bout_in_which_the_robot_was_lost_is_played_again_and_counts_once() -> None:
     lost = PeerLostError("robot 1 has restarted")
-    ring = PaperRing(engagement(), lost, engagement(), engagement(), engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(), lost, encounter(), encounter(), encounter(BoutOutcome.WIN))
     ring.recovers = [lost, None]  # and lost again while it was armed
     bouts = list(play(ring, Noting(), [77, 78]))
     assert [(bout.number, bout.seed, bout.maneuvers) for bout in bouts] == [(1, 77, 3), (2, 78, 1)]

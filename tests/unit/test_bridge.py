@@ -15,8 +15,8 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkTimeoutError, VersionError
 from firmware_protocol.events import Event, PeerBack, PeerFound, PeerLost, Received, Rejected
-from firmware_protocol.link import Link, open_link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
@@ -48,6 +48,7 @@ from hil.bridge.sessions import random_session
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from firmware_protocol.link import Link
     from firmware_protocol.peer.exchange import Ticket
     from firmware_protocol.wire.fields import Message
     from hil.bridge.taps import Circumstances

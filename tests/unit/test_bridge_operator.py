@@ -20,7 +20,7 @@ from firmware_protocol.messages import Heartbeat
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks
-from hil.bridge.operator import INTERRUPT, INTERRUPTED, Input, Operator
+from hil.bridge.operator import INTERRUPT, INTERRUPTED, Operator, OperatorInput
 from hil.bridge.pump import ThreadedPump
 from hil.sumo.junior import Junior
 
@@ -37,7 +37,7 @@ class Inputs(QuietTap):
     """A tap that notes what was taken in, and what was said, in order."""
 
     def __init__(self) -> None:
-        self.did: list[tuple[Input, ...] | str] = []
+        self.did: list[tuple[OperatorInput, ...] | str] = []
 
     def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances) -> None:
         del time, chunks
@@ -52,7 +52,7 @@ class Inputs(QuietTap):
         self.did.append("said")
 
     @property
-    def inputs(self) -> list[Input]:
+    def inputs(self) -> list[OperatorInput]:
         return [one for step in self.did if not isinstance(step, str) for one in step]
 
 
@@ -118,9 +118,9 @@ def test_a_step_that_waits_is_woken_and_raises(operator: Operator, ask_when: Ask
             bridge.step(0.5)
         thread.join()
         assert bell.unheard == 0
-        assert tap.did == [(), "said", (Input(INTERRUPT),)]
+        assert tap.did == [(), "said", (OperatorInput(INTERRUPT),)]
         bridge.step(0.0)
-    assert tap.inputs == [Input(INTERRUPT)]
+    assert tap.inputs == [OperatorInput(INTERRUPT)]
 
 
 def test_of_several_networks_the_step_that_waits_is_woken_and_raises(operator: Operator, ask_when: AskWhen) -> None:
@@ -135,7 +135,7 @@ def test_of_several_networks_the_step_that_waits_is_woken_and_raises(operator: O
         networks.step(0.5)
     thread.join()
     assert bell.unheard == 0
-    assert tap.inputs == [Input(INTERRUPT)]
+    assert tap.inputs == [OperatorInput(INTERRUPT)]
     networks.step(0.0)
     networks.close()
     assert not operator.serving
@@ -151,8 +151,8 @@ def test_what_was_asked_for_before_a_step_has_it_not_wait() -> None:
         bridge.step(0.7)
         bridge.step(0.7)
     assert pump.waits == [0.0, 0.0, 0.7]
-    assert tap.inputs == [Input("key w", "3")]
-    assert operator.pressed() == [Input("key w", "3")]
+    assert tap.inputs == [OperatorInput("key w", "3")]
+    assert operator.pressed() == [OperatorInput("key w", "3")]
 
 
 def test_a_closed_bridge_is_not_woken() -> None:
@@ -170,7 +170,7 @@ def test_an_interrupted_step_is_finished_and_what_has_happened_is_returned_by_th
     with Bridge(Nowhere(), ManualClock(), taps=[tap], pump=pump, operator=operator) as bridge:
         with pytest.raises(KeyboardInterrupt):
             bridge.step(0.1)
-        assert tap.did == [(Input(INTERRUPT),), "heard", "said", "said"]
+        assert tap.did == [(OperatorInput(INTERRUPT),), "heard", "said", "said"]
         assert list(bridge.peers) == [3]
         (event,) = bridge.step(0.1)
         assert isinstance(event, Received)
@@ -235,7 +235,7 @@ def test_a_handle_that_is_left_by_python_s_own_interrupt_says_so_with_its_last_s
     junior.arm()
     with pytest.raises(KeyboardInterrupt), junior:
         raise KeyboardInterrupt
-    assert tap.inputs == [Input(INTERRUPTED)]
+    assert tap.inputs == [OperatorInput(INTERRUPTED)]
     assert not robot.armed
 
 
@@ -247,5 +247,5 @@ def test_one_that_a_step_has_interrupted_has_said_so() -> None:
     junior.bridge.operator.ask(INTERRUPT)
     with pytest.raises(KeyboardInterrupt), junior:
         junior.wait(1.0)
-    assert tap.inputs == [Input(INTERRUPT)]
+    assert tap.inputs == [OperatorInput(INTERRUPT)]
     assert not robot.armed

@@ -5,16 +5,19 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
+from fastcrc.crc16 import mcrf4xx
+from quiet_tap import QuietTap
 from scripted_crowd import ScriptedCrowd
 from scripted_robot import ScriptedRobot, sensors
 
 from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.links import MemoryLink
-from firmware_protocol.messages import Heartbeat, Ping, RobotAlive, RobotSession
+from firmware_protocol.messages import Heartbeat, Ping, RobotAck, RobotAlive, RobotSession
 from firmware_protocol.peer.timing import KEEP_ALIVE
 from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.mavlink_layout import crc_extra, offsets
 from hil.bridge.bridge import Bridge
 from hil.sumo.junior import Junior
 
@@ -224,3 +227,30 @@ def test_a_can_frame_tells_its_sender_even_where_it_is_rejected() -> None:
     (event,) = host.receive(b"\xff" * 16, 0.0)
     assert isinstance(event, Rejected)
     assert event.system is None
+
+
+class Listening(QuietTap):
+    """Notes what was decoded, and what was rejected."""
+
+    def __init__(self) -> None:
+        self.heard: list[Received | Rejected] = []
+
+    def received(self, event: Received | Rejected) -> None:
+        self.heard.append(event)
+
+
+def test_of_a_robot_that_is_not_spoken_with_only_what_was_bad_is_told() -> None:
+    crowd, tap = ScriptedCrowd.of([1]), Listening()
+    bridge = Bridge(MemoryLink(crowd), crowd, robots=[1], taps=[tap], session=lambda: 77)
+    neighbour = MavlinkCodec(system=2, component=1)
+    good = neighbour.encode(Heartbeat(10, 0, 0, 0, 3))
+    bad = bytearray(neighbour.encode(RobotAck(RobotSession.ID, 1, 1, 255, 190, 1, 1)))
+    bad[10 + offsets(RobotAck)["result"]] = 200
+    bad[-2:] = mcrf4xx(bytes(bad[1:-2]) + bytes((crc_extra(RobotAck),))).to_bytes(2, "little")
+    events: list[object] = []
+    bridge._take_in([(0.0, good), (0.0, good), (0.0, bytes(bad))], 0.0, events)  # type: ignore[arg-type]
+    met, rejected = tap.heard
+    assert isinstance(met, Received)
+    assert isinstance(rejected, Rejected)
+    assert (rejected.reason, rejected.system) == (RejectReason.BAD_VALUE, 2)
+    assert bridge.strangers == {2}

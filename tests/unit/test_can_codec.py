@@ -228,7 +228,7 @@ def test_what_the_bus_cannot_carry_is_an_error_of_ours(codec: CanCodec, message:
     [
         (CanFrame(0x685, extended=True), RejectReason.UNKNOWN_MESSAGE),
         (CanFrame(0x785), RejectReason.UNKNOWN_MESSAGE),
-        (CanFrame(0x205), RejectReason.UNKNOWN_MESSAGE),
+        (CanFrame(0x405), RejectReason.UNKNOWN_MESSAGE),
         (CanFrame(0x680, bytes(8)), RejectReason.BAD_HEADER),
         (CanFrame(0x685), RejectReason.BAD_HEADER),
         (CanFrame(0x685, bytes(3)), RejectReason.BAD_HEADER),

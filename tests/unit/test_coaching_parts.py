@@ -7,7 +7,7 @@ from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from paper_ring import PaperRing, engagement
+from paper_ring import PaperRing, encounter
 
 from firmware_protocol.errors import HilError, LinkClosedError, PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.vocabulary import Maneuver
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Engagement
+    from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
 SETTINGS = PalSettings(budget=20, population=4, elite=1)
@@ -53,7 +53,7 @@ class Notes:
     def trial(
         self,
         trial: Trial,  # noqa: ARG002
-        engagement: Engagement,  # noqa: ARG002
+        encounter: Encounter,  # noqa: ARG002
         performance: Performance,
         fitness: float,  # noqa: ARG002
     ) -> None:
@@ -76,7 +76,7 @@ def coaching(ring: PaperRing, path: Path | None = None, *, save_on_cut: bool = F
 
 
 def test_the_budget_is_used_to_the_last_maneuver_and_no_further() -> None:
-    ring = PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN))  # the third decides, and all that follow
+    ring = PaperRing(encounter(), encounter(), encounter(BoutOutcome.WIN))  # the third decides, and all that follow
     run, notes = coaching(ring)
     run.run()
     assert len(ring.performed) == len(notes.trials) == run.pal.used == 20
@@ -87,21 +87,21 @@ def test_the_budget_is_used_to_the_last_maneuver_and_no_further() -> None:
 
 
 def test_a_maneuver_that_was_cut_short_by_silence_is_not_rated() -> None:
-    silent = engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
-    run, notes = coaching(PaperRing(silent, silent, engagement()))
+    silent = encounter(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
+    run, notes = coaching(PaperRing(silent, silent, encounter()))
     run.run()
     assert len(notes.trials) == run.pal.used == 20
 
 
 def test_one_that_the_end_of_the_bout_cut_short_is_rated() -> None:
-    run, notes = coaching(PaperRing(engagement(BoutOutcome.LOSS, ended=Outcome.STOPPED, reason=Reason.BY_COMMAND)))
+    run, notes = coaching(PaperRing(encounter(BoutOutcome.LOSS, ended=Outcome.STOPPED, reason=Reason.BY_COMMAND)))
     run.run()
     assert notes.trials[0].lost
     assert run.progress.losses == 20
 
 
 def test_an_emergency_stop_ends_the_run() -> None:
-    ring = PaperRing(engagement(), engagement(ended=Outcome.STOPPED, reason=Reason.EMERGENCY_STOP))
+    ring = PaperRing(encounter(), encounter(ended=Outcome.STOPPED, reason=Reason.EMERGENCY_STOP))
     run, notes = coaching(ring)
     with pytest.raises(RefusedError, match="emergency stop"):
         run.run()
@@ -112,7 +112,7 @@ def test_an_emergency_stop_ends_the_run() -> None:
 @pytest.mark.parametrize(("save_on_cut", "kept"), [(True, 2), (False, 0)])
 def test_a_cut_run_leaves_its_checkpoint(tmp_path: Path, error: BaseException, save_on_cut: bool, kept: int) -> None:  # noqa: FBT001
     path = tmp_path / "x.checkpoint.json"
-    run, _ = coaching(PaperRing(engagement(), engagement(), error), path, save_on_cut=save_on_cut)
+    run, _ = coaching(PaperRing(encounter(), encounter(), error), path, save_on_cut=save_on_cut)
     with pytest.raises(type(error)):
         run.run()
     saved = load_checkpoint(path)
@@ -122,12 +122,12 @@ def test_a_cut_run_leaves_its_checkpoint(tmp_path: Path, error: BaseException, s
 
 def test_every_decision_is_told_before_its_maneuver_and_credited_after_it(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
-    ring = PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(), encounter(), encounter(BoutOutcome.WIN))
     run, notes = coaching(ring, path)
     told: list[int] = []
     engage = ring.engage
 
-    def watched(maneuver: Maneuver) -> Engagement:
+    def watched(maneuver: Maneuver) -> Encounter:
         told.append(len(notes.decisions))
         assert notes.decisions[-1].maneuver == maneuver
         return engage(maneuver)
@@ -142,8 +142,8 @@ def test_every_decision_is_told_before_its_maneuver_and_credited_after_it(tmp_pa
 
 
 def test_what_was_not_rated_is_told_as_discarded_and_a_bout_broken_off_as_such() -> None:
-    silent = engagement(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
-    run, notes = coaching(PaperRing(engagement(), silent, LOST, engagement()), save_on_cut=True)
+    silent = encounter(ended=Outcome.STOPPED, reason=Reason.WATCHDOG)
+    run, notes = coaching(PaperRing(encounter(), silent, LOST, encounter()), save_on_cut=True)
     run.run()
     assert [(credit.telling, credit.trial) for credit in notes.credits[:5]] == [
         (Telling.PERFORMED, 1),
@@ -160,7 +160,7 @@ def test_a_checkpoint_that_nobody_could_write_is_told_of_all_the_same(tmp_path: 
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
     notes, words = Notes(), list[str]()
-    ring = PaperRing(engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(BoutOutcome.WIN))
     pal = new_pal(SETTINGS, 1)
     Coaching(ring, pal, seed=1, checkpoint=blocked / "x.json", observers=(notes,), on_unsaved=words.append).run()
     assert len(words) == 1
@@ -171,7 +171,7 @@ LOST = PeerLostError("robot 1 is out of reach")
 
 
 def test_in_lockstep_a_bout_is_played_up_to_where_it_was_and_nothing_is_rated_twice() -> None:
-    ring = PaperRing(engagement(), engagement(), LOST, engagement(), engagement(), engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(), encounter(), LOST, encounter(), encounter(), encounter(BoutOutcome.WIN))
     run, notes = coaching(ring)
     run.run()
     assert notes.interruptions == [(1, "robot 1 is out of reach")]
@@ -181,13 +181,13 @@ def test_in_lockstep_a_bout_is_played_up_to_where_it_was_and_nothing_is_rated_tw
     assert len(ring.performed) == 20 + 3
     assert notes.bouts[0].maneuvers == 3
     assert ring.begun[:3] == [bout_seed(1, Branch.COACHING_BOUTS, number) for number in (1, 1, 2)]
-    undisturbed, _ = coaching(PaperRing(engagement(), engagement(), engagement(BoutOutcome.WIN)))
+    undisturbed, _ = coaching(PaperRing(encounter(), encounter(), encounter(BoutOutcome.WIN)))
     undisturbed.run()
     assert run.pal.state_dict() == undisturbed.pal.state_dict()
 
 
 def test_in_real_time_it_goes_on_from_the_start_pose_and_keeps_what_was_rated() -> None:
-    ring = PaperRing(engagement(), engagement(), LOST, engagement(), engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(), encounter(), LOST, encounter(), encounter(BoutOutcome.WIN))
     run, notes = coaching(ring, save_on_cut=True)
     run.run()
     assert len(notes.trials) == run.pal.used == 20
@@ -197,7 +197,7 @@ def test_in_real_time_it_goes_on_from_the_start_pose_and_keeps_what_was_rated() 
 
 
 def test_without_a_referee_nothing_is_played_again() -> None:
-    ring = PaperRing(engagement(elapsed=None), LOST, engagement(elapsed=None), refereed=False)
+    ring = PaperRing(encounter(elapsed=None), LOST, encounter(elapsed=None), refereed=False)
     notes = Notes()
     alone = PalSettings(budget=5, population=4, elite=1, objective=Objective.CONTACT)
     Coaching(ring, new_pal(alone, 1), seed=1, observers=(notes,)).run()
@@ -205,8 +205,8 @@ def test_without_a_referee_nothing_is_played_again() -> None:
 
 
 def test_a_way_that_leads_elsewhere_is_left() -> None:
-    other = engagement(after=Stimulus.EYE_RIGHT)
-    ring = PaperRing(engagement(), engagement(), LOST, other, engagement())
+    other = encounter(after=Stimulus.EYE_RIGHT)
+    ring = PaperRing(encounter(), encounter(), LOST, other, encounter())
     run, notes = coaching(ring)
     run.run()
     assert len(notes.trials) == run.pal.used == 20
@@ -214,7 +214,7 @@ def test_a_way_that_leads_elsewhere_is_left() -> None:
 
 
 def test_a_way_that_ends_the_bout_begins_it_again() -> None:
-    ring = PaperRing(engagement(), LOST, engagement(BoutOutcome.LOSS), engagement())
+    ring = PaperRing(encounter(), LOST, encounter(BoutOutcome.LOSS), encounter())
     run, notes = coaching(ring)
     run.run()
     assert ring.begun == [ring.begun[0]] * 3
@@ -222,7 +222,7 @@ def test_a_way_that_ends_the_bout_begins_it_again() -> None:
 
 
 def test_a_loss_at_the_very_beginning_of_a_bout_and_one_while_it_recovers(monkeypatch: pytest.MonkeyPatch) -> None:
-    ring = PaperRing(engagement(BoutOutcome.WIN))
+    ring = PaperRing(encounter(BoutOutcome.WIN))
     ring.recovers = [LOST, None]
     begin, losses = ring.begin, [LOST]
 
@@ -239,7 +239,7 @@ def test_a_loss_at_the_very_beginning_of_a_bout_and_one_while_it_recovers(monkey
 
 def test_a_robot_that_gets_nowhere_is_given_up_and_the_checkpoint_kept(tmp_path: Path) -> None:
     path = tmp_path / "x.json"
-    ring = PaperRing(engagement(), LOST)
+    ring = PaperRing(encounter(), LOST)
     run, notes = coaching(ring, path, save_on_cut=True)
     with pytest.raises(PeerLostError, match="out of reach"):
         run.run()
@@ -252,7 +252,7 @@ def test_a_robot_that_gets_nowhere_is_given_up_and_the_checkpoint_kept(tmp_path:
 )
 def test_one_that_does_not_come_back_ends_the_run(tmp_path: Path, error: HilError) -> None:
     path = tmp_path / "x.json"
-    ring = PaperRing(engagement(), LOST)
+    ring = PaperRing(encounter(), LOST)
     ring.recovers = [error]
     run, _ = coaching(ring, path, save_on_cut=True)
     with pytest.raises(type(error), match="30 s"):
@@ -265,7 +265,7 @@ def test_without_a_referee_the_checkpoint_is_written_between_maneuvers(tmp_path:
     monkeypatch.setattr("hil.sumo.coaching.CHECKPOINT_EVERY", 1.0)
     path = tmp_path / "x.json"
     alone = PalSettings(budget=20, population=4, elite=1, objective=Objective.CONTACT)
-    script: list[Engagement | BaseException] = [engagement(elapsed=None)] * 7
+    script: list[Encounter | BaseException] = [encounter(elapsed=None)] * 7
     ring = PaperRing(*script, LinkClosedError("tcp://x", "gone"), refereed=False)
     with pytest.raises(LinkClosedError):
         Coaching(ring, new_pal(alone, 1), seed=1, checkpoint=path).run()
@@ -275,7 +275,7 @@ def test_without_a_referee_the_checkpoint_is_written_between_maneuvers(tmp_path:
 def test_a_checkpoint_that_cannot_be_written_is_told_before_anything_moves(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
-    ring = PaperRing(engagement())
+    ring = PaperRing(encounter())
     run, _ = coaching(ring, blocked / "x.json")
     with pytest.raises(CheckpointError, match="cannot write the checkpoint"):
         run.run()
@@ -294,7 +294,7 @@ def test_a_checkpoint_that_cannot_be_written_is_told_before_anything_moves(tmp_p
 )
 def test_a_checkpoint_with_a_wrong_field_is_refused(tmp_path: Path, damage: dict[str, object], words: str) -> None:
     path = tmp_path / "x.json"
-    run, _ = coaching(PaperRing(engagement(BoutOutcome.WIN)), path)
+    run, _ = coaching(PaperRing(encounter(BoutOutcome.WIN)), path)
     run.run()
     path.write_text(json.dumps({**json.loads(path.read_text()), **damage}))
     with pytest.raises(CheckpointError, match=words):
@@ -317,18 +317,18 @@ def test_a_folder_or_nothing_is_no_checkpoint(tmp_path: Path) -> None:
 
 
 def test_only_the_outcome_needs_a_referee() -> None:
-    alone = PaperRing(engagement(), refereed=False)
+    alone = PaperRing(encounter(), refereed=False)
     with pytest.raises(RingError, match="--objective contact"):
         check_objective(Objective.OUTCOME, alone)
     check_objective(Objective.CONTACT, alone)
     check_objective(Objective.EFFECTIVE, alone)
-    check_objective(Objective.OUTCOME, PaperRing(engagement()))
+    check_objective(Objective.OUTCOME, PaperRing(encounter()))
 
 
 def test_a_checkpoint_damaged_anywhere_is_refused_or_makes_sense(tmp_path: Path) -> None:
     """Every value in turn is replaced by others: never anything but a checkpoint or a CheckpointError."""
     path = tmp_path / "x.json"
-    run, _ = coaching(PaperRing(engagement(BoutOutcome.WIN)), path)
+    run, _ = coaching(PaperRing(encounter(BoutOutcome.WIN)), path)
     run.run()
     whole = json.loads(path.read_text())
     refused = 0

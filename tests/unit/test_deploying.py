@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from firmware_protocol.memory_table import MemorySlot, memory_checksum
 from firmware_protocol.roles.junior import write_memory
 from firmware_protocol.vocabulary import ANY_STIMULUS, BASIC_ACTIONS, Action, Maneuver
-from hil.connecting.connecting import connect
 from hil.sumo import deploying
+from hil.sumo.connecting import connect
 from hil.sumo.deploying import DeployError, deploy, plan_memory, read_memory
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 

@@ -37,8 +37,8 @@ from hil.bridge.witness import framing, printable
 from hil.connecting.discovery import Finding, Status, probe, survey
 from hil.connecting.listening import Listener, Signed
 from hil.connecting.places import Place, named
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -83,7 +83,7 @@ def test_a_robot_is_found_and_told(wire: str) -> None:
     assert finding.status is Status.ROBOT
     (robot,) = finding.robots
     assert (robot.system, robot.junior, robot.armed, robot.state) == (1, True, False, State.DISARMED)
-    assert (robot.firmware, robot.protocol) == ("0.1", "2.0")
+    assert (robot.firmware, robot.protocol) == ("0.1", "2.1")
     assert robot.uid == f"{int(robot.uid or '', 16):016x}"
     assert robot.battery == pytest.approx(7.5, abs=0.05)
     assert str(robot) == "Junior, system 1, disarmed, firmware 0.1, battery 7.5 V"
@@ -104,7 +104,7 @@ def test_several_robots_on_a_line_are_told_apart() -> None:
 def test_a_robot_of_another_protocol_is_told_and_does_not_count() -> None:
     finding = look(ScriptedRobot(version=(3, 3)))
     assert finding.status is Status.VEHICLE
-    assert "speaks protocol 3.3, this software 2.0" in str(finding.robots[0])
+    assert "speaks protocol 3.3, this software 2.1" in str(finding.robots[0])
 
 
 def test_a_robot_that_does_not_say_its_version_is_still_found() -> None:
@@ -203,7 +203,7 @@ def driver(stop: float = 1e9) -> Callable[[float], Sequence[Message]]:
 
 def place(driven: Driven) -> tuple[float, float, float]:
     """Where the robot is."""
-    body = driven.world.table.robot.body
+    body = driven.world.match.robot.body
     return body.x, body.y, body.angle
 
 

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import FaultSpecError
-from firmware_protocol.faults.spec import (
+from firmware_protocol.faults.spec import FaultSpec
+from firmware_protocol.faults.spells import (
     LINE_FAULTS,
     SENSORS,
     SHARES,
     SIDES,
     TIMES,
     Brownout,
-    FaultSpec,
     LineSpell,
     LowBattery,
     StuckSensor,

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import LinkClosedError, LinkOpenError, LinkTimeoutError
-from firmware_protocol.faults.spec import Unplug
+from firmware_protocol.faults.spells import Unplug
 from firmware_protocol.link import Link
 from firmware_protocol.links import FaultSpec, FaultyLink, MemoryLink
 from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, Ping

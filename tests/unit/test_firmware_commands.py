@@ -27,9 +27,9 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.parameters import PARAMETERS, Parameter
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, Parameter
 
-WRITABLE = [parameter for parameter in PARAMETERS if not parameter.read_only]
+WRITABLE = [parameter for parameter in JUNIOR_PARAMETERS if not parameter.read_only]
 
 
 def ask_value(bench: FirmwareBench, name: str) -> ParamValue:
@@ -113,7 +113,7 @@ def test_the_version_says_who_it_is() -> None:
     bench = FirmwareBench()
     bench.command(Command.REQUEST_MESSAGE, AutopilotVersion.ID)
     version = bench.latest(AutopilotVersion)
-    assert version.middleware_sw_version == 2 << 24
+    assert version.middleware_sw_version == 2 << 24 | 1 << 16
     assert version.uid == 0x1122334455667788
     assert version.capabilities & 8192, "speaks MAVLink 2"
 
@@ -194,15 +194,15 @@ def test_the_parameter_list_is_the_table() -> None:
     bench.tick(ParamRequestList(1, 1))
     bench.run(200)
     values = bench.got(ParamValue)
-    assert [(value.param_id, value.param_index) for value in values] == [(p.name, i) for i, p in enumerate(PARAMETERS)]
-    assert [value.param_value for value in values] == pytest.approx([p.default for p in PARAMETERS], rel=1e-7)
-    assert {(value.param_type, value.param_count) for value in values} == {(9, len(PARAMETERS))}
+    assert [(value.param_id, value.param_index) for value in values] == [(p.name, i) for i, p in enumerate(JUNIOR_PARAMETERS)]
+    assert [value.param_value for value in values] == pytest.approx([p.default for p in JUNIOR_PARAMETERS], rel=1e-7)
+    assert {(value.param_type, value.param_count) for value in values} == {(9, len(JUNIOR_PARAMETERS))}
 
 
-@pytest.mark.parametrize("index", range(len(PARAMETERS)))
+@pytest.mark.parametrize("index", range(len(JUNIOR_PARAMETERS)))
 def test_reading_one_parameter(index: int) -> None:
     bench = FirmwareBench()
-    by_name = ask_value(bench, PARAMETERS[index].name)
+    by_name = ask_value(bench, JUNIOR_PARAMETERS[index].name)
     assert bench.tick(ParamRequestRead(1, 1, "", index)) == [by_name]
     assert by_name.param_index == index
 
@@ -214,7 +214,7 @@ def test_a_parameter_that_is_not_there() -> None:
         assert (value.param_id, value.param_index) == (name, 65535)
         assert math.isnan(value.param_value), "nobody takes it for a value"
         assert bench.tick(ParamSet(1, 1, name, 1.0)) == []
-    bench.tick(ParamRequestRead(1, 1, "", len(PARAMETERS)))
+    bench.tick(ParamRequestRead(1, 1, "", len(JUNIOR_PARAMETERS)))
     assert bench.latest(ParamValue).param_index == 65535
 
 

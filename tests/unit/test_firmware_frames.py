@@ -17,11 +17,15 @@ from firmware_protocol.messages import (
     Ping,
     RobotStatus,
 )
-from firmware_protocol.wire.fields import Direction
+from firmware_protocol.wire.fields import Direction, Party
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from simdevice._host import ffi
 
-INBOUND = [vector for vector in vectors() if vector.message.DIRECTION is not Direction.UP and vector.message.ID < 47300]
+INBOUND = [
+    vector
+    for vector in vectors()
+    if vector.message.DIRECTION is not Direction.UP and vector.message.PARTY in {Party.ROBOT, Party.JUNIOR}
+]
 
 
 def frame(sequence: int, number: int = 0, system: int = 255) -> bytes:

@@ -35,7 +35,7 @@ from firmware_protocol.messages import (
     Statustext,
     SysStatus,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import Action, Outcome
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import crc_extra
@@ -149,7 +149,7 @@ def test_a_list_of_parameters_waits_for_room() -> None:
     lib.host_slow_down(bench.robot, 0, 100, 20)
     bench.tick(ParamRequestList(1, 1))
     bench.run(1000, alive=False)
-    assert [value.param_index for value in bench.got(ParamValue)] == list(range(len(PARAMETERS)))
+    assert [value.param_index for value in bench.got(ParamValue)] == list(range(len(JUNIOR_PARAMETERS)))
 
 
 def test_a_result_waits_for_room() -> None:

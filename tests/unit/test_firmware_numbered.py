@@ -8,6 +8,8 @@ import pytest
 from firmware_bench import HOST, HOST_NUMBER, SESSION, FirmwareBench, forge
 
 from firmware_protocol.messages import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     Command,
     ContestCommand,
     JuniorManeuverResult,
@@ -19,6 +21,7 @@ from firmware_protocol.messages import (
     RobotSession,
     RobotStatus,
     State,
+    SwarmMove,
 )
 from firmware_protocol.vocabulary import Action, Outcome
 
@@ -41,6 +44,27 @@ def test_without_a_session_nothing_numbered_is_taken() -> None:
     assert bench.ask(bench.maneuver_message((Action.FF,))) is Reason.WRONG_SESSION
     assert bench.ask(bench.maneuver_message((Action.FF,), session=0)) is Reason.WRONG_SESSION
     assert bench.wheels == (0, 0)
+
+
+@pytest.mark.parametrize("minor", [0, PROTOCOL_MINOR, 255])
+def test_a_host_of_any_minor_version_drives_it(minor: int) -> None:
+    bench = FirmwareBench()
+    assert bench.ask(session_message(SESSION, PROTOCOL_MAJOR, minor)) is Reason.NONE
+    bench.opened = True
+    bench.arm()
+    assert bench.ask(bench.wheels_message(0.5, 0.5, 0.2)) is Reason.NONE
+    assert bench.wheels != (0, 0)
+
+
+def test_what_is_for_another_role_is_unknown_to_a_junior() -> None:
+    bench = FirmwareBench().armed()
+    bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
+    before = bench.latest(RobotStatus).unknown
+    move = SwarmMove(SESSION, 1, 0.0, 0.1, None, 0.0, 1, 1, 0, 0, 0, 0)
+    assert bench.ask(move) is None
+    assert bench.wheels == (0, 0)
+    bench.command(Command.REQUEST_MESSAGE, RobotStatus.ID)
+    assert bench.latest(RobotStatus).unknown > before
 
 
 def test_a_new_session_stops_and_disarms_the_same_one_does_nothing() -> None:

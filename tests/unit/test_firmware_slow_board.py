@@ -23,7 +23,7 @@ from firmware_protocol.messages import (
     Reason,
     RobotAck,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import Action
 from simdevice._host import lib
 
@@ -44,7 +44,7 @@ def test_everything_gets_through_and_nothing_starves(bench: FirmwareBench) -> No
     bench.tick(ParamRequestList(1, 1))
     bench.command(Command.REQUEST_MESSAGE, AutopilotVersion.ID)
     bench.run(995)
-    assert [value.param_index for value in bench.got(ParamValue)] == list(range(len(PARAMETERS)))
+    assert [value.param_index for value in bench.got(ParamValue)] == list(range(len(JUNIOR_PARAMETERS)))
     assert len(bench.got(AutopilotVersion)) == 1
     assert len(bench.got(JuniorManeuverResult)) >= 5
     assert len(bench.got(Heartbeat)) == 1

@@ -20,7 +20,7 @@ from firmware_protocol.messages import (
     State,
     Statustext,
 )
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.vocabulary import Action
 from simdevice._host import lib
 
@@ -72,7 +72,7 @@ def test_a_slot_that_rots_while_it_is_on_is_not_there() -> None:
 
 def place(name: str) -> int:
     """Where a parameter's record is in EEPROM."""
-    return RECORD * (FIRST_PARAMETER + [parameter.name for parameter in PARAMETERS].index(name))
+    return RECORD * (FIRST_PARAMETER + [parameter.name for parameter in JUNIOR_PARAMETERS].index(name))
 
 
 def copy_of(name: str, value: float, turn: int) -> bytes:
@@ -153,7 +153,7 @@ def test_a_value_changed_and_changed_back_at_once_is_not_written() -> None:
 def test_every_parameter_is_stored_in_its_own_place() -> None:
     bench = FirmwareBench()
     wanted = {}
-    for parameter in PARAMETERS:
+    for parameter in JUNIOR_PARAMETERS:
         if not parameter.read_only:
             wanted[parameter.name] = parameter.maximum if parameter.default != parameter.maximum else parameter.minimum
     wanted["SYS_ID"] = 1.0

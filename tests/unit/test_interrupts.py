@@ -6,7 +6,7 @@ import signal
 
 import pytest
 
-from hil.bridge.operator import INTERRUPT, Input, Operator
+from hil.bridge.operator import INTERRUPT, Operator, OperatorInput
 from hil.terminal.interrupts import SIGNALS, interrupts
 
 NUMBERS = [getattr(signal, name) for name in SIGNALS if hasattr(signal, name)]
@@ -24,7 +24,7 @@ def test_the_next_step_takes_it_in(number: signal.Signals) -> None:
     operator = serving()
     with interrupts(operator):
         signal.raise_signal(number)
-        assert operator.take() == (Input(INTERRUPT),)
+        assert operator.take() == (OperatorInput(INTERRUPT),)
 
 
 @pytest.mark.parametrize("second", NUMBERS)
@@ -35,7 +35,7 @@ def test_a_second_one_is_raised_at_once(first: signal.Signals, second: signal.Si
         signal.raise_signal(first)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(second)
-    assert operator.take() == (Input(INTERRUPT),)
+    assert operator.take() == (OperatorInput(INTERRUPT),)
 
 
 @pytest.mark.parametrize("operator", [None, Operator()], ids=["nobody", "no bridge"])

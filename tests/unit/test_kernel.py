@@ -31,9 +31,10 @@ from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
 from simdevice.outline import Outline
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.opponents import OPPONENTS
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,7 +62,7 @@ def test_it_comes_back_when_something_is_sent_and_not_before(make: type[World]) 
 @pytest.mark.parametrize("make", [World, KernelWorld])
 def test_it_comes_back_when_a_bout_is_decided_though_nobody_says_so(make: type[World]) -> None:
     world = make(WorldSettings(referee=False))
-    while world.table.outcome is BoutOutcome.UNDECIDED:
+    while world.match.outcome is BoutOutcome.UNDECIDED:
         assert world.now() < 15.1
         world.run(b"", 10_000)
     assert world.now() == pytest.approx(15.0 + 4 * world.period)  # a draw, after everybody has been put down
@@ -104,21 +105,21 @@ def test_who_moves_what_is_on_the_table_moves_it_in_the_kernel(watched: bool) ->
     twins = Twins({"seed": 3}, watched=watched)
     twins.live(b"", 50)
     for world in (twins.oracle, twins.kernel):
-        world.table.robot.body.place(0.0, -0.1, 1.2)
-        world.table.opponent.place(0.1, 0.05, 0.3)
+        world.match.robot.body.place(0.0, -0.1, 1.2)
+        world.match.opponent.place(0.1, 0.05, 0.3)
     twins.kernel._ring.watched = True
     twins.live(b"", 50)
     for world in (twins.oracle, twins.kernel):
-        world.table.reset(8)
+        world.match.reset(8)
     twins.kernel._ring.watched = True
     twins.live(b"", 50)
 
 
 def test_what_is_held_on_to_is_kept_up_to_date() -> None:
     world = KernelWorld(WorldSettings(seed=3))
-    body, sensors = world.table.robot.body, world.device.robot.sensors
+    body, sensors = world.match.robot.body, world.device.robot.sensors
     body.place(0.2, 0.1, 0.0)
-    world.table.opponent.place(0.05, 0.1, 0.0)
+    world.match.opponent.place(0.05, 0.1, 0.0)
     world.run(b"", 1)
     world.device.robot.body.place(-0.1, 0.1, 0.0)
     for _ in range(20):

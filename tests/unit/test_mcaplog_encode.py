@@ -14,7 +14,7 @@ from mcap_protobuf.decoder import DecoderFactory
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.messages import MESSAGES, JuniorManeuverResult, RobotStatus
 from firmware_protocol.wire.fields import Message, Wire, wire_fields
-from hil.bridge.operator import Input
+from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import (
     RECORDS,
@@ -190,7 +190,7 @@ def test_the_fast_encoder_of_steps_agrees_with_the_general_one(chunks: list[tupl
 @pytest.mark.parametrize("chunks", [[], [(1.25, b"abc")]])
 def test_every_circumstance_of_a_step_survives(chunks: list[tuple[float, bytes]]) -> None:
     met = Circumstances(
-        inputs=(Input("key w", "robot 1 on a"), Input("interrupt")),
+        inputs=(OperatorInput("key w", "robot 1 on a"), OperatorInput("interrupt")),
         lost=LinkClosedError("a:1", "pulled"),
         ended=LinkClosedError("a:2", "a:2 is gone"),
         back="a:3",
@@ -219,7 +219,7 @@ def test_every_circumstance_of_a_step_survives(chunks: list[tuple[float, bytes]]
 @pytest.mark.parametrize(
     "change",
     [
-        {"inputs": (Input("key w"),)},
+        {"inputs": (OperatorInput("key w"),)},
         {"lost": LinkClosedError("a:", "")},
         {"ended": LinkClosedError("a:", "")},
         {"back": "a:"},

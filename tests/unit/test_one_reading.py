@@ -20,7 +20,7 @@ from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.bridge import Bridge
 from hil.bridge.clock import LastReading, MonotonicClock
 from hil.bridge.networks import Networks
-from hil.bridge.operator import INTERRUPT, Input, Operator
+from hil.bridge.operator import INTERRUPT, Operator, OperatorInput
 from hil.bridge.pump import InlinePump
 from hil.bridge.taps import Circumstances, Opening
 from hil.conformance.probe import Probe
@@ -345,7 +345,7 @@ def test_a_probe_takes_in_what_the_operator_asks_for() -> None:
     with pytest.raises(KeyboardInterrupt):
         probe.step(0.1)
     assert pump.waits == [0.0]
-    assert tap.met == [Circumstances((Input(INTERRUPT),))]
+    assert tap.met == [Circumstances((OperatorInput(INTERRUPT),))]
     probe.close()
     assert not operator.serving
 

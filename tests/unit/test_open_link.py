@@ -13,8 +13,8 @@ import serial
 import firmware_protocol
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
-from firmware_protocol.link import open_link
 from firmware_protocol.links import serial as serial_link
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.links.serial import SerialPort
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, SUSPEND, Input, Operator
+from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, SUSPEND, Operator, OperatorInput
 
 
 def test_nothing_is_asked_for_at_first() -> None:
@@ -21,7 +21,7 @@ def test_what_is_asked_for_is_taken_in_once_and_in_order() -> None:
     operator.ask(SUSPEND)
     operator.ask("key x")
     assert bool(operator.waiting)
-    assert operator.take() == (Input("key w", "robot 2"), Input(SUSPEND), Input("key x"))
+    assert operator.take() == (OperatorInput("key w", "robot 2"), OperatorInput(SUSPEND), OperatorInput("key x"))
     assert not bool(operator.waiting)
     assert operator.take() == ()
 
@@ -32,7 +32,7 @@ def test_nothing_is_seen_to_before_it_is_taken_in() -> None:
     operator.ask(SUSPEND)
     assert (operator.pressed(), operator.signals()) == ([], [])
     operator.take()
-    assert operator.pressed() == [Input("key w", "robot 2")]
+    assert operator.pressed() == [OperatorInput("key w", "robot 2")]
     assert operator.signals() == [SUSPEND]
 
 
@@ -51,19 +51,19 @@ def test_keys_and_signals_are_kept_apart_until_each_is_asked_for_and_told_once()
 def test_an_interrupt_is_neither_key_nor_signal(what: str) -> None:
     operator = Operator()
     operator.ask(what)
-    assert operator.take() == (Input(what),)
+    assert operator.take() == (OperatorInput(what),)
     assert (operator.pressed(), operator.signals()) == ([], [])
 
 
 def test_pressed_keys_are_fetched_when_a_step_takes_them_in() -> None:
     operator = Operator()
-    strokes = [[Input("key w")], [], [Input("key a"), Input("key d", "robot 3")]]
+    strokes = [[OperatorInput("key w")], [], [OperatorInput("key a"), OperatorInput("key d", "robot 3")]]
     operator.keys = lambda: strokes.pop(0)
-    assert operator.take() == (Input("key w"),)
+    assert operator.take() == (OperatorInput("key w"),)
     assert operator.take() == ()
     operator.ask(SUSPEND)
-    assert operator.take() == (Input(SUSPEND), Input("key a"), Input("key d", "robot 3"))
-    assert operator.pressed() == [Input("key w"), Input("key a"), Input("key d", "robot 3")]
+    assert operator.take() == (OperatorInput(SUSPEND), OperatorInput("key a"), OperatorInput("key d", "robot 3"))
+    assert operator.pressed() == [OperatorInput("key w"), OperatorInput("key a"), OperatorInput("key d", "robot 3")]
 
 
 def test_every_open_bridge_is_woken() -> None:
@@ -87,10 +87,10 @@ def test_every_open_bridge_is_woken() -> None:
 
 def test_what_is_asked_for_can_be_seen_by_who_is_woken() -> None:
     operator = Operator()
-    seen: list[tuple[Input, ...]] = []
+    seen: list[tuple[OperatorInput, ...]] = []
     operator.attach(lambda: seen.append(operator.take()))
     operator.ask("key w")
-    assert seen == [(Input("key w"),)]
+    assert seen == [(OperatorInput("key w"),)]
 
 
 def test_what_has_been_seen_to_otherwise_is_withdrawn_once() -> None:
@@ -98,7 +98,7 @@ def test_what_has_been_seen_to_otherwise_is_withdrawn_once() -> None:
     for what in (SUSPEND, "key w", SUSPEND):
         operator.ask(what)
     operator.withdraw(SUSPEND)
-    assert operator.take() == (Input("key w"), Input(SUSPEND))
+    assert operator.take() == (OperatorInput("key w"), OperatorInput(SUSPEND))
     operator.withdraw(SUSPEND)  # it is taken in: too late, and no error
     assert operator.signals() == [SUSPEND]
 
@@ -106,7 +106,7 @@ def test_what_has_been_seen_to_otherwise_is_withdrawn_once() -> None:
 def test_a_program_that_was_interrupted_between_two_steps_says_so_and_one_interrupted_by_a_step_does_not() -> None:
     between, by = Operator(), Operator()
     between.interrupted()
-    assert between.take() == (Input(INTERRUPTED),)
+    assert between.take() == (OperatorInput(INTERRUPTED),)
     by.ask(INTERRUPT)
     by.take()
     by.interrupted()
@@ -123,7 +123,7 @@ def test_nothing_is_lost_that_other_threads_ask_for() -> None:
     threads = [threading.Thread(target=press, args=(key,)) for key in "abcd"]
     for thread in threads:
         thread.start()
-    taken: list[Input] = []
+    taken: list[OperatorInput] = []
     while any(thread.is_alive() for thread in threads):
         taken += operator.take()
     taken += operator.take()

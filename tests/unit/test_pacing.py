@@ -45,8 +45,8 @@ from firmware_protocol.peer.quality import Counters
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.connecting.lines import capacity_of, need_full_rate, pace_of
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event

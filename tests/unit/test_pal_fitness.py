@@ -122,7 +122,7 @@ def test_what_was_learnt_gets_its_name(actions: str, tallies: tuple[ActionTally,
 def test_settings_that_make_no_sense_are_refused_by_name(wrong: dict[str, object]) -> None:
     with pytest.raises(SettingsError) as caught:
         PalSettings(**wrong)  # type: ignore[arg-type]
-    assert caught.value.field == next(iter(wrong))
+    assert caught.value.path == next(iter(wrong))
 
 
 def test_settings_survive_as_plain_values() -> None:

@@ -16,7 +16,7 @@ from scripted_robot import ScriptedRobot
 from firmware_protocol.errors import PeerError
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import ParamSet
-from firmware_protocol.parameters import PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.bridge.bridge import Bridge
 from hil.files.parameter_loading import KNOWN, ParameterLoadError, Wanted, check_file, load, shortest
 from hil.sumo.junior import Junior
@@ -208,6 +208,6 @@ def test_the_shortest_text_is_saved(value: float, text: str) -> None:
 
 
 def test_every_default_is_one_that_a_file_may_hold() -> None:
-    text = tomli_w.dumps({parameter.name: shortest(parameter.default) for parameter in PARAMETERS})
+    text = tomli_w.dumps({parameter.name: shortest(parameter.default) for parameter in JUNIOR_PARAMETERS})
     found = wanted(text, everything=True)
     assert {**found.values, **found.read_only} == {name: about.default for name, about in KNOWN.items()}

@@ -10,12 +10,15 @@ from peer_bench import HOST_NUMBER, Bench, failed
 from firmware_protocol.errors import LinkClosedError, PeerError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost
 from firmware_protocol.messages import (
+    PROTOCOL_MAJOR,
+    PROTOCOL_MINOR,
     AutopilotVersion,
     Command,
     CommandLong,
     CommandResult,
     Heartbeat,
     JuniorSensors,
+    JuniorWheels,
     Ping,
     Reason,
     RefereeState,
@@ -75,10 +78,24 @@ def test_the_count_of_starts_is_asked_for_at_once(bench: Bench) -> None:
     assert RobotStatus.ID in bench.requests()
 
 
-def test_a_newer_minor_version_works(bench: Bench) -> None:
+@pytest.mark.parametrize(("theirs", "spoken"), [(0, 0), (PROTOCOL_MINOR, PROTOCOL_MINOR), (PROTOCOL_MINOR + 6, PROTOCOL_MINOR)])
+def test_a_session_names_the_newest_minor_version_that_both_know(bench: Bench, theirs: int, spoken: int) -> None:
     bench.heartbeat()
-    bench.version(2, 7)
+    bench.version(PROTOCOL_MAJOR, theirs)
     assert bench.state() is PeerState.OPENING
+    assert [(one.major, one.minor) for one in bench.take(RobotSession)] == [(PROTOCOL_MAJOR, spoken)]
+
+
+@pytest.mark.parametrize("minor", [0, PROTOCOL_MINOR, PROTOCOL_MINOR + 1, 255])
+def test_an_older_minor_version_is_as_good_as_ours_and_a_newer_one_likewise(bench: Bench, minor: int) -> None:
+    bench.heartbeat()
+    bench.version(PROTOCOL_MAJOR, minor)
+    bench.ack()
+    assert bench.state() is PeerState.READY
+    ticket = drive(bench.peer, 0.1, 0.1, 0.1)
+    bench.peer.due(bench.clock.now())
+    bench.ack(JuniorWheels, 1)
+    assert ticket.value().result == 0
 
 
 @pytest.mark.parametrize(

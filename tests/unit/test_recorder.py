@@ -15,7 +15,7 @@ from report_logs import FRAME, FullDisk, Wire, coaching_log, open_recorder
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received, Rejected, RejectReason
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, OpponentCode, Phase, RefereeState, Statustext
-from hil.bridge.operator import Input
+from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import NOTHING, Circumstances, Opening
 from hil.mcaplog import LogError, LogReader, differences
 from hil.mcaplog.records import (
@@ -51,7 +51,7 @@ def values(path: Path, *topics: str) -> list[Any]:
 def test_steps_bytes_and_messages_are_recorded(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     with open_recorder(path) as recorder:
-        recorder.step(1.0, [(0.99, b"ab"), (1.0, b"c")], Circumstances((Input("key w", "1"),)))
+        recorder.step(1.0, [(0.99, b"ab"), (1.0, b"c")], Circumstances((OperatorInput("key w", "1"),)))
         recorder.wire_rx(0.99, b"ab")
         recorder.received(Received(SENSORS, 3, 1, 200, 0.99, FRAME))
         recorder.received(Rejected(RejectReason.NOISE, b"\x07", 1.0, "one byte"))

@@ -22,7 +22,7 @@ from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.events import LinkNews, PeerFound, PeerLost, Received
 from firmware_protocol.messages import Command, CommandLong, JuniorSensors, JuniorWheels, SetupSigning
 from firmware_protocol.wire.signing import SigningKey
-from hil.bridge.operator import Input
+from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances, Opening
 from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader
@@ -87,7 +87,7 @@ def test_everything_that_can_be_told_gives_the_same_bytes(tmp_path: Path, lockst
             for number in range(300):
                 step(recorder, number)
             met = Circumstances(
-                inputs=(Input("key w", "1"), Input("suspend")),
+                inputs=(OperatorInput("key w", "1"), OperatorInput("suspend")),
                 lost=LinkClosedError("memory:", "unplugged"),
                 ended=LinkClosedError("memory:", "gone"),
                 back="memory:2",

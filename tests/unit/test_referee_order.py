@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.errors import PeerError
 from firmware_protocol.messages import BoutOutcome, Phase, RefereeState
 from firmware_protocol.peer.commands import Numbering
-from hil.sumo.referee import LOOKS, NOBODY, Referee
+from hil.sumo.referee import LOOKS, NOBODY, RefereeHandle
 
 RUNNING = replace(NOBODY, time=10.0, bout=3, elapsed=2.0, phase=Phase.RUNNING)
 OVER = replace(RUNNING, time=11.0, elapsed=3.0, phase=Phase.OVER, outcome=BoutOutcome.WIN)
@@ -38,9 +38,9 @@ class Robot:
         return answer
 
 
-def referee(*answers: RefereeState) -> tuple[Referee, Robot]:
+def referee(*answers: RefereeState) -> tuple[RefereeHandle, Robot]:
     robot = Robot(*answers)
-    return Referee(cast("Any", robot)), robot
+    return RefereeHandle(cast("Any", robot)), robot
 
 
 def test_what_was_overtaken_on_the_line_is_not_news() -> None:

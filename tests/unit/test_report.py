@@ -17,10 +17,11 @@ from hil.mcaplog import LogError, LogReader
 from hil.report import ReportFiles, write_report
 from hil.report.bout_figures import choose, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
-from hil.report.gather import BoutPath, RunData, gather
+from hil.report.gather import gather
 from hil.report.learning_figures import category_name, maneuver_strips, sort_key, wins_over_run
 from hil.report.link import LinkWatcher
 from hil.report.link_figures import sensors_over_time
+from hil.report.run_data import BoutPath, RunData
 from hil.report.style import EYE_STYLES, png, styled
 from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
 from pal_advisor.maneuvers import GenerationRecord

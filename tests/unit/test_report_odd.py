@@ -18,7 +18,7 @@ from hil.mcaplog.writing.writer import LogWriter
 from hil.report import write as writing
 from hil.report import write_report
 from hil.report.learnt import read_learnt
-from hil.report.words import LONGEST_CELL, MOST_ROWS, Table
+from hil.report.words import LONGEST_CELL, MOST_ROWS, ReportTable
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
@@ -188,7 +188,7 @@ def test_a_log_of_very_many_things_is_told_in_a_page_that_can_be_read(tmp_path: 
 
 
 def test_a_table_has_the_first_of_many_rows_and_the_beginning_of_a_long_text() -> None:
-    table = Table("many", ("a", "b"), tuple((str(n), "x" * 10_000) for n in range(MOST_ROWS + 5)))
+    table = ReportTable("many", ("a", "b"), tuple((str(n), "x" * 10_000) for n in range(MOST_ROWS + 5)))
     assert len(table.rows) == MOST_ROWS + 1
     assert table.rows[-1] == ("… and 5 more", "")
     assert len(table.rows[0][1]) == LONGEST_CELL

@@ -22,8 +22,8 @@ from firmware_protocol.messages import (
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import junior_world
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -65,7 +65,7 @@ def systems(heard: list[Received], component: int = 1) -> set[int]:
 
 
 def place(crowd: Crowd, system: int) -> tuple[float, float]:
-    body = crowd.members[system].world.table.robot.body
+    body = crowd.members[system].world.match.robot.body
     return body.x, body.y
 
 

@@ -7,7 +7,7 @@ import pytest
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.links import FaultSpec
 from simdevice.disturbed import DisturbedWorld
-from simdevice.sumo.world import junior_world
+from simdevice.sumo.junior_world import junior_world
 
 
 def sent(spec: str, seconds: float = 10.0, seed: int = 1) -> tuple[bytes, float]:

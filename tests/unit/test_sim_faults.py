@@ -20,11 +20,12 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
+from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
-from simdevice.sumo.world import World, junior_world
 
 if TYPE_CHECKING:
-    from simdevice.sumo.table import Robot
+    from simdevice.junior.hardware import JuniorHardware
+    from simdevice.sumo.world import World
 
 
 class Bench:
@@ -36,7 +37,7 @@ class Bench:
         self.came: list[tuple[float, object]] = []
 
     @property
-    def robot(self) -> Robot:
+    def robot(self) -> JuniorHardware:
         return self.world.device.robot
 
     def run(self, seconds: float, inbound: bytes = b"") -> None:
@@ -130,7 +131,7 @@ def test_a_low_battery_is_read_and_slows_the_wheels_and_recovers() -> None:
 def test_a_low_battery_outlives_the_bout() -> None:
     bench = Bench("battery:5@0.5")
     bench.run(1.0)
-    bench.world.table.reset(9)
+    bench.world.match.reset(9)
     bench.run(0.1)
     assert bench.readings()[-1][1].battery == pytest.approx(4.99, abs=0.02)
 
@@ -183,6 +184,6 @@ def test_a_second_junior_is_spared() -> None:
     world = junior_world(WorldSettings(opponent="junior", seed=1, faults=FaultSpec.parse("wheel:left,wheel:right")))
     for _ in range(400):
         world.step(b"")
-    second = world.table.second
+    second = world.match.second
     assert second is not None
     assert abs(second.motors.travel_left) + abs(second.motors.travel_right) > 0.05

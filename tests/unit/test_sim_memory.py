@@ -9,32 +9,32 @@ import pytest
 from simdevice.arena import Arena, Dummy
 from simdevice.junior.motors import Motors
 from simdevice.junior.profile import GRAVITY, JuniorProfile
+from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
-from simdevice.sumo.table import Stream, Table, stream
 
 EXACT = JuniorProfile(command_noise=0.0, full_voltage=7.4, empty_voltage=7.4, resistance=0.0)
 
 
-def course(table: Table, seed: int) -> list[tuple[float, ...]]:
+def course(match: Match, seed: int) -> list[tuple[float, ...]]:
     """A bout in which Junior rams ahead, pose by pose, from a start in which both touch."""
-    table.reset(seed)
-    table.robot.body.place(-0.05, 0.0, 0.0)
-    table.opponent.place(0.04, 0.01, math.pi)
-    table.robot.motors.command(1000, 900)
+    match.reset(seed)
+    match.robot.body.place(-0.05, 0.0, 0.0)
+    match.opponent.place(0.04, 0.01, math.pi)
+    match.robot.motors.command(1000, 900)
     poses: list[tuple[float, ...]] = []
     for _ in range(120):
-        table.arena.step()
-        poses.append((table.robot.body.x, table.robot.body.y, table.robot.body.angle, table.opponent.x, table.opponent.y))
+        match.arena.step()
+        poses.append((match.robot.body.x, match.robot.body.y, match.robot.body.angle, match.opponent.x, match.opponent.y))
     return poses
 
 
 @pytest.mark.parametrize("opponent", [*OPPONENTS, "junior"])
 def test_a_bout_is_the_same_whatever_was_before(opponent: str) -> None:
-    fresh = course(Table(opponent, 1), 7)
-    table = Table(opponent, 1)
-    course(table, 3)  # ends in the middle of a push
-    assert course(table, 7) == fresh
-    assert course(table, 7) == fresh
+    fresh = course(Match(opponent, 1), 7)
+    match = Match(opponent, 1)
+    course(match, 3)  # ends in the middle of a push
+    assert course(match, 7) == fresh
+    assert course(match, 7) == fresh
 
 
 @pytest.mark.parametrize(("speed", "slides"), [(0.0005, False), (0.0015, False), (0.0025, True), (0.01, True), (0.02, True)])
@@ -73,7 +73,7 @@ def test_a_slow_push_between_both_frictions_goes_on(name: str) -> None:
     ("left", "right"), [(1000, 1000), (1000, -1000), (-1000, 1000), (-1000, -1000), (1000, 300), (300, 1000)]
 )
 def test_each_wheels_travel_includes_its_slip(left: int, right: int) -> None:
-    motors = Motors(EXACT, stream(1, Stream.MOTORS))
+    motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(left, right)
     motors.turn(0.0, 0.0, 0.005)
 

@@ -10,9 +10,9 @@ import pytest
 from simdevice.arena import Arena, Dummy, Rover
 from simdevice.junior.motors import Motors
 from simdevice.junior.profile import GRAVITY, JuniorProfile
+from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
-from simdevice.sumo.ring import Ring
-from simdevice.sumo.table import Stream, Table, stream
+from simdevice.sumo.ring import SumoRing
 
 EXACT = JuniorProfile(command_noise=0.0, full_voltage=7.4, empty_voltage=7.4, resistance=0.0)
 """A robot without errors and with a stiff supply."""
@@ -20,7 +20,7 @@ EXACT = JuniorProfile(command_noise=0.0, full_voltage=7.4, empty_voltage=7.4, re
 
 def rover(profile: JuniorProfile = EXACT) -> tuple[Arena, Rover, Motors]:
     arena = Arena()
-    motors = Motors(profile, stream(1, Stream.MOTORS))
+    motors = Motors(profile, stream(1, Purpose.MOTORS))
     body = Rover(profile, motors)
     arena.add(body)
     body.place(0.0, 0.0, 0.0)
@@ -31,7 +31,7 @@ def rover(profile: JuniorProfile = EXACT) -> tuple[Arena, Rover, Motors]:
     ("effort", "speed", "force"), [(1000, 0.0, 1.962), (500, 0.0, 1.5), (1000, 0.40, 0.0), (1000, 0.20, 1.5)]
 )
 def test_a_motor_has_a_linear_torque_speed_curve_up_to_what_the_tyre_holds(effort: int, speed: float, force: float) -> None:
-    motors = Motors(EXACT, stream(1, Stream.MOTORS))
+    motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(effort, -effort)
     motors.turn(speed, -speed, 0.005)
     assert motors.force_left == pytest.approx(force, abs=1e-9)
@@ -39,7 +39,7 @@ def test_a_motor_has_a_linear_torque_speed_curve_up_to_what_the_tyre_holds(effor
 
 
 def test_a_slipping_wheel_runs_ahead_of_the_ground() -> None:
-    motors = Motors(EXACT, stream(1, Stream.MOTORS))
+    motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(1000, 1000)
     motors.turn(0.0, 0.0, 0.005)
     # 3.0 (1 - v / 0.4) = 1.962 N
@@ -120,18 +120,18 @@ def test_a_ram_moves_the_heavy_block_about_seven_centimetres() -> None:
     """The reference figure is 67 mm for a ram from 10 cm."""
     way = []
     for seed in range(20):
-        table = Table("flat-heavy", seed)
-        table.robot.body.place(-0.2, 0.0, 0.0)
-        table.opponent.place(-0.2 + 0.06 + 0.10 + 0.02, 0.0, math.pi)
-        table.robot.motors.command(1000, 1000)
+        match = Match("flat-heavy", seed)
+        match.robot.body.place(-0.2, 0.0, 0.0)
+        match.opponent.place(-0.2 + 0.06 + 0.10 + 0.02, 0.0, math.pi)
+        match.robot.motors.command(1000, 1000)
         for _ in range(300):
-            table.arena.step()
-        way.append(table.opponent.x + 0.02)
+            match.arena.step()
+        way.append(match.opponent.x + 0.02)
     assert 0.055 < fmean(way) < 0.095
 
 
 def test_the_error_of_a_command_is_drawn_when_it_changes() -> None:
-    motors = Motors(JuniorProfile(), stream(1, Stream.MOTORS))
+    motors = Motors(JuniorProfile(), stream(1, Purpose.MOTORS))
     forces = []
     for effort in (300, 300, 400, 300):
         motors.command(effort, 0)
@@ -143,7 +143,7 @@ def test_the_error_of_a_command_is_drawn_when_it_changes() -> None:
 
 
 def test_the_battery_sags_under_load_and_runs_down_to_its_end() -> None:
-    motors = Motors(JuniorProfile(), stream(1, Stream.MOTORS))
+    motors = Motors(JuniorProfile(), stream(1, Purpose.MOTORS))
     motors.turn(0.0, 0.0, 0.005)
     idle = motors.voltage
     motors.command(1000, 1000)
@@ -163,7 +163,7 @@ def test_a_dead_motor_gives_nothing() -> None:
 
 
 def test_the_border_and_the_rim() -> None:
-    ring = Ring()
+    ring = SumoRing()
     assert ring.clearance(0.0, 0.0) == pytest.approx(0.21)
     assert ring.clearance(0.330, 0.0) == pytest.approx(-0.005)
     arena, body, motors = rover()

@@ -16,8 +16,8 @@ from firmware_protocol.messages import (
     RobotResultAck,
 )
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from simdevice.sumo.match import Match
 from simdevice.sumo.referee import Referee
-from simdevice.sumo.table import Table
 
 OTHERS = (
     Heartbeat(type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4),
@@ -50,7 +50,7 @@ def stream() -> bytes:
 
 @given(cuts=st.lists(st.integers(1, 60), max_size=60))
 def test_however_the_bytes_are_cut_no_reset_is_missed(stream: bytes, cuts: list[int]) -> None:
-    referee, pieces, at = Referee(Table()), [], 0
+    referee, pieces, at = Referee(Match()), [], 0
     for cut in cuts:
         pieces.append(stream[at : at + cut])
         at += cut
@@ -59,7 +59,7 @@ def test_however_the_bytes_are_cut_no_reset_is_missed(stream: bytes, cuts: list[
 
 
 def test_what_is_for_others_changes_nothing(stream: bytes) -> None:
-    referee = Referee(Table())
+    referee = Referee(Match())
     codec = MavlinkCodec(system=255, component=190)
     others = b"".join(map(codec.encode, OTHERS))
     assert answered(referee, [others, others, stream, others]) == list(range(1, 13))

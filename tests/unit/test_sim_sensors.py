@@ -8,18 +8,19 @@ from itertools import pairwise
 import pytest
 
 from simdevice.arena import Dummy
+from simdevice.junior.hardware import JuniorHardware
 from simdevice.junior.profile import JuniorProfile
 from simdevice.outline import NOTHING
+from simdevice.sumo.match import Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
-from simdevice.sumo.ring import Ring
-from simdevice.sumo.table import Robot, Stream, stream
+from simdevice.sumo.ring import SumoRing
 
 QUIET = JuniorProfile(eye_noise=0.0, floor_noise=0.0)
-RING = Ring()
+RING = SumoRing()
 
 
-def setting(profile: JuniorProfile = QUIET, opponent: str = "flat-light") -> tuple[Robot, Dummy]:
-    robot = Robot(profile, RING, stream(1, Stream.MOTORS), stream(1, Stream.SENSORS))
+def setting(profile: JuniorProfile = QUIET, opponent: str = "flat-light") -> tuple[JuniorHardware, Dummy]:
+    robot = JuniorHardware(profile, RING, stream(1, Purpose.MOTORS), stream(1, Purpose.SENSORS))
     return robot, Dummy(OPPONENTS[opponent], 0.3)
 
 

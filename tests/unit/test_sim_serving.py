@@ -9,7 +9,8 @@ import pytest
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import AddressError, LinkOpenError
-from simdevice.serving.endpoints import Endpoint, Line, TcpEndpoint, open_endpoint
+from simdevice.serving.endpoints import Endpoint, Line, TcpEndpoint
+from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import MAX_CATCH_UP, Server
 
 

@@ -11,8 +11,8 @@ import pytest
 from firmware_protocol.messages import BoutOutcome
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.sensors import Sensors
+from simdevice.sumo.match import Match, opponent_code
 from simdevice.sumo.opponents import OPPONENTS, outline
-from simdevice.sumo.table import Table, opponent_code
 
 Controller = Callable[[Sensors, float], tuple[float, float]]
 
@@ -60,10 +60,10 @@ def chase2() -> Controller:
 
 def rate(opponent: str, controller: Callable[[], Controller], bouts: int) -> tuple[float, float]:
     """Share of bouts won, and mean time of those, in s."""
-    table = Table(opponent, 7)
+    match = Match(opponent, 7)
     times = []
     for bout in range(bouts):
-        outcome, time = table.play(controller(), 5000 + bout)
+        outcome, time = match.play(controller(), 5000 + bout)
         if outcome is BoutOutcome.WIN:
             times.append(time)
     return len(times) / bouts, sum(times) / max(1, len(times))
@@ -94,18 +94,18 @@ def test_ramming_wins_everywhere(opponent: str, longest: float) -> None:
 
 @pytest.mark.parametrize("opponent", [*OPPONENTS, "junior"])
 def test_start_poses(opponent: str) -> None:
-    table = Table(opponent, 1)
-    junior, other = table.robot.body, table.opponent
+    match = Match(opponent, 1)
+    junior, other = match.robot.body, match.opponent
     poses = set()
     for seed in range(60):
-        table.reset(seed)
+        match.reset(seed)
         bearing = math.atan2(other.y - junior.y, other.x - junior.x)
         assert abs(math.remainder(junior.angle - bearing, math.tau)) <= math.radians(90.0) + 1e-9
         assert abs(math.remainder(other.angle - bearing - math.pi, math.tau)) <= math.radians(15.0) + 1e-9
-        assert table.arena.ring.clearance(junior.x, junior.y) >= 0.07
-        assert table.arena.ring.clearance(other.x, other.y) >= 0.07
-        table.arena.space.reindex_shapes_for_body(other.body)
-        touched = {info.shape for info in table.arena.space.shape_query(junior.shape)}
+        assert match.arena.ring.clearance(junior.x, junior.y) >= 0.07
+        assert match.arena.ring.clearance(other.x, other.y) >= 0.07
+        match.arena.space.reindex_shapes_for_body(other.body)
+        touched = {info.shape for info in match.arena.space.shape_query(junior.shape)}
         assert other.shape not in touched
         poses.add((junior.x, other.y))
     assert len(poses) == 60
@@ -113,9 +113,9 @@ def test_start_poses(opponent: str) -> None:
 
 def test_the_same_seed_is_the_same_bout() -> None:
     def trace(seed: int, start: int) -> list[float]:
-        table = Table("curved-light", seed)
-        table.play(chase2(), start)
-        return [table.opponent.x, table.opponent.y, table.robot.body.angle, table.elapsed]
+        match = Match("curved-light", seed)
+        match.play(chase2(), start)
+        return [match.opponent.x, match.opponent.y, match.robot.body.angle, match.elapsed]
 
     assert trace(1, 5) == trace(1, 5)
     assert trace(1, 5) == trace(2, 5)  # a bout depends on its own seed and on nothing that was before
@@ -135,31 +135,31 @@ def test_the_same_seed_is_the_same_bout() -> None:
 def test_out_is_whose_centre_left_the_ring(
     junior: tuple[float, float], opponent: tuple[float, float], outcome: BoutOutcome
 ) -> None:
-    table = Table("flat-light", 1)
-    table.robot.body.place(*junior, 0.0)
-    table.opponent.place(*opponent, 0.0)
-    while table.lifted:
-        table.step()
-    table.step()
-    assert table.outcome is outcome
+    match = Match("flat-light", 1)
+    match.robot.body.place(*junior, 0.0)
+    match.opponent.place(*opponent, 0.0)
+    while match.lifted:
+        match.step()
+    match.step()
+    assert match.outcome is outcome
 
 
 def test_fifteen_seconds_are_a_draw() -> None:
-    table = Table("flat-light", 1)
-    outcome, time = table.play(lambda _sensors, _time: (0.0, 0.0), 3)
+    match = Match("flat-light", 1)
+    outcome, time = match.play(lambda _sensors, _time: (0.0, 0.0), 3)
     assert outcome is BoutOutcome.DRAW
     assert time == pytest.approx(15.0)
 
 
 def test_opponents_can_be_exchanged() -> None:
-    table = Table("flat-light", 1)
+    match = Match("flat-light", 1)
     for name in (*OPPONENTS, "junior", "flat-light"):
-        table.reset(1, name)
-        assert table.name == name
-        assert table.arena.pieces == [table.robot.body, table.opponent]
+        match.reset(1, name)
+        assert match.name == name
+        assert match.arena.pieces == [match.robot.body, match.opponent]
         assert opponent_code(name).label == name
     with pytest.raises(ValueError, match="flat-light"):
-        Table("round-heavy")
+        Match("round-heavy")
 
 
 @pytest.mark.parametrize("name", [*OPPONENTS, "junior"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from paper_ring import PaperRing, engagement
+from paper_ring import PaperRing, encounter
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
@@ -17,7 +17,7 @@ FILES: dict[str, object] = {"advice": "a.toml", "report": None, "log": "l.mcap",
 
 def finished() -> Coaching:
     """A run on paper, of 20 maneuvers, all of which won."""
-    run = Coaching(PaperRing(engagement(BoutOutcome.WIN)), new_pal(PalSettings(budget=20, population=4, elite=1), 1), seed=1)
+    run = Coaching(PaperRing(encounter(BoutOutcome.WIN)), new_pal(PalSettings(budget=20, population=4, elite=1), 1), seed=1)
     run.run()
     return run
 

@@ -10,7 +10,7 @@ import pytest
 import hil.terminal.suspending as suspending_module
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.peer.exchange import Ticket
-from hil.bridge.operator import CONTINUE, SUSPEND, Input, Operator
+from hil.bridge.operator import CONTINUE, SUSPEND, Operator, OperatorInput
 from hil.terminal.suspending import CAUSE, GAP, STOP_WAIT, STUCK, Suspension, around_stop
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Rig:
             replayed=replayed,
         )
 
-    def step(self, wait: float) -> tuple[Input, ...]:
+    def step(self, wait: float) -> tuple[OperatorInput, ...]:
         """Serve for so long, in s."""
         self.log.append("step")
         self.time += wait
@@ -109,7 +109,7 @@ def test_nothing_is_done_before_a_step_has_taken_the_signal_in(rig: Rig) -> None
         signal.raise_signal(signal.SIGTSTP)
         rig.suspension.attend()
         assert (rig.dumb.told, rig.log) == (0, [])
-        assert rig.step(0.05) == (Input(SUSPEND),)
+        assert rig.step(0.05) == (OperatorInput(SUSPEND),)
         assert rig.dumb.told == 1
     assert rig.log.count("stopped") == 1
     assert rig.log[0] == "step"
@@ -143,7 +143,7 @@ def test_that_it_goes_on_is_told_and_begins_nothing_a_second_time(rig: Rig) -> N
         signal.raise_signal(signal.SIGTSTP)
         rig.step(0.05)
         rig.time += 100.0
-        assert rig.step(0.05) == (Input(CONTINUE),)
+        assert rig.step(0.05) == (OperatorInput(CONTINUE),)
         assert rig.step(0.05) == ()
     assert rig.dumb.begun == [CAUSE]
 
@@ -181,7 +181,7 @@ def test_a_program_that_does_not_step_is_stopped_without_a_word_to_the_robots(ri
         signal.raise_signal(signal.SIGALRM)
         assert (rig.log, rig.dumb.told) == (["stopped"], 0)
         rig.time += 5.0
-        assert rig.step(0.05) == (Input(CONTINUE),)  # no step is told to stop it once more
+        assert rig.step(0.05) == (OperatorInput(CONTINUE),)  # no step is told to stop it once more
     assert rig.log == ["stopped", "step"]
     assert (rig.dumb.told, rig.dumb.begun) == (0, [CAUSE])
 

@@ -15,7 +15,7 @@ from hil.mcaplog.checking.data import DataRules
 from hil.mcaplog.checking.summary import SummaryRules
 from hil.mcaplog.limits import MIB, ReadLimits
 from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.reading.walking import LogFile, shown
+from hil.mcaplog.reading.walking import WalkedLog, shown
 from hil.mcaplog.writing.writer import LIBRARY, MAGIC
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ OURS: Final[dict[str, str]] = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class Violation:
     """Something that is against a rule.
 
     Attributes:
@@ -81,7 +81,7 @@ class CheckedRule:
     name: str
     demand: str
     count: int = 0
-    findings: list[Finding] = field(default_factory=list)
+    findings: list[Violation] = field(default_factory=list)
 
     @property
     def passed(self) -> bool:
@@ -114,7 +114,7 @@ class CheckedLog:
         if found is not None:
             found.count += 1
             if len(found.findings) < MOST_FINDINGS:
-                found.findings.append(Finding(shown(text, LONGEST_FINDING), offset))
+                found.findings.append(Violation(shown(text, LONGEST_FINDING), offset))
 
 
 def check_log(path: Path, limits: ReadLimits = ReadLimits()) -> CheckedLog:  # noqa: B008 - frozen
@@ -130,7 +130,7 @@ def check_log(path: Path, limits: ReadLimits = ReadLimits()) -> CheckedLog:  # n
     Raises:
         LogError: It cannot be opened or is not a log.
     """
-    log = LogFile(path, limits)
+    log = WalkedLog(path, limits)
     checked = CheckedLog(path)
     data = DataRules(checked.report, limits, log.size)
     summary = SummaryRules(checked.report, data)
@@ -141,7 +141,7 @@ def check_log(path: Path, limits: ReadLimits = ReadLimits()) -> CheckedLog:  # n
     return checked
 
 
-def _walk(log: LogFile, checked: CheckedLog, data: DataRules, summary: SummaryRules) -> None:
+def _walk(log: WalkedLog, checked: CheckedLog, data: DataRules, summary: SummaryRules) -> None:
     with log.path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             checked.report("magic", 0, "the file ends within its first bytes")

@@ -126,13 +126,13 @@ def copy_log(
     return CopiedLog(out, size, copy.entries, files.metadata, files.attachments, reader.health(), reader.whole)
 
 
-def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Files:
+def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Extras:
     """Copy entries, metadata and attachments.
 
     Raises:
         UnreadableLogError: There are none, or no entries where these are what is wanted.
     """
-    files = _Files(copy)
+    files = _Extras(copy)
     for entry in reader.raw_entries(others=files.take):
         if not entry.topic or topics(entry.topic):
             described = reader.channels.described(entry.channel)
@@ -148,7 +148,7 @@ def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, en
     return files
 
 
-class _Files:
+class _Extras:
     """Takes what a log holds besides entries.
 
     Attributes:

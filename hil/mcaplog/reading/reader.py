@@ -16,7 +16,7 @@ from mcap.opcode import Opcode
 from hil.mcaplog.limits import remedy
 from hil.mcaplog.reading.decoding import Channels, Decode, UnreadableError, sender_only
 from hil.mcaplog.reading.unpacking import DAMAGE, RECORD_HEAD
-from hil.mcaplog.reading.walking import LogFile, RawRecord, TooMuchError, shown
+from hil.mcaplog.reading.walking import RawRecord, TooMuchError, WalkedLog, shown
 from hil.mcaplog.writing.packing import INDEX_HEAD
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class RawEntry(NamedTuple):
     data: bytes
 
 
-class LogReader(LogFile):
+class LogReader(WalkedLog):
     """A log file whose entries can be read, as often as wanted.
 
     Attributes:

@@ -46,7 +46,7 @@ class TooMuchError(Exception):
     """The file holds more than a file of its size may; the text says of what."""
 
 
-class LogFile:
+class WalkedLog:
     """A log file whose records can be walked from the start, as often as wanted.
 
     Attributes:

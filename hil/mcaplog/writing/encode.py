@@ -17,7 +17,7 @@ from typing import Any, Final
 from firmware_protocol.errors import bare_text
 from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import BridgeStep, WireBytes
-from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, Field, FieldType, Schema, record_schema
+from hil.mcaplog.schemas import SENDER_FIELDS, SENDER_NUMBERS, VARIABLE, FieldType, Schema, SchemaField, record_schema
 
 Encoder = Callable[[object], bytes]
 """Object with the schema's fields as attributes -> protobuf."""
@@ -54,7 +54,7 @@ def _tag(number: int, kind: int) -> bytes:
     return varint(number << 3 | kind)
 
 
-def _is_fixed(field: Field) -> bool:
+def _is_fixed(field: SchemaField) -> bool:
     return field.kind not in ("string", "bytes") and field.count != VARIABLE
 
 
@@ -69,7 +69,7 @@ def compile_encoder(schema: Schema) -> Encoder:
         has the wrong length or a number does not fit, which is a programming error.
     """
     pieces: list[Encoder] = []
-    run: list[Field] = []
+    run: list[SchemaField] = []
     for field in schema.fields:
         if field.name in SENDER_FIELDS:
             continue
@@ -104,7 +104,7 @@ _SUFFIX_TAGS: Final = tuple(_tag(number, _WIRE_KIND["fixed32"]) for number in SE
 _SUFFIX: Final = Struct("<" + "".join(f"{len(tag)}sI" for tag in _SUFFIX_TAGS))
 
 
-def _fixed_run(run: Sequence[Field]) -> Encoder:
+def _fixed_run(run: Sequence[SchemaField]) -> Encoder:
     """Encoder of neighbouring fields of fixed width: a template of struct arguments in which only the values change."""
     layout = "<"
     template: list[object] = []
@@ -138,7 +138,7 @@ def _fixed_run(run: Sequence[Field]) -> Encoder:
     return encode
 
 
-def _converter(field: Field) -> Callable[[Any], Any] | None:
+def _converter(field: SchemaField) -> Callable[[Any], Any] | None:
     if field.kind == "enum":
         table = _ENUM_BYTES
         return (lambda values: [table[v] for v in values]) if field.count else table.__getitem__
@@ -155,7 +155,7 @@ def _nans(values: Sequence[float | None]) -> list[float]:
     return [nan if value is None else value for value in values]
 
 
-def _variable(field: Field) -> Encoder:
+def _variable(field: SchemaField) -> Encoder:
     """Encoder of a text, of bytes, or of a tuple of any length."""
     name, tag = field.name, _tag(field.number, 2)
     if field.kind in ("string", "bytes"):

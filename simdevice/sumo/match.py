@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece, Rover
-from simdevice.junior.motors import Motors
+from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece
+from simdevice.junior.hardware import JuniorHardware
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.sensors import Sensors
 from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
@@ -22,7 +22,8 @@ from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from simdevice.sumo.ring import Ring
+    from simdevice.junior.sensors import Sensors
+    from simdevice.sumo.ring import SumoRing
 
 TIME_LIMIT: Final = 15.0
 """A bout that lasts longer is a draw, in s."""
@@ -41,7 +42,7 @@ _LIFTED: Final = 4
 and debounced switches forget the bout before."""
 
 
-class Stream(IntEnum):
+class Purpose(IntEnum):
     """Purposes that random numbers are drawn for; each has a stream of its own, so that one never shifts another."""
 
     START = 1
@@ -52,7 +53,7 @@ class Stream(IntEnum):
     IDENTITY = 6
 
 
-def stream(seed: int, purpose: Stream) -> np.random.Generator:
+def stream(seed: int, purpose: Purpose) -> np.random.Generator:
     """The random numbers of one purpose.
 
     Args:
@@ -79,31 +80,7 @@ def opponent_code(name: str) -> OpponentCode:
     raise ValueError(f"unknown opponent {name!r}: expected one of {known}")
 
 
-class Robot:
-    """Junior's hardware on the table: body, motors, sensors.
-
-    Args:
-        profile: The device's numbers.
-        ring: What its floor sensors look at.
-        motor_noise: Source of the wheel commands' errors.
-        sensor_noise: Source of the sensors' noise.
-    """
-
-    def __init__(
-        self, profile: JuniorProfile, ring: Ring, motor_noise: np.random.Generator, sensor_noise: np.random.Generator
-    ) -> None:
-        self.profile = profile
-        self.motors = Motors(profile, motor_noise)
-        self.body = Rover(profile, self.motors)
-        self.sensors = Sensors(profile, self.body, ring, sensor_noise)
-
-    def begin(self, motor_noise: np.random.Generator, sensor_noise: np.random.Generator) -> None:
-        """Begin a bout; see `Motors.begin` and `Sensors.begin`."""
-        self.motors.begin(motor_noise)
-        self.sensors.begin(sensor_noise)
-
-
-class Table:
+class Match:
     """Ring, Junior and opponent, and the rules of a bout.
 
     Args:
@@ -132,16 +109,16 @@ class Table:
         opponent: str = "flat-light",
         seed: int = 1,
         profile: JuniorProfile | None = None,
-        ring: Ring | None = None,
+        ring: SumoRing | None = None,
         period: float = CONTROL_PERIOD,
     ) -> None:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
         self.arena = Arena(ring, period)
         self.half_x, self.half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
-        self.robot = Robot(self._profile, self.arena.ring, stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
+        self.robot = JuniorHardware(self._profile, self.arena.ring, stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS))
         self.arena.add(self.robot.body)
-        self.second: Robot | None = None
+        self.second: JuniorHardware | None = None
         opponent_code(opponent)
         self.name = opponent
         self.opponent = self._make(opponent)
@@ -156,8 +133,8 @@ class Table:
         if name != JUNIOR_OPPONENT:
             return Dummy(OPPONENTS[name], self._profile.body_friction)
         if self.second is None:
-            motors, sensors = stream(self._seed, Stream.OPPONENT_MOTORS), stream(self._seed, Stream.OPPONENT_SENSORS)
-            self.second = Robot(self._profile, self.arena.ring, motors, sensors)
+            motors, sensors = stream(self._seed, Purpose.OPPONENT_MOTORS), stream(self._seed, Purpose.OPPONENT_SENSORS)
+            self.second = JuniorHardware(self._profile, self.arena.ring, motors, sensors)
         return self.second.body
 
     @property
@@ -194,10 +171,10 @@ class Table:
             self.opponent = self._make(opponent)
             self.arena.add(self.opponent)
         self.arena.clear_memory()
-        self._place(stream(seed, Stream.START))
-        self.robot.begin(stream(seed, Stream.MOTORS), stream(seed, Stream.SENSORS))
+        self._place(stream(seed, Purpose.START))
+        self.robot.begin(stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS))
         if self.second is not None:
-            self.second.begin(stream(seed, Stream.OPPONENT_MOTORS), stream(seed, Stream.OPPONENT_SENSORS))
+            self.second.begin(stream(seed, Purpose.OPPONENT_MOTORS), stream(seed, Purpose.OPPONENT_SENSORS))
         self.lifted = _LIFTED
         self.steps = 0
         self.outcome = BoutOutcome.UNDECIDED
@@ -259,7 +236,7 @@ class Table:
         return self.outcome, self.elapsed
 
 
-def _inside(ring: Ring, margin: float, random: np.random.Generator) -> tuple[float, float]:
+def _inside(ring: SumoRing, margin: float, random: np.random.Generator) -> tuple[float, float]:
     """A place at least `margin` inside the border, in m."""
     x, y = ring.width / 2 - margin, ring.height / 2 - margin
     return float(random.uniform(-x, x)), float(random.uniform(-y, y))

@@ -1,0 +1,132 @@
+"""A report that is gathered while the log is written, so that nobody has to read the log again.
+
+What is told to the recorder is told to the gatherer as well, as the log will hold it: the same report comes out as of the log
+itself. When the coaching is over, a thread begins to draw what will not change any more.
+"""
+
+from __future__ import annotations
+
+from threading import Thread
+from typing import TYPE_CHECKING
+
+from firmware_protocol.events import Received, Rejected
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord
+from hil.mcaplog.schemas import message_schema
+from hil.recording.handover import MESSAGE_VALUES
+from hil.recording.recorder import Recorder
+from hil.report.gather import Gatherer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from firmware_protocol.wire.fields import Message
+    from hil.mcaplog.writing.sink import LogSink
+    from hil.report.run_data import RunData
+
+
+class ListeningRecorder(Recorder):
+    """Records as `Recorder` does, of one network, and gathers what a report tells.
+
+    Args:
+        path: As of `Recorder`, like all others.
+        run: Likewise.
+        config: Likewise.
+        link: Likewise.
+        lockstep: Likewise.
+        writer: Likewise.
+        system: Likewise.
+        component: Likewise.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        run: Mapping[str, str],
+        config: Mapping[str, str],
+        link: str,
+        lockstep: bool,
+        writer: LogSink,
+        system: int = HOST_SYSTEM,
+        component: int = HOST_COMPONENT,
+    ) -> None:
+        self._gatherer = Gatherer(path)
+        self._metadata: dict[str, dict[str, str]] = {}
+        self._coached = False
+        self._drawn: dict[str, bytes] = {}
+        self._drawing_early: Thread | None = None
+        super().__init__(
+            path, run=run, config=config, link=link, lockstep=lockstep, system=system, component=component, writer=writer
+        )
+
+    def wire_rx(self, time: float, data: bytes) -> None:
+        """See `Recorder.wire_rx`."""
+        super().wire_rx(time, data)
+        self._gatherer.wire("rx", len(data), _stamp(time))
+
+    def wire_tx(self, time: float, data: bytes) -> None:
+        """See `Recorder.wire_tx`."""
+        super().wire_tx(time, data)
+        self._gatherer.wire("tx", len(data), _stamp(time))
+
+    def received(self, event: Received | Rejected) -> None:
+        """See `Recorder.received`."""
+        super().received(event)
+        if isinstance(event, Received) and type(event.message) in MESSAGE_VALUES:
+            self._gatherer.received(event.message, (event.system, event.component), event.sequence, _stamp(event.time))
+
+    def sent(self, time: float, message: Message) -> None:
+        """See `Recorder.sent`."""
+        super().sent(time, message)
+        if type(message) in MESSAGE_VALUES:
+            self._gatherer.sent(message, message_schema(type(message)).topic, _stamp(time))
+
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """See `Recorder.metadata`."""
+        super().metadata(name, values)
+        self._metadata[name] = dict(values)
+
+    def record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
+        """See `WireLog.record`."""
+        super().record(topic, record, time, kind)
+        self._gatherer.record(record, _stamp(time))
+        if isinstance(record, AdviceRecord):
+            self._coached = True
+        elif self._coached and isinstance(record, EventRecord) and record.kind == SERIES and self._drawing_early is None:
+            data = self._gatherer.so_far(self._metadata)
+            self._drawing_early = Thread(target=self._draw_early, args=(data,), name="pictures of the coaching", daemon=True)
+            self._drawing_early.start()
+
+    def _draw_early(self, data: RunData) -> None:
+        from hil.report.write import early_pictures  # noqa: PLC0415 - drawing takes half a second to load
+
+        self._drawn = early_pictures(data)
+
+    def report(self, folder: Path) -> Path:
+        """Draw the report of the log, which is closed.
+
+        Args:
+            folder: Where it goes.
+
+        Returns:
+            The page.
+
+        Raises:
+            LogError: The log is not there, or the report can't be written.
+        """
+        from hil.report.write import write_pages  # noqa: PLC0415 - as above
+
+        if self._drawing_early is not None:
+            self._drawing_early.join()
+        reader = LogReader(self.path)
+        for _ in reader.entries(()):
+            pass  # there is none: what is read is the metadata
+        return write_pages(self._gatherer.finish(reader), folder, self._drawn).page
+
+
+def _stamp(time: float) -> float:
+    """A time as a log has it: of whole nanoseconds."""
+    return round(time * 1e9) / 1e9
