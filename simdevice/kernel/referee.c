@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "order.h"
-#include "wire.h"
+#include "core/wire.h"
 
 enum { HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, RECORD = 16, MARKER = 0xFD, SIGNED = 1 };
 enum { IDLE, RUNNING, OVER };

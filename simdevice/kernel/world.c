@@ -1,4 +1,4 @@
-/* The arithmetic is that of simdevice/{junior/motors,arena,sumo/table}.py, operation by operation, and is to stay so. */
+/* The arithmetic is that of simdevice/{junior/motors,arena,sumo/match}.py, operation by operation, and is to stay so. */
 #include "world.h"
 
 #include <math.h>
