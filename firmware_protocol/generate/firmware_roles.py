@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BYTE_LINKS_ONLY, JUNIOR_MESSAGES, ROBOT_MESSAGES, STANDARD_MESSAGES, JuniorSensors
-from firmware_protocol.parameters import JUNIOR_PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, ROBOT_PARAMETERS
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import offsets
@@ -70,8 +70,11 @@ ROLES: Final = (
 
 ANY_ROBOTS_MESSAGES: Final[tuple[type[Message], ...]] = (*STANDARD_MESSAGES, *ROBOT_MESSAGES)
 """What any robot says and understands."""
-ANY_ROBOTS_PARAMETERS: Final = ("SYS_ID", "WATCHDOG", "BATT_LOW", "FAIL_ENABLE")
-"""Parameters that every role has, each where it likes: those that the core itself looks at."""
+ANY_ROBOTS_PARAMETERS: Final = (*(parameter.name for parameter in ROBOT_PARAMETERS), "FAIL_ENABLE")
+"""Parameters that the core itself looks at, of which each role has its own copy where it likes."""
+OPTIONAL_PARAMETERS: Final = frozenset({"FAIL_ENABLE"})
+"""Those of them that a role may lack: nothing of it fails on request then."""
+NO_PARAMETER: Final = 255
 ANY_ROBOTS_CAN_FUNCTIONS: Final = ("ESTOP", "ALIVE", "TRANSFER_DOWN", "TRANSFER_UP")
 
 
@@ -99,10 +102,15 @@ def place(role: FirmwareRole, name: str) -> int:
         role: The role.
         name: Name of the parameter.
 
+    Returns:
+        Its index; `NO_PARAMETER` where the role may lack it, and does.
+
     Raises:
-        ValueError: The role has none of that name.
+        ValueError: The role has none of that name, and must.
     """
     names = [parameter.name for parameter in role.parameters]
+    if name not in names and name in OPTIONAL_PARAMETERS:
+        return NO_PARAMETER
     if name not in names:
         raise ValueError(f"{role.name} has no parameter {name}, which any robot has")
     return names.index(name)

@@ -201,7 +201,6 @@ uint32_t table_run(kernel_table *table, uint32_t periods)
 {
     uint32_t done = 0;
 
-    table->wanting = 0;
     while (done < periods && !table->wanting) {
         table_sense(table);
         table_step(table);

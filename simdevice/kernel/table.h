@@ -4,7 +4,8 @@
  * x right, y up, origin in the middle; a robot's: x along its nose, y left. Bodies and the space are Chipmunk's.
  *
  * A control period is: table_sense; for each robot its firmware, which may call table_ring, table_ranges, table_box and
- * table_goal and sets its wheels' commands; table_step. After a period in which `wanting` was set, more noise is due. */
+ * table_goal and sets its wheels' commands; table_step. After a period in which `wanting` was set, more noise is due: whoever
+ * gives it sets it back. */
 #ifndef KERNEL_TABLE_H
 #define KERNEL_TABLE_H
 
@@ -118,8 +119,8 @@ void table_goal(kernel_table *table, uint32_t row);
 /* A control period ends: wheels turn, bodies move. */
 void table_step(kernel_table *table);
 
-/* Lets the robots drive as they are commanded for at most so many control periods, 1 or more, until noise runs short. Returns
- * how many it were. */
+/* Lets the robots drive as they are commanded for at most so many control periods, until noise runs short. Returns how many it
+ * were. */
 uint32_t table_run(kernel_table *table, uint32_t periods);
 
 /* Steps the physics and nothing else. */
@@ -143,7 +144,7 @@ void table_refresh_grid(kernel_table *table);
 /* Collects into `near`, in the order of their rows, all robots whose centres may be nearer to a robot than a radius. */
 void table_collect(kernel_table *table, uint32_t row, double radius);
 
-/* Square of the distance of the nearest robot of another class; infinite for none. */
-double table_nearest_other(const kernel_table *table, uint32_t row);
+/* Square of the distance of the nearest robot of another class; what is farther than a limit need not be found: infinite. */
+double table_nearest_other(const kernel_table *table, uint32_t row, double limit);
 
 #endif

@@ -180,7 +180,7 @@ static double nearest_in(const kernel_table *table, uint32_t row, uint32_t first
     return square;
 }
 
-double table_nearest_other(const kernel_table *table, uint32_t row)
+double table_nearest_other(const kernel_table *table, uint32_t row, double limit)
 {
     double square = INFINITY;
     int32_t columns = (int32_t)table->columns, rows = (int32_t)table->rows, ring, most_rings = columns > rows ? columns : rows;
@@ -190,7 +190,7 @@ double table_nearest_other(const kernel_table *table, uint32_t row)
         double beyond = (ring - 1) * table->cell - table->skin;
         int32_t at, left = column - ring, right = column + ring;
 
-        if (beyond > 0.0 && square <= beyond * beyond) {
+        if (beyond > limit || (beyond > 0.0 && square <= beyond * beyond)) {
             break;
         }
         for (at = line - ring; at <= line + ring; at++) {

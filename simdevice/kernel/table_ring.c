@@ -100,7 +100,7 @@ void table_ring(kernel_table *table, uint32_t row, double least_radius, double s
     table->found = 0;
     table_refresh_grid(table);
     if (step > 0.0) {
-        double other = sqrt(table_nearest_other(table, row));
+        double other = sqrt(table_nearest_other(table, row, limit));
 
         if (other >= radius) {
             radius = most(radius, least(limit, other + step));

@@ -74,7 +74,9 @@ def test_it_is_asked_for_the_streams_of_its_role() -> None:
     for product, streams in ((0, JUNIOR.streams), (7, MOLE.streams)):
         bench = met(product)
         assert bench.peer.streams.intervals == streams
-        bench.command_ack(Command.SET_MESSAGE_INTERVAL)
+        for _ in streams:  # one after the other
+            bench.command_ack(Command.SET_MESSAGE_INTERVAL)
+            bench.wait(0.005)
         asked = [message for message in bench.sent if isinstance(message, CommandLong)]
         intervals = {int(one.param1) for one in asked if one.command == Command.SET_MESSAGE_INTERVAL}
         assert intervals == {message.ID for message in streams}

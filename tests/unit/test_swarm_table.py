@@ -284,3 +284,23 @@ def test_what_no_table_can_be_is_refused(what: object) -> None:
 
 def test_a_profile_comes_from_a_file() -> None:
     assert MicroProfile.from_table({"fix_sd": 0, "dropout": 0.1}) == MicroProfile(fix_sd=0.0, dropout=0.1)
+
+
+def test_more_readings_than_there_is_noise_for_are_noticed() -> None:
+    table = SwarmTable([0])
+    for _ in range(20):
+        table.arrays.lib.table_ranges(table.arrays.struct, 0, 32, 2.5)
+    with pytest.raises(RuntimeError, match="more often than noise was drawn for"):
+        table.run(1)
+
+
+def test_a_heap_holds_within_its_wall_in_either_period() -> None:
+    for period in (0.005, 0.01):
+        table = SwarmTable([0] * 60, profile=QUIET, period=period)
+        table.reset(1, size=(1.0, 1.0), wall=True)
+        table.arrays.command[:] = 0.4
+        table.run(round(5 / period))
+        assert table.arrays.x.max() < 0.48 + 0.004
+        x, y = table.arrays.x, table.arrays.y
+        gaps = np.hypot(x[:, None] - x, y[:, None] - y)[np.triu_indices(60, 1)]
+        assert gaps.min() > 0.039
