@@ -87,7 +87,7 @@ class MavlinkCodec:
 
     def reset(self) -> None:
         """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
-        self._sequence = 0
+        self.sequence = 0
         self._buffer = b""
         self._stamp = float("-inf")
         self._junk = b""
@@ -113,9 +113,9 @@ class MavlinkCodec:
         low, high, payload, extra = entry
         full = payload.pack(message)
         body = full.rstrip(b"\0") or full[:1]
-        sequence = self._sequence
+        sequence = self.sequence
         frame = _HEADER.pack(MARKER, len(body), 0, 0, sequence, self.system, self.component, low, high) + body
-        self._sequence = (sequence + 1) & 0xFF
+        self.sequence = (sequence + 1) & 0xFF
         return frame + _CHECKSUM.pack(mcrf4xx(frame[1:] + extra))
 
     def receive(self, data: bytes, now: float) -> list[Received | Rejected]:
