@@ -1,1 +1,4 @@
-"""The robot's firmware: portable C in `core/`, one folder per board in `targets/`, and what the host build of it is made of."""
+"""The robot's firmware: portable C in `core/`, one folder per role beside it, one per board in `targets/`.
+
+And what the host build of it is made of.
+"""

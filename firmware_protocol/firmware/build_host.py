@@ -10,7 +10,12 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = Path("firmware_protocol/firmware")
-FOLDERS = ("core", "targets/host")
+ROLES = ("junior",)
+"""Folders of the roles: all of them are in it."""
+PARTS = ("core", *ROLES)
+"""Folders of what is on a board: no two of their files have one name."""
+FOLDERS = (*PARTS, "targets/host")
+"""And of the host's hardware."""
 
 _HEADER = runpy.run_path(str(ROOT / FIRMWARE / "host_header.py"))
 DECLARATIONS: str = _HEADER["declarations"](_HEADER["HOST_H"].read_text(encoding="utf-8"))
@@ -24,12 +29,13 @@ static const uint64_t HOST_BUILT_FROM = {_BUILT_FROM:#x}ULL;
 """The head of the extension's own source: with the number in it, another one is another source, which is compiled again."""
 
 SOURCES = [
-    *sorted((FIRMWARE / "core" / path.name).as_posix() for path in (ROOT / FIRMWARE / "core").glob("*.c")),
+    *sorted(path.relative_to(ROOT).as_posix() for part in PARTS for path in (ROOT / FIRMWARE / part).glob("*.c")),
     (FIRMWARE / "targets/host/host.c").as_posix(),
 ]
 DEPENDS = [
     "firmware_protocol/dialect/junior.xml",
+    (FIRMWARE / "roles.h").as_posix(),
     *sorted(path.relative_to(ROOT).as_posix() for folder in FOLDERS for path in (ROOT / FIRMWARE / folder).glob("*.h")),
 ]
-MACROS = [("JUNIOR_CAN", "1"), ("JUNIOR_SIGNING", "1")]
-INCLUDES = [(FIRMWARE / folder).as_posix() for folder in (*FOLDERS, "_build")]
+MACROS = [("FIRMWARE_CAN", "1"), ("FIRMWARE_SIGNING", "1")]
+INCLUDES = [FIRMWARE.as_posix(), *((FIRMWARE / folder).as_posix() for folder in ("targets/host", "_build"))]

@@ -13,6 +13,9 @@ FIRMWARE: Final = Path(__file__).resolve().parent
 _PARTS: Final = (
     "core/*.c",
     "core/*.h",
+    "junior/*.c",
+    "junior/*.h",
+    "roles.h",
     "targets/host/*.c",
     "targets/host/*.h",
     "build_host.py",
@@ -26,7 +29,7 @@ def digest(firmware: Path = FIRMWARE) -> int | None:
     """Hash the sources.
 
     Args:
-        firmware: The folder with `core` and `targets`, in the one with `dialect`.
+        firmware: The folder with `core`, the roles and `targets`, in the one with `dialect`.
 
     Returns:
         64 bits of it; None where there are no sources, as in a package that was stripped of them.

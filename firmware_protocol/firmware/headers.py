@@ -15,7 +15,7 @@ from pathlib import Path
 
 FIRMWARE = Path(__file__).resolve().parent
 DIALECT = FIRMWARE.parent / "dialect" / "junior.xml"
-FOLDER = FIRMWARE / "_build"
+FOLDER = FIRMWARE / "_build" / "dialect"
 LAST = Path("junior/mavlink.h")
 """The header that is moved into place last: when it is there, all are."""
 
@@ -27,10 +27,10 @@ def make_headers(folder: Path = FOLDER) -> Path:
     same time leaves half of them.
 
     Args:
-        folder: Where to; the headers go to `junior/` in it, mavgen's common ones next to that.
+        folder: Where to, a folder of the name `dialect`; the headers go to `junior/` in it, mavgen's common ones next to that.
 
     Returns:
-        The folder, to be put on the include path.
+        The folder; the one that it is in goes on the include path.
 
     Raises:
         RuntimeError: pymavlink is not there, or mavgen refused the dialect; the text is what it said.

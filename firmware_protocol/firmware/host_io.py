@@ -19,5 +19,6 @@ FIELDS: Final = (
     ("nvm", "1024B"),
     ("uid", "Q"),
     ("can", "B"),
+    ("role", "B"),
 )
 """Name of each field, in order, and its type as module `struct` writes it."""

@@ -1,4 +1,4 @@
-"""Puts the core together as a library for the Arduino IDE and PlatformIO: `python library.py [folder]`.
+"""Puts Junior and the core together as a library for the Arduino IDE and PlatformIO: `python library.py [folder]`.
 
 The message headers in it are made by mavgen, which is why the library is assembled and not checked in. It runs without the
 package being installed and imports nothing of it.
@@ -14,6 +14,8 @@ from pathlib import Path
 
 FIRMWARE = Path(__file__).resolve().parent
 NAME = "JuniorHIL"
+ROLE = "junior"
+"""Folder of the role that is in it."""
 
 
 def make_library(folder: Path = FIRMWARE / "_build") -> Path:
@@ -37,9 +39,12 @@ def make_library(folder: Path = FIRMWARE / "_build") -> Path:
     source.mkdir()
     headers = runpy.run_path(str(FIRMWARE / "headers.py"))
     (library / "JuniorHIL.h").replace(source / "JuniorHIL.h")
-    shutil.copytree(FIRMWARE / "core", source / "core")
+    for name in ("core", ROLE):
+        shutil.copytree(FIRMWARE / name, source / name)
+    roles = (FIRMWARE / "roles.h").read_text(encoding="utf-8")
+    (source / "roles.h").write_text(f"/* The only role in this library. */\n#define ROLE {ROLE}\n\n{roles}", encoding="utf-8")
     with tempfile.TemporaryDirectory(dir=folder) as made:
-        shutil.copytree(headers["make_headers"](Path(made)), source, dirs_exist_ok=True)
+        shutil.copytree(headers["make_headers"](Path(made) / "dialect"), source / "dialect")
     shutil.copyfile(FIRMWARE.parents[1] / "LICENSE", library / "LICENSE")
     return library
 

@@ -126,7 +126,6 @@ class Peer(Requests):
         self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
-        self._outbox: list[Message] = []
         self._frames = FrameStreams(self.counters)
         self._robot_clock = RobotClock()
         self._heard = now
@@ -199,8 +198,8 @@ class Peer(Requests):
         if self._exchanges.active and not (kind is RobotAck and self._doubtful(message)):
             wanted = self._exchanges.answer(received)
             self._follow(time)
-            show = wanted or kind not in self._results
-        elif kind in self._results:
+            show = wanted or not (kind in self.role.results and self.role.ends(message, self.session))
+        elif kind in self.role.results and self.role.ends(message, self.session):
             show = False
         if not self._events:
             return (received,) if show else ()
@@ -407,18 +406,22 @@ class Peer(Requests):
                 self._on_status(message, received.time)
             case Timesync() if message.tc1 == 0:
                 asked_by = (received.system, received.component)
-                self._put_out(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
+                self.tell(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
             case Timesync():
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
-                self._put_out(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _ if type(message) in self._results:
+                self.tell(Ping(message.time_usec, message.seq, received.system, received.component))
+            case _ if self.role.ends(message, self.session):
                 result = cast("Any", message)
-                self._put_out(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+                self.tell(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
-    def _put_out(self, message: Message) -> None:
-        """Have a message sent with what is due next, which is at once."""
-        self._outbox.append(message)
+    def tell(self, message: Message) -> None:
+        """Say something that is not answered, with what is due next, which is at once.
+
+        Args:
+            message: What to say.
+        """
+        super().tell(message)
         self._plan()
 
     def _on_status(self, status: RobotStatus, now: float) -> None:
@@ -483,7 +486,8 @@ class Peer(Requests):
 
     def _play(self, role: Role) -> None:
         """It is of this kind."""
-        self.role, self._readings, self._results = role, role.readings, role.results
+        self.role = role
+        self._readings = None if role.readings is RobotStatus else role.readings  # a status means more than its clock
         self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
 
     def _move(self, happened: Input, now: float) -> bool:

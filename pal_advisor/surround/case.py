@@ -46,7 +46,7 @@ class Case:
         learning: L: 1 smoothed weights and selection by probability, 2 smoothed and by maximum, 3 original weights and by
             probability, 4 original and by maximum.
         rangers: R, how many RANGERs.
-        range: S: 1 short, 2 long.
+        sensor_range: S: 1 short, 2 long.
         wilds: W, how many WILDs.
     """
 
@@ -55,12 +55,12 @@ class Case:
     distribution: int = 3
     learning: int = 1
     rangers: int = 25
-    range: int = 1
+    sensor_range: int = 1
     wilds: int = 8
 
     def __str__(self) -> str:
         task = f"B{self.wild_motion:d}C{self.increment}D{self.distribution}L{self.learning}"
-        return f"{task}R{self.rangers}S{self.range}W{self.wilds}"
+        return f"{task}R{self.rangers}S{self.sensor_range}W{self.wilds}"
 
     @classmethod
     def parse(cls, name: str) -> Case:
@@ -79,7 +79,7 @@ class Case:
             distribution=value["D"],
             learning=value["L"],
             rangers=value["R"],
-            range=value["S"],
+            sensor_range=value["S"],
             wilds=value["W"],
         )
 
@@ -106,7 +106,7 @@ class Case:
     @property
     def long_range(self) -> bool:
         """Sensors see all robots, however far (Eq. 6.2)."""
-        return self.range == 2
+        return self.sensor_range == 2
 
 
 def letters(name: str) -> dict[str, int]:

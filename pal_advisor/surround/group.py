@@ -165,7 +165,7 @@ class RobotGroup:
     def tell(self, results: Results) -> Lesson:
         """Take in what became of the moves, one robot after the other in the order of rows (Eq. 6.12).
 
-        Lesson from are moves that arrived, were blocked or timed out, and whose count is of the radius that was decided by.
+        Learnt from are moves that arrived, were blocked or timed out, and whose count is of the radius that was decided by.
 
         Args:
             results: What became of them.

@@ -22,7 +22,8 @@ from firmware_protocol.errors import LinkOpenError
 FIRMWARE: Final = Path(importlib.util.find_spec("firmware_protocol").origin or "").parent / "firmware"  # type: ignore[union-attr]
 """The firmware's sources, with their Makefile."""
 SHIM: Final = Path(__file__).with_name("simavr_shim.c")
-_SOURCES: Final = ("core/*.[ch]", "targets/avr/*.[chS]", "Makefile", "headers.py", "../dialect/junior.xml")
+_PARTS: Final = ("core", "junior", "targets/avr")
+_SOURCES: Final = (*(f"{part}/*.[chS]" for part in _PARTS), "roles.h", "Makefile", "headers.py", "../dialect/junior.xml")
 _TOOLS: Final = {"avr-gcc": "gcc-avr avr-libc", "make": "make", "cc": "gcc libc6-dev"}
 """Debian's packages by the command that shows whether they are there."""
 _LIBRARY: Final = "libsimavr-dev libelf-dev"

@@ -12,14 +12,15 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.firmware.build_host import FIRMWARE, ROOT
+from firmware_protocol.firmware.build_host import FIRMWARE, PARTS, ROOT
 from firmware_protocol.firmware.headers import make_headers
 from simdevice.build_host import FLAGS, KERNEL, builder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-CORE: Final = ROOT / FIRMWARE / "core"
+CORE: Final = tuple(path for part in PARTS for path in sorted((ROOT / FIRMWARE / part).glob("*.c")))
+"""The sources of the core and of the roles."""
 SELECT: Final = "HIL_TEST_EXTENSION"
 """Environment variable by which `core_plugin` learns which extension the tests are to use."""
 TESTS: Final = (
@@ -51,7 +52,7 @@ class CoreBuild:
         wrapper = folder / "wrapper.c"
         with contextlib.redirect_stdout(io.StringIO()):
             builder.emit_c_code(str(wrapper))
-        sources = [*sorted(CORE.glob("*.c")), ROOT / FIRMWARE / "targets/host/host.c"]
+        sources = [*CORE, ROOT / FIRMWARE / "targets/host/host.c"]
         sources += [*sorted((ROOT / KERNEL).glob("*.c")), wrapper]
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             made = pool.map(lambda source: self.compile(source, folder / f"{source.stem}.o"), sources)
@@ -70,9 +71,9 @@ class CoreBuild:
         Raises:
             BuildError: It does not compile.
         """
-        includes = [f"-I{ROOT / FIRMWARE / part}" for part in ("core", "targets/host", "_build")]
+        includes = [f"-I{ROOT / FIRMWARE / part}" for part in (".", "targets/host", "_build")]
         includes.append(f"-I{ROOT / KERNEL}")
-        macros = ["-DJUNIOR_CAN=1", "-DJUNIOR_SIGNING=1", "-DPy_LIMITED_API"]
+        macros = ["-DFIRMWARE_CAN=1", "-DFIRMWARE_SIGNING=1", "-DPy_LIMITED_API"]
         arguments = [*includes, f"-I{sysconfig.get_path('include')}", *macros, "-fPIC", "-w", *FLAGS, *self._flags]
         self._run([*arguments, "-c", source.name, "-o", str(target)], source.parent)
         return target

@@ -94,13 +94,13 @@ def read(build: CoreBuild) -> list[Coverage]:
     """
     gcov = os.environ.get("GCOV", "gcov")
     found = []
-    for source in sorted(CORE.glob("*.c")):
+    for source in CORE:
         counted = build.objects[source.name].with_suffix(".gcda")
         command = [gcov, "--json-format", "--stdout", "--branch-probabilities", str(counted)]
-        done = subprocess.run(command, cwd=CORE, check=True, capture_output=True, text=True)  # noqa: S603
+        done = subprocess.run(command, cwd=source.parent, check=True, capture_output=True, text=True)  # noqa: S603
         coverage = Coverage(source.name)
         for file in json.loads(done.stdout)["files"]:
-            if (CORE / file["file"]).resolve() == source.resolve():
+            if (source.parent / file["file"]).resolve() == source.resolve():
                 for line in file["lines"]:
                     coverage.add(line)
         coverage.leave_out(unreachable(source.read_text(encoding="utf-8")))

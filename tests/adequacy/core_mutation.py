@@ -94,7 +94,8 @@ class Mutation:
 
 def drawn(seed: int, sources: Sequence[str]) -> Iterator[Mutant]:
     """Every mutant of these sources that is not known to make no difference, in random order."""
-    everything = [mutant for name in sources for mutant in mutants(name, (CORE / name).read_text(encoding="utf-8"))]
+    paths = [path for path in CORE if path.name in sources]
+    everything = [mutant for path in paths for mutant in mutants(path.name, path.read_text(encoding="utf-8"))]
     random.Random(seed).shuffle(everything)
     equivalent = known()
     return (mutant for mutant in everything if mutant.key not in equivalent)
@@ -148,7 +149,7 @@ def main() -> int:
     parser.add_argument("--source", action="append", help="only in this file of the core; may be given again")
     parser.add_argument("pytest", nargs="*", help="more arguments of pytest, behind --")
     options = parser.parse_args()
-    sources = options.source or sorted(path.name for path in CORE.glob("*.c"))
+    sources = options.source or sorted(path.name for path in CORE)
     with tempfile.TemporaryDirectory() as name:
         mutation = Mutation(Path(name), options.pytest)
         if not mutation.unchanged_passes():

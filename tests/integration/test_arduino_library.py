@@ -47,14 +47,21 @@ def test_it_has_the_layout_that_both_tools_want(library: Path) -> None:
 
 def test_everything_that_it_includes_is_in_it(library: Path) -> None:
     source = library / "src"
-    for path in (*(source / "core").iterdir(), source / "JuniorHIL.h"):
+    for path in (*source.glob("core/*"), *source.glob("junior/*"), source / "JuniorHIL.h"):
         for name in re.findall(r'^#include "([^"]+)"', path.read_text(encoding="utf-8"), re.MULTILINE):
             assert (path.parent / name).is_file() or (source / name).is_file(), f"{path.name} includes {name}"
 
 
-def test_it_is_the_core_as_it_is(library: Path) -> None:
-    for path in (FIRMWARE / "core").iterdir():
-        assert (library / "src" / "core" / path.name).read_bytes() == path.read_bytes()
+@pytest.mark.parametrize("part", ["core", "junior"])
+def test_it_is_the_core_and_junior_as_they_are(library: Path, part: str) -> None:
+    for path in (FIRMWARE / part).iterdir():
+        assert (library / "src" / part / path.name).read_bytes() == path.read_bytes()
+
+
+def test_junior_is_the_only_role_in_it(library: Path) -> None:
+    made = (library / "src" / "roles.h").read_text(encoding="utf-8")
+    head = "/* The only role in this library. */\n#define ROLE junior\n\n"
+    assert made == head + (FIRMWARE / "roles.h").read_text(encoding="utf-8")
 
 
 @pytest.mark.arduino

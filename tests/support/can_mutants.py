@@ -26,11 +26,13 @@ CAN_MUTANTS: Final = (
         "if (frame->length != 1 || frame->data[0] != 1) {",
         "if (frame->length == 0 || frame->data[0] == 0) {",
     ),
-    _mutant(
+    Mutant(
         "wheels-frame-exact",
         "drives at what a short frame does not say",
+        "single_frames.c",
         "if (frame->length != FRAME_DATA) {",
         "if (frame->length == 0) {",
+        CAN,
     ),
     _mutant(
         "other-target-ignored",
@@ -48,7 +50,7 @@ CAN_MUTANTS: Final = (
         "node-within-the-bus",
         "lets itself be given a number that no node can have",
         "params.c",
-        "return !(robot->can.fitted && index == PARAM_SYS_ID && value > 127.0f);",
+        "return !(robot->can.fitted && index == ROLE_OF(robot, param_sys_id) && value > 127.0f);",
         "return true;",
         CAN,
     ),

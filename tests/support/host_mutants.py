@@ -260,14 +260,14 @@ _ANSWERS: Final = (
     _unanswered(
         "result-addressed",
         "maneuver.c",
-        "maneuver->result.target_system = robot->session.owner.system;",
-        "robot->session.owner.system",
+        "maneuver->result.target_system = junior->robot.session.owner.system;",
+        "junior->robot.session.owner.system",
     ),
     _unanswered(
         "memory-entry-addressed",
         "memory.c",
-        "entry.target_system = robot->session.owner.system;",
-        "robot->session.owner.system",
+        "entry.target_system = junior->robot.session.owner.system;",
+        "junior->robot.session.owner.system",
     ),
 )
 """Each on MAVLink alone: on a bus answers name nobody."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import cffi
 
-from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, ROOT
+from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, PARTS, ROOT
 from firmware_protocol.wire.fields import MAVLINK
 from simdevice import _host
 
@@ -31,7 +31,7 @@ class Mutant:
     Attributes:
         caught_by: Name of the check that must fail, alone.
         fault: What is wrong with it.
-        source: File of the core that is changed.
+        source: File of the core or of a role that is changed.
         before: Text in it, that is there once.
         after: What stands there instead.
         wire: What the firmware speaks when it is checked.
@@ -46,9 +46,13 @@ class Mutant:
     wire: str = MAVLINK
     keyed: bool = False
 
+    def path(self, firmware: Path) -> Path:
+        """The file that is changed, in a folder with the firmware's sources."""
+        return next(path for part in PARTS if (path := firmware / part / self.source).is_file())
+
     def text(self) -> str:
         """The changed source."""
-        text = (_FOLDER / "core" / self.source).read_text(encoding="utf-8")
+        text = self.path(_FOLDER).read_text(encoding="utf-8")
         assert text.count(self.before) == 1, f"{self.source} does not hold {self.before!r} once"
         return text.replace(self.before, self.after)
 
@@ -71,13 +75,13 @@ class Workshop:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
-        self._includes = ["-DJUNIOR_CAN=1", "-DJUNIOR_SIGNING=1"] + [
-            f"-I{_FOLDER / part}" for part in ("core", "targets/host", "_build")
+        self._includes = ["-DFIRMWARE_CAN=1", "-DFIRMWARE_SIGNING=1"] + [
+            f"-I{_FOLDER / part}" for part in (".", "targets/host", "_build")
         ]
 
     def build(self, mutants: Iterable[Mutant]) -> list[Build]:
         """Build the mutants, and the unchanged sources once."""
-        sources = [*sorted((_FOLDER / "core").glob("*.c")), _FOLDER / "targets/host/host.c"]
+        sources = [*(path for part in PARTS for path in sorted((_FOLDER / part).glob("*.c"))), _FOLDER / "targets/host/host.c"]
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = dict(zip((source.name for source in sources), pool.map(self._object, sources), strict=True))
             return list(pool.map(lambda pair: self._mutant(pair[0], pair[1], objects), enumerate(mutants)))
@@ -145,7 +149,7 @@ MUTANTS: Final = (
         "all-means-stop-only",
         "does whatever is said to all",
         "protocol.c",
-        "if (!direct && !for_all(id, message)) {",
+        "if (!direct && !for_all(robot, id, message)) {",
         "if (false) {",
     ),
     Mutant(
@@ -158,29 +162,29 @@ MUTANTS: Final = (
     Mutant(
         "sensors-50-hz",
         "sends its sensors at 25 Hz",
-        "stream.c",
-        "[STREAM_SENSORS] = 20,",
-        "[STREAM_SENSORS] = 40,",
+        "junior.c",
+        "{JUNIOR_STREAM_TABLE(STREAM_ROW)}",
+        "{{MAVLINK_MSG_ID_JUNIOR_SENSORS, 40}}",
     ),
     Mutant(
         "parameters-refuse-nan",
         "takes NaN for a number within any limits",
         "params.c",
-        "if (!(value >= flash_float(&rows[index].minimum) && value <= flash_float(&rows[index].maximum))) {",
-        "if (value < flash_float(&rows[index].minimum) || value > flash_float(&rows[index].maximum)) {",
+        "if (!(value >= flash_float(&row->minimum) && value <= flash_float(&row->maximum))) {",
+        "if (value < flash_float(&row->minimum) || value > flash_float(&row->maximum)) {",
     ),
     Mutant(
         "parameters-whole",
         "takes fractions where whole numbers are asked for",
         "params.c",
-        "return !(flash_u8(&rows[index].flags) & PARAM_FLAG_WHOLE) || (float)(int16_t)value == value;",
+        "return !(flash_u8(&row->flags) & PARAM_FLAG_WHOLE) || (float)(int16_t)value == value;",
         "return true;",
     ),
     Mutant(
         "parameters-read-only",
         "lets its own parameters be set",
         "params.c",
-        "if (!(flash_u8(&rows[index].flags) & PARAM_FLAG_READ_ONLY) && allowed(",
+        "if (!(flash_u8(&row_of(robot, index)->flags) & PARAM_FLAG_READ_ONLY) && allowed(",
         "if (allowed(",
     ),
     Mutant(
@@ -189,7 +193,7 @@ MUTANTS: Final = (
         "numbered.c",
         "    if (answer != NULL) {\n        repeat(robot, id, message, answer);\n        return;\n    }\n",
         "    if (answer != NULL && id == MAVLINK_MSG_ID_JUNIOR_MANEUVER && answer->reason == 0) {\n"
-        "        numbered_finish(robot, id, sequence, act(robot, id, message));\n        return;\n    }\n"
+        "        numbered_finish(robot, id, sequence, ROLE_OF(robot, perform)(robot, id, message));\n        return;\n    }\n"
         "    if (answer != NULL) {\n        repeat(robot, id, message, answer);\n        return;\n    }\n",
     ),
     Mutant(
@@ -224,20 +228,20 @@ MUTANTS: Final = (
         "watchdog-stops",
         "goes on when its host is gone",
         "states.c",
-        "robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)",
+        "robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, ROLE_OF(robot, param_watchdog))",
         "false",
     ),
     Mutant(
         "failures-need-consent",
         "fails whenever anybody asks for it",
         "failure.c",
-        "return params_get(robot, PARAM_FAIL_ENABLE) != 0;",
-        "return robot != NULL;",
+        "params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;",
+        "robot != NULL;",
     ),
     Mutant(
         "wheels-run-out",
         "drives for twice the time",
-        "numbered.c",
+        "commands.c",
         "request->speed[RIGHT], request->duration);",
         "request->speed[RIGHT], (uint16_t)(2U * request->duration));",
     ),
@@ -245,29 +249,29 @@ MUTANTS: Final = (
         "result-repeated",
         "says a result once",
         "maneuver.c",
-        "        maneuver->result_due = robot->time.now + REPEAT_MS;",
+        "        maneuver->result_due = junior->robot.time.now + REPEAT_MS;",
         "        maneuver->result_pending = false;",
     ),
     Mutant(
         "end-on-change",
         "does not care for a change of stimulus",
         "maneuver.c",
-        "    return robot->time.now - maneuver->changing_since >= STEADY_MS;",
+        "    return junior->robot.time.now - maneuver->changing_since >= STEADY_MS;",
         "    return false;",
     ),
     Mutant(
         "maneuver-holds",
         "goes on after a maneuver as if it had been driven, whatever MAN_HOLD says",
         "maneuver.c",
-        "    wheels_run(robot, (uint16_t)params_get(robot, PARAM_MAN_HOLD), options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);\n",
-        "    wheels_run(robot, 5000U, options & JUNIOR_MANEUVER_OPTION_FLOOR_REFLEX);\n",
+        "    driving_run(junior, (uint16_t)params_get(&junior->robot, JUNIOR_PARAM_MAN_HOLD),\n",
+        "    driving_run(junior, 5000U,\n",
     ),
     Mutant(
         "memory-checksum",
         "keeps an old checksum",
         "memory.c",
-        "    uint16_t slot_key = key(robot, slot);\n    uint8_t at = memory->used++;\n\n    memory->checked = false;\n",
-        "    uint16_t slot_key = key(robot, slot);\n    uint8_t at = memory->used++;\n\n",
+        "    uint16_t slot_key = key(junior, slot);\n    uint8_t at = memory->used++;\n\n    memory->checked = false;\n",
+        "    uint16_t slot_key = key(junior, slot);\n    uint8_t at = memory->used++;\n\n",
     ),
     Mutant(
         "memory-survives-reboot",
@@ -280,15 +284,15 @@ MUTANTS: Final = (
         "contest-needs-memory",
         "starts a contest with nothing to play",
         "contest.c",
-        "if (robot->memory.used == 0) {",
+        "if (junior->memory.used == 0) {",
         "if (false) {",
     ),
     Mutant(
         "contest-countdown",
         "is too keen to wait for the end of the countdown",
         "contest.c",
-        "robot->contest.begins = robot->time.now + countdown;",
-        "robot->contest.begins = robot->time.now + countdown / 2U;",
+        "junior->contest.begins = junior->robot.time.now + countdown;",
+        "junior->contest.begins = junior->robot.time.now + countdown / 2U;",
     ),
     Mutant(
         "wheels-stand-when-stopped",
@@ -301,10 +305,10 @@ MUTANTS: Final = (
         "actions-turn-wheels",
         "has its actions' wheels crossed",
         "maneuver.c",
-        "    wheels_set(robot, (int16_t)((int8_t)flash_u8(&actions[action].left) * speed),\n"
-        "               (int16_t)((int8_t)flash_u8(&actions[action].right) * speed));",
-        "    wheels_set(robot, (int16_t)((int8_t)flash_u8(&actions[action].right) * speed),\n"
-        "               (int16_t)((int8_t)flash_u8(&actions[action].left) * speed));",
+        "    driving_set(junior, (int16_t)((int8_t)flash_u8(&actions[action].left) * speed),\n"
+        "                (int16_t)((int8_t)flash_u8(&actions[action].right) * speed));",
+        "    driving_set(junior, (int16_t)((int8_t)flash_u8(&actions[action].right) * speed),\n"
+        "                (int16_t)((int8_t)flash_u8(&actions[action].left) * speed));",
     ),
     Mutant(
         "unsigned-refused",

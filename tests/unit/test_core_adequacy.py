@@ -66,7 +66,7 @@ def test_a_mutant_changes_its_line_alone() -> None:
 
 
 def test_every_mutant_that_is_known_to_make_no_difference_can_still_be_made_and_has_a_reason() -> None:
-    everything = {mutant.key for path in CORE.glob("*.c") for mutant in mutants(path.name, path.read_text(encoding="utf-8"))}
+    everything = {mutant.key for path in CORE for mutant in mutants(path.name, path.read_text(encoding="utf-8"))}
     reasons = known()
     assert not set(reasons) - everything
     assert all(len(reason) > 20 for reason in reasons.values())

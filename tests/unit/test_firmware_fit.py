@@ -87,8 +87,11 @@ def test_what_it_is_made_from_is_compiled_in() -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "core/maneuver.c",
+        "core/numbered.c",
         "core/tables.h",
+        "junior/maneuver.c",
+        "junior/tables.h",
+        "roles.h",
         "targets/host/host.c",
         "targets/host/host.h",
         "build_host.py",
@@ -120,7 +123,7 @@ def test_line_ends_are_no_change_and_neither_are_other_targets(tree: Path) -> No
     assert digest(tree) == digest()
 
 
-@pytest.mark.parametrize("gone", ["core", "targets", "../dialect"])
+@pytest.mark.parametrize("gone", ["core", "junior", "targets", "../dialect"])
 def test_without_sources_there_is_nothing_to_compare(tree: Path, gone: str) -> None:
     shutil.rmtree(tree / gone)
     check_sources(lib, tree)

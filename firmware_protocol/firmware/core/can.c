@@ -1,13 +1,13 @@
-/* CAN: frames to messages and back, in place of the bytes of frame.c and send.c. Compiled where JUNIOR_CAN is 1.
+/* CAN: frames to messages and back, in place of the bytes of frame.c and send.c. Compiled where FIRMWARE_CAN is 1.
  *
- * An identifier is function << 7 | node; the node is the robot's system id, and 0 for all. E-stop, JUNIOR_WHEELS and
- * ROBOT_ALIVE come as single frames, JUNIOR_SENSORS leaves as three. All else is a transfer: byte 0 is its number (3 bits) and the
- * part (5 bits); behind that, over all parts, come message number, length, the payload without its target fields, and a
- * checksum. A missing part discards the whole. There is one host on a bus.
+ * An identifier is function << 7 | node; the node is the robot's system id, and 0 for all. E-stop, ROBOT_ALIVE and what the
+ * role says are single frames. All else is a transfer: byte 0 is its number (3 bits) and the part (5 bits); behind that, over
+ * all parts, come message number, length, the payload without its target fields, and a checksum. A missing part discards the
+ * whole. There is one host on a bus.
  */
-#include "core.h"
+#include "core/core.h"
 
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
 
 enum {
     HEAD = 3,
@@ -15,7 +15,6 @@ enum {
     PART_DATA = 7,
     PART_MASK = 31,
     PART_BITS = 5,
-    FRAME_DATA = 8,
     FUNCTION_SHIFT = 7,
     NODE_MASK = 127,
     TRANSFERS = 8,
@@ -23,20 +22,12 @@ enum {
     HOST_SYSTEM = 255,
 };
 
-struct can_row {
-    uint16_t id;
-    uint8_t length, crc_extra, cut_at, cut, inbound;
-};
-
-#define ROW(name, id, length, crc_extra, cut_at, cut, inbound) {id, length, crc_extra, cut_at, cut, inbound},
-static const struct can_row rows[CAN_COUNT] HAL_FLASH = {CAN_TABLE(ROW)};
-#undef ROW
-
-static const struct can_row *find_row(uint16_t id)
+static const struct can_row *find_row(const struct robot *robot, uint16_t id)
 {
+    const struct can_row *rows = ROLE_OF(robot, can);
     uint8_t i;
 
-    for (i = 0; i < CAN_COUNT; i++) {
+    for (i = 0; i < ROLE_OF(robot, can_count); i++) {
         if (flash_u16(&rows[i].id) == id) {
             return &rows[i];
         }
@@ -44,7 +35,7 @@ static const struct can_row *find_row(uint16_t id)
     return NULL;
 }
 
-static uint8_t own_node(const struct junior *robot)
+static uint8_t own_node(const struct robot *robot)
 {
     return robot->system < NODE_MASK ? robot->system : NODE_MASK;
 }
@@ -52,7 +43,7 @@ static uint8_t own_node(const struct junior *robot)
 /* --- out --------------------------------------------------------------------------------------------------------- */
 
 struct outgoing {
-    struct junior *robot;
+    struct robot *robot;
     struct hal_frame frame;
     uint16_t crc;
 };
@@ -68,7 +59,7 @@ static void put(struct outgoing *out, uint8_t byte)
     }
 }
 
-static void send_digest(struct junior *robot, uint8_t function, const void *data)
+void can_send_single(struct robot *robot, uint8_t function, const void *data)
 {
     struct hal_frame frame;
 
@@ -78,35 +69,16 @@ static void send_digest(struct junior *robot, uint8_t function, const void *data
     hal_frame_write(robot->board, &frame);
 }
 
-static bool send_sensors(struct junior *robot, const mavlink_junior_sensors_t *sensors)
+bool can_send(struct robot *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length)
 {
-    uint8_t data[FRAME_DATA];
-    uint32_t time = (uint32_t)(sensors->time / 1000U);
-
-    if (hal_frame_room(robot->board) < 3) {
-        return false;
-    }
-    memcpy(data, &time, sizeof time);
-    memcpy(data + 4, &sensors->flags, sizeof sensors->flags);
-    memcpy(data + 6, &sensors->battery, sizeof sensors->battery);
-    send_digest(robot, CAN_FUNCTION_SWITCHES, data);
-    memcpy(data, sensors->eye, sizeof sensors->eye);
-    memcpy(data + 4, sensors->floor, sizeof sensors->floor);
-    send_digest(robot, CAN_FUNCTION_EYES, data);
-    memcpy(data, sensors->travel, sizeof sensors->travel);
-    send_digest(robot, CAN_FUNCTION_TRAVEL, data);
-    return true;
-}
-
-bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length)
-{
-    const struct can_row *row = find_row(id);
+    const struct can_row *row = find_row(robot, id);
     const uint8_t *bytes = payload;
     struct outgoing out;
-    uint8_t cut_at, cut, i;
+    uint8_t cut_at, cut, single, i;
 
-    if (id == MAVLINK_MSG_ID_JUNIOR_SENSORS) {
-        return send_sensors(robot, payload);
+    single = ROLE_OF(robot, single_out)(robot, id, payload);
+    if (single != SINGLE_NOT) {
+        return single == SINGLE_SENT;
     }
     if (row == NULL) {
         return true; /* no message of ours: there is nobody who would understand it */
@@ -143,7 +115,7 @@ bool can_send(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *
 /* --- in ---------------------------------------------------------------------------------------------------------- */
 
 /* The transfers before this one that did not come. A bus keeps the order: what is not ahead is the last one again. */
-static void count_number(struct junior *robot, struct can_transfer *transfer)
+static void count_number(struct robot *robot, struct can_transfer *transfer)
 {
     uint8_t gap = (uint8_t)(transfer->number - transfer->next) % TRANSFERS;
 
@@ -158,7 +130,7 @@ static void count_number(struct junior *robot, struct can_transfer *transfer)
 }
 
 /* The first part. False: it begins nothing that this robot understands. */
-static bool begin(struct junior *robot, struct can_transfer *transfer, const struct hal_frame *frame)
+static bool begin(struct robot *robot, struct can_transfer *transfer, const struct hal_frame *frame)
 {
     const struct can_row *row;
 
@@ -166,7 +138,7 @@ static bool begin(struct junior *robot, struct can_transfer *transfer, const str
     transfer->used = 0;
     transfer->size = 0;
     if (frame->length > HEAD) {
-        row = find_row((uint16_t)(frame->data[1] | (uint16_t)frame->data[2] << 8));
+        row = find_row(robot, (uint16_t)(frame->data[1] | (uint16_t)frame->data[2] << 8));
         if (row != NULL && flash_u8(&row->inbound)
             && frame->data[3] <= flash_u8(&row->length) - flash_u8(&row->cut)) {
             transfer->size = (uint8_t)(HEAD + frame->data[3] + TAIL);
@@ -181,10 +153,10 @@ static bool begin(struct junior *robot, struct can_transfer *transfer, const str
 }
 
 /* All parts are there: true where it is a good message. */
-static bool finish(struct junior *robot, struct can_transfer *transfer, uint8_t node, struct can_message *message)
+static bool finish(struct robot *robot, struct can_transfer *transfer, uint8_t node, struct can_message *message)
 {
     const uint8_t *data = transfer->data;
-    const struct can_row *row = find_row((uint16_t)(data[0] | (uint16_t)data[1] << 8));
+    const struct can_row *row = find_row(robot, (uint16_t)(data[0] | (uint16_t)data[1] << 8));
     uint8_t cut_at = flash_u8(&row->cut_at);
     uint8_t cut = flash_u8(&row->cut);
     uint8_t length = data[2];
@@ -214,7 +186,7 @@ static bool finish(struct junior *robot, struct can_transfer *transfer, uint8_t 
     return true;
 }
 
-static bool take_part(struct junior *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
+static bool take_part(struct robot *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
 {
     struct can_transfer *transfer = &robot->can.in[node != 0];
     uint8_t part, count, want;
@@ -256,7 +228,7 @@ static bool take_part(struct junior *robot, const struct hal_frame *frame, uint8
     return finish(robot, transfer, node, message);
 }
 
-static bool take_stop(struct junior *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
+static bool take_stop(struct robot *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
 {
     mavlink_command_long_t *command = &message->payload.command_long;
 
@@ -272,23 +244,7 @@ static bool take_stop(struct junior *robot, const struct hal_frame *frame, uint8
     return true;
 }
 
-static bool take_wheels(struct junior *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
-{
-    mavlink_junior_wheels_t *wheels = &message->payload.wheels;
-
-    if (frame->length != FRAME_DATA) {
-        robot->counters.unknown++;
-        return false;
-    }
-    message->id = MAVLINK_MSG_ID_JUNIOR_WHEELS;
-    memcpy(message->payload.bytes + sizeof wheels->session, frame->data, FRAME_DATA);
-    wheels->session = robot->session.id;
-    wheels->target_system = node;
-    wheels->target_component = WIRE_OWN_COMPONENT;
-    return true;
-}
-
-static bool take_alive(struct junior *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
+static bool take_alive(struct robot *robot, const struct hal_frame *frame, uint8_t node, struct can_message *message)
 {
     mavlink_robot_alive_t *alive = &message->payload.alive;
 
@@ -303,7 +259,7 @@ static bool take_alive(struct junior *robot, const struct hal_frame *frame, uint
     return true;
 }
 
-bool can_take(struct junior *robot, const struct hal_frame *frame, struct can_message *message)
+bool can_take(struct robot *robot, const struct hal_frame *frame, struct can_message *message)
 {
     uint8_t node = (uint8_t)(frame->identifier & NODE_MASK);
 
@@ -315,18 +271,16 @@ bool can_take(struct junior *robot, const struct hal_frame *frame, struct can_me
     switch (frame->identifier >> FUNCTION_SHIFT) {
     case CAN_FUNCTION_ESTOP:
         return take_stop(robot, frame, node, message);
-    case CAN_FUNCTION_WHEELS:
-        return take_wheels(robot, frame, node, message);
     case CAN_FUNCTION_ALIVE:
         return take_alive(robot, frame, node, message);
     case CAN_FUNCTION_TRANSFER_DOWN:
         return take_part(robot, frame, node, message);
-    default: /* other people's */
-        return false;
+    default: /* the role's, or other people's */
+        return ROLE_OF(robot, single_in)(robot, (uint8_t)(frame->identifier >> FUNCTION_SHIFT), frame, node, message);
     }
 }
 
-void can_receive(struct junior *robot)
+void can_receive(struct robot *robot)
 {
     struct hal_frame frame;
     struct can_message message;

@@ -1,5 +1,5 @@
 /* COMMAND_LONG: the standard commands, and their answers. */
-#include "core.h"
+#include "core/core.h"
 
 enum { REBOOT_DELAY_MS = 20 /* lets the answer out */ };
 
@@ -11,7 +11,7 @@ static uint8_t choice_of(float param)
 }
 
 /* A host names, as `param3`, the number of its session; a ground station leaves that empty, 0 or NaN. */
-static uint8_t arm(struct junior *robot, struct sender from, uint8_t choice, float number)
+static uint8_t arm(struct robot *robot, struct sender from, uint8_t choice, float number)
 {
     float host = (float)robot->session.host;
     bool named = number > 0.0f;
@@ -30,7 +30,7 @@ static uint8_t arm(struct junior *robot, struct sender from, uint8_t choice, flo
     return MAV_RESULT_ACCEPTED;
 }
 
-static uint8_t stop(struct junior *robot, uint8_t choice)
+static uint8_t stop(struct robot *robot, uint8_t choice)
 {
     if (choice != YES) {
         return MAV_RESULT_DENIED; /* it is ended by disarming */
@@ -42,7 +42,7 @@ static uint8_t stop(struct junior *robot, uint8_t choice)
     return MAV_RESULT_ACCEPTED;
 }
 
-static uint8_t reboot(struct junior *robot, uint8_t choice)
+static uint8_t reboot(struct robot *robot, uint8_t choice)
 {
     if (choice != YES) {
         return MAV_RESULT_DENIED;
@@ -53,7 +53,7 @@ static uint8_t reboot(struct junior *robot, uint8_t choice)
     return MAV_RESULT_ACCEPTED;
 }
 
-static uint8_t set_interval(struct junior *robot, float message, float interval)
+static uint8_t set_interval(struct robot *robot, float message, float interval)
 {
     if (!(interval >= -1.0f && interval <= 2.0e9f)) {
         return MAV_RESULT_DENIED;
@@ -61,26 +61,38 @@ static uint8_t set_interval(struct junior *robot, float message, float interval)
     return stream_set_interval(robot, protocol_number(message), (int32_t)interval);
 }
 
-static uint8_t request(struct junior *robot, float message)
+static uint8_t request(struct robot *robot, bool direct, const mavlink_command_long_t *command)
 {
-    uint8_t stream = stream_find(protocol_number(message));
+    uint8_t stream = stream_find(robot, protocol_number(command->param1));
+    uint8_t result = MAV_RESULT_ACCEPTED;
 
-    if (stream == STREAMS) {
+    if (stream == stream_count(robot)) {
         return MAV_RESULT_UNSUPPORTED;
     }
-    robot->streams.requested |= (uint8_t)(1U << stream); /* sent in this tick, after the answer */
-    return MAV_RESULT_ACCEPTED;
+    if (ROLE_OF(robot, stream_asked) && stream_is_role(robot, stream)) {
+        result = ROLE_OF(robot, request)(robot, stream, direct, command); /* unreachable: no role is asked like that yet */
+    }
+    if (result == MAV_RESULT_ACCEPTED) {
+        robot->streams.requested |= (uint8_t)(1U << stream); /* sent in this tick, after the answer */
+    }
+    return result;
 }
 
-void command_handle(struct junior *robot, struct sender from, bool direct, const mavlink_command_long_t *command)
+static bool asked_of_all(const struct robot *robot, const mavlink_command_long_t *command)
+{
+    return ROLE_OF(robot, stream_asked) && stream_is_role(robot, stream_find(robot, protocol_number(command->param1)));
+}
+
+void command_handle(struct robot *robot, struct sender from, bool direct, const mavlink_command_long_t *command)
 {
     mavlink_command_ack_t ack;
     uint8_t choice = choice_of(command->param1);
     uint8_t result;
 
     if (!direct && command->command != MAV_CMD_DO_FLIGHTTERMINATION
+        && !(command->command == MAV_CMD_REQUEST_MESSAGE && asked_of_all(robot, command))
         && !(command->command == MAV_CMD_COMPONENT_ARM_DISARM && choice == NO)) {
-        return; /* to all, only stop and e-stop */
+        return; /* to all, only stop, e-stop, and what a role says may be asked of all */
     }
     switch (command->command) {
     case MAV_CMD_COMPONENT_ARM_DISARM:
@@ -96,9 +108,12 @@ void command_handle(struct junior *robot, struct sender from, bool direct, const
         result = set_interval(robot, command->param1, command->param2);
         break;
     case MAV_CMD_REQUEST_MESSAGE:
-        result = request(robot, command->param1);
+        result = request(robot, direct, command);
+        if (ROLE_OF(robot, stream_asked) && !direct) {
+            return; /* unreachable: no role is asked like that yet; what was asked for would be the answer */
+        }
         break;
-#if JUNIOR_FAILURES
+#if FIRMWARE_FAILURES
     case MAV_CMD_INJECT_FAILURE:
         result = failure_inject(robot, from, command);
         break;

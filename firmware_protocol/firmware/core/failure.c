@@ -1,20 +1,20 @@
 /* Failures on request (MAV_CMD_INJECT_FAILURE), between the drivers and all else: what a sensor reads, what a wheel gets,
  * whether the host is heard. Nothing above knows; a wheel that is to stand still gets 0 whatever fails. */
-#include "core.h"
+#include "core/core.h"
 
-#if JUNIOR_FAILURES
+#if FIRMWARE_FAILURES
 
-static bool allowed(const struct junior *robot)
+static bool allowed(const struct robot *robot)
 {
-    return params_get(robot, PARAM_FAIL_ENABLE) != 0;
+    return ROLE_OF(robot, param_fail_enable) != NO_PARAM && params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;
 }
 
 /* While armed, by the system that armed; in a contest by nobody. */
-uint8_t failure_inject(struct junior *robot, struct sender from, const mavlink_command_long_t *command)
+uint8_t failure_inject(struct robot *robot, struct sender from, const mavlink_command_long_t *command)
 {
     uint16_t type = protocol_number(command->param2);
     uint16_t instance = protocol_number(command->param3);
-    uint8_t first = FAILURE_EYE, count = 6, most = FAILURE_TYPE_GARBAGE;
+    uint8_t first = FAILURE_SENSOR, count = ROLE_OF(robot, sensor_count), most = FAILURE_TYPE_GARBAGE;
 
     if (!allowed(robot)) {
         return MAV_RESULT_DENIED;
@@ -60,14 +60,14 @@ uint8_t failure_inject(struct junior *robot, struct sender from, const mavlink_c
     return MAV_RESULT_ACCEPTED;
 }
 
-void failure_step(struct junior *robot)
+void failure_step(struct robot *robot)
 {
     if (!allowed(robot)) {
         memset(robot->failures.type, FAILURE_TYPE_OK, sizeof robot->failures.type);
     }
 }
 
-uint16_t failure_read(struct junior *robot, uint8_t part, uint16_t reading, uint16_t before)
+uint16_t failure_read(struct robot *robot, uint8_t part, uint16_t reading, uint16_t before)
 {
     switch (robot->failures.type[part]) {
     case FAILURE_TYPE_OFF:
@@ -82,7 +82,7 @@ uint16_t failure_read(struct junior *robot, uint8_t part, uint16_t reading, uint
     }
 }
 
-int16_t failure_effort(const struct junior *robot, uint8_t side)
+int16_t failure_effort(const struct robot *robot, uint8_t side)
 {
     int16_t effort = robot->wheels.effort[side];
     uint8_t type = robot->failures.type[FAILURE_WHEEL + side];
@@ -90,7 +90,7 @@ int16_t failure_effort(const struct junior *robot, uint8_t side)
     return type == FAILURE_TYPE_OFF ? 0 : type == FAILURE_TYPE_SLOW ? (int16_t)(effort / 2) : effort;
 }
 
-bool failure_deaf(const struct junior *robot)
+bool failure_deaf(const struct robot *robot)
 {
     return robot->failures.type[FAILURE_HOST] != FAILURE_TYPE_OK;
 }

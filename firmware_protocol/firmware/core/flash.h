@@ -1,6 +1,6 @@
 /* Constant tables: on AVR they live in flash and need special reads, elsewhere they are ordinary constants. */
-#ifndef JUNIOR_FLASH_H
-#define JUNIOR_FLASH_H
+#ifndef ROBOT_FLASH_H
+#define ROBOT_FLASH_H
 
 #include <stdint.h>
 #include <string.h>

@@ -5,7 +5,7 @@
  * frame is given up after 20 ms of silence, again byte by byte. Signed frames are taken without looking at the signature,
  * unless signing is compiled in and there is a key: then a frame must be believed, or be an emergency stop.
  */
-#include "core.h"
+#include "core/core.h"
 
 enum {
     STX = 0xFD,
@@ -23,36 +23,21 @@ enum {
     NO_FIELD = 255,
 };
 
-struct inbound_row {
-    uint16_t id;
-    uint8_t length, crc_extra, system_at, component_at;
-};
-
-#define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra, system_at, component_at},
-#if JUNIOR_SIGNING
-enum { ROWS = INBOUND_COUNT + 1 };
-static const struct inbound_row rows[ROWS] HAL_FLASH = {INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
-#else
-enum { ROWS = INBOUND_COUNT };
-static const struct inbound_row rows[ROWS] HAL_FLASH = {INBOUND_TABLE(ROW)};
+INBOUND_TABLE(INBOUND_FITS)
+#if FIRMWARE_SIGNING
+SIGNING_TABLE(INBOUND_FITS)
 #endif
-#undef ROW
 
-/* Every message of the table fits into the buffer. */
-#define FITS(name, id, base, length, crc_extra, system_at, component_at) \
-    typedef char fits_##name[(length) <= WIRE_LARGEST_INBOUND && (id) <= 0xFFFFL ? 1 : -1];
-INBOUND_TABLE(FITS)
-#undef FITS
-
-static const struct inbound_row *find_row(const uint8_t *bytes)
+static const struct inbound_row *find_row(const struct robot *robot, const uint8_t *bytes)
 {
+    const struct inbound_row *rows = ROLE_OF(robot, inbound);
     uint16_t id = (uint16_t)(bytes[AT_ID] | (uint16_t)bytes[AT_ID + 1] << 8);
     uint8_t i;
 
     if (bytes[AT_ID + 2] != 0) {
         return NULL;
     }
-    for (i = 0; i < ROWS; i++) {
+    for (i = 0; i < ROLE_OF(robot, inbound_count) + FIRMWARE_SIGNING; i++) {
         if (flash_u16(&rows[i].id) == id) {
             return &rows[i];
         }
@@ -61,7 +46,7 @@ static const struct inbound_row *find_row(const uint8_t *bytes)
 }
 
 /* Counts the frames that are missing before this one. Gaps of half the range or more are repetitions. */
-static void count_sequence(struct junior *robot, struct sender from, uint8_t sequence, bool verified)
+static void count_sequence(struct robot *robot, struct sender from, uint8_t sequence, bool verified)
 {
     struct frame *frame = &robot->frame;
     uint8_t i, gap;
@@ -128,7 +113,7 @@ static bool is_stop(const struct inbound_row *row, const union inbound *message)
            && message->command_long.command == MAV_CMD_DO_FLIGHTTERMINATION;
 }
 
-static void deliver(struct junior *robot, const struct inbound_row *row, bool believed)
+static void deliver(struct robot *robot, const struct inbound_row *row, bool believed)
 {
     const uint8_t *bytes = robot->frame.bytes;
     uint8_t system_at = flash_u8(&row->system_at);
@@ -168,7 +153,7 @@ static void deliver(struct junior *robot, const struct inbound_row *row, bool be
 }
 
 /* Takes every frame that is complete; leaves a part of one, or nothing. */
-static void advance(struct junior *robot)
+static void advance(struct robot *robot)
 {
     struct frame *frame = &robot->frame;
     uint8_t *bytes = frame->bytes;
@@ -194,7 +179,7 @@ static void advance(struct junior *robot)
         if (frame->used < frame->need) {
             return;
         }
-        row = find_row(bytes);
+        row = find_row(robot, bytes);
         if (row == NULL || bytes[AT_LENGTH] > flash_u8(&row->length)) {
             struct sender from;
             from.system = bytes[AT_SYSTEM];
@@ -214,7 +199,7 @@ static void advance(struct junior *robot)
             resync(frame);
             continue;
         }
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
         if (robot->signing.on) {
             uint8_t verdict = signing_judge(robot, bytes, total);
 
@@ -233,12 +218,12 @@ static void advance(struct junior *robot)
     frame->need = AT_FLAGS + 1;
 }
 
-void frame_receive(struct junior *robot)
+void frame_receive(struct robot *robot)
 {
     struct frame *frame = &robot->frame;
     int16_t byte;
 
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
     if (robot->can.fitted) {
         can_receive(robot);
         return;
@@ -258,7 +243,7 @@ void frame_receive(struct junior *robot)
         frame->bytes[frame->used++] = (uint8_t)byte;
         if (frame->used >= frame->need) {
             advance(robot);
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
             if (frame->used == 0 && signing_late(robot)) {
                 return; /* the rest waits: everything else goes on meanwhile */
             }

@@ -1,9 +1,10 @@
-/* The hardware, as the core sees it. Every target implements these functions; nothing else touches hardware.
+/* The hardware, as the core sees it. Every target implements these functions, and those that its role adds; nothing else
+ * touches hardware.
  *
- * `board` is the target's own pointer, handed to junior_power_on. Sides: 0 left, 1 right.
+ * `board` is the target's own pointer, handed to robot_power_on. Sides: 0 left, 1 right.
  */
-#ifndef JUNIOR_HAL_H
-#define JUNIOR_HAL_H
+#ifndef ROBOT_HAL_H
+#define ROBOT_HAL_H
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -14,15 +15,10 @@ uint64_t hal_micros(void *board);                 /* time since power-on at whic
 uint16_t hal_used(void *board);                   /* time since this control period's work began, us */
 uint64_t hal_uid(void *board);                    /* unique id of the board */
 
-uint16_t hal_eye(void *board, uint8_t side);      /* ADC counts 0..1023 */
-uint16_t hal_floor(void *board, uint8_t side);    /* ADC counts 0..1023 */
-uint8_t hal_arm(void *board, uint8_t side);       /* 1: switch closed, bouncing */
 uint8_t hal_start(void *board);                   /* start module: 1 go; asked from power-on on */
 uint16_t hal_battery(void *board);                /* mV */
 bool hal_has_encoders(void *board);
-bool hal_has_ground(void *board);
 int32_t hal_travel(void *board, uint8_t side);    /* wheel encoder since power-on, um; wraps */
-int32_t hal_ground(void *board);                  /* ground odometer since power-on, um, forward positive; wraps */
 
 void hal_set_wheels(void *board, int16_t left, int16_t right); /* effort, permille */
 
@@ -30,7 +26,7 @@ int16_t hal_read(void *board);                    /* next byte received, or -1 *
 uint16_t hal_write_room(void *board);             /* bytes that hal_write will take now */
 void hal_write(void *board, const uint8_t *data, uint8_t length);
 
-/* Called where JUNIOR_CAN is 1 only. */
+/* Called where FIRMWARE_CAN is 1 only. */
 struct hal_frame {            /* a data frame of CAN 2.0A; others are the driver's to drop */
     uint16_t identifier;      /* 11 bits */
     uint8_t length;           /* 0..8 */

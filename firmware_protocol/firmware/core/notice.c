@@ -1,5 +1,5 @@
 /* STATUSTEXT: a line for a person, not more than four a second. */
-#include "core.h"
+#include "core/core.h"
 
 enum { TEXT = 50, APART_MS = 250, BATTERY_APART_MS = 30000, BATTERY_STEADY_MS = 1000 };
 
@@ -8,38 +8,36 @@ static const char texts[NOTICES][TEXT] HAL_FLASH = {
     "Emergency stop: disarm, then arm",
     "Battery low",
     "Stored parameters were damaged: defaults restored",
-#if JUNIOR_FAILURES
+#if FIRMWARE_FAILURES
     "A failure was asked for, and is rehearsed",
 #endif
 };
 
-void notice_raise(struct junior *robot, uint8_t notice)
+void notice_raise(struct robot *robot, uint8_t notice)
 {
     robot->notices.pending |= (uint8_t)(1U << notice);
 }
 
 /* Moves a time that has passed to now: 24 days later it would lie ahead again. */
-static void keep_up(const struct junior *robot, uint32_t *time)
+static void keep_up(const struct robot *robot, uint32_t *time)
 {
     if (time_due(robot, *time)) {
         *time = robot->time.now;
     }
 }
 
-static void watch_battery(struct junior *robot)
+static void watch_battery(struct robot *robot)
 {
-    struct sensing *sensing = &robot->sensing;
-
-    if (sensing->battery >= (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
-        sensing->battery_good = robot->time.now;
-    } else if (robot->time.now - sensing->battery_good >= BATTERY_STEADY_MS
+    if (robot->battery >= (uint16_t)params_get(robot, ROLE_OF(robot, param_batt_low))) {
+        robot->notices.battery_good = robot->time.now;
+    } else if (robot->time.now - robot->notices.battery_good >= BATTERY_STEADY_MS
                && time_due(robot, robot->notices.battery_next)) {
         robot->notices.battery_next = robot->time.now + BATTERY_APART_MS;
         notice_raise(robot, NOTICE_BATTERY);
     }
 }
 
-void notice_step(struct junior *robot)
+void notice_step(struct robot *robot)
 {
     mavlink_statustext_t text;
     uint8_t notice = 0;

@@ -4,9 +4,9 @@
  * not newer than the newest (serial numbers, so that they may wrap) and not among those is refused as old. That holds
  * for the last few sessions, too: late copies of what opened one of them and of what was said in it do nothing again.
  */
-#include "core.h"
+#include "core/core.h"
 
-static void acknowledge(struct junior *robot, struct sender to, uint16_t id, uint16_t session, uint16_t sequence,
+static void acknowledge(struct robot *robot, struct sender to, uint16_t id, uint16_t session, uint16_t sequence,
                         uint8_t reason)
 {
     mavlink_robot_ack_t ack;
@@ -74,21 +74,13 @@ static void change_session(struct session *session, uint16_t id, uint16_t last)
     session->answers_next = 0;
 }
 
-/* Nobody waits for an answer any more. */
-static void forget_questions(struct junior *robot)
-{
-    robot->maneuver.result_pending = false;
-    robot->maneuver.reported = false;
-    robot->memory.asked = false;
-}
-
-void numbered_close(struct junior *robot)
+void numbered_close(struct robot *robot)
 {
     robot->session.open = false;
-    forget_questions(robot);
+    ROLE_OF(robot, forget)(robot);
 }
 
-static void open_session(struct junior *robot, struct sender from, const mavlink_robot_session_t *request)
+void numbered_open(struct robot *robot, struct sender from, const mavlink_robot_session_t *request)
 {
     struct session *session = &robot->session;
 
@@ -99,7 +91,7 @@ static void open_session(struct junior *robot, struct sender from, const mavlink
     if (!session->open || session->id != request->session) {
         states_fire(robot, EVENT_SESSION, ROBOT_REASON_BY_COMMAND);
         robot->keeper.by = KEEPER_NONE; /* in a contest, too: it is not the new host that armed */
-        forget_questions(robot);
+        ROLE_OF(robot, forget)(robot);
         change_session(session, request->session, request->sequence);
         session->host = request->host;
         session->owner = from;
@@ -107,121 +99,25 @@ static void open_session(struct junior *robot, struct sender from, const mavlink
     acknowledge(robot, from, MAVLINK_MSG_ID_ROBOT_SESSION, request->session, request->sequence, ROBOT_REASON_NONE);
 }
 
-static uint8_t perform(struct junior *robot, const mavlink_junior_maneuver_t *request)
-{
-    struct maneuver_plan plan;
-    uint8_t reason;
-
-    if (!maneuver_read(&plan, request->period, request->options, request->count, request->actions)) {
-        return ROBOT_REASON_BAD_VALUE;
-    }
-    reason = states_fire(robot, EVENT_PERFORM, ROBOT_REASON_BY_COMMAND);
-    if (reason == ROBOT_REASON_NONE) {
-        maneuver_begin(robot, &plan, true, request->sequence);
-    }
-    return reason;
-}
-
-static uint8_t drive(struct junior *robot, const mavlink_junior_wheels_t *request)
-{
-    uint8_t reason;
-
-    if (request->speed[LEFT] < -1000 || request->speed[LEFT] > 1000 || request->speed[RIGHT] < -1000
-        || request->speed[RIGHT] > 1000 || request->duration > 5000) {
-        return ROBOT_REASON_BAD_VALUE;
-    }
-    reason = states_fire(robot, EVENT_DRIVE, ROBOT_REASON_BY_COMMAND);
-    if (reason == ROBOT_REASON_NONE) {
-        wheels_drive(robot, request->speed[LEFT], request->speed[RIGHT], request->duration);
-    }
-    return reason;
-}
-
-static uint8_t contest(struct junior *robot, const mavlink_junior_contest_t *request)
-{
-    if (request->command == JUNIOR_CONTEST_COMMAND_STOP) {
-        return states_fire(robot, EVENT_CONTEST_STOP, ROBOT_REASON_BY_COMMAND);
-    }
-    if (request->command != JUNIOR_CONTEST_COMMAND_START || request->countdown > 60000U) {
-        return ROBOT_REASON_BAD_VALUE;
-    }
-    return contest_begin(robot, request->countdown);
-}
-
-static uint8_t act(struct junior *robot, uint16_t id, const union inbound *message)
-{
-    switch (id) {
-    case MAVLINK_MSG_ID_JUNIOR_WHEELS:
-        return drive(robot, &message->wheels);
-    case MAVLINK_MSG_ID_JUNIOR_MANEUVER:
-        return perform(robot, &message->maneuver);
-    case MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE:
-        return memory_handle_write(robot, &message->memory_write);
-    case MAVLINK_MSG_ID_JUNIOR_MEMORY_READ:
-        return memory_handle_read(robot, &message->memory_read);
-    default:
-        return contest(robot, &message->contest);
-    }
-}
-
-/* Where session and sequence are depends on how wide a message's other fields are. */
-static void numbers_of(uint16_t id, const union inbound *message, uint16_t *session, uint16_t *sequence)
-{
-    switch (id) {
-    case MAVLINK_MSG_ID_JUNIOR_WHEELS:
-        *session = message->wheels.session;
-        *sequence = message->wheels.sequence;
-        break;
-    case MAVLINK_MSG_ID_JUNIOR_MANEUVER:
-        *session = message->maneuver.session;
-        *sequence = message->maneuver.sequence;
-        break;
-    case MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE:
-        *session = message->memory_write.session;
-        *sequence = message->memory_write.sequence;
-        break;
-    case MAVLINK_MSG_ID_JUNIOR_MEMORY_READ:
-        *session = message->memory_read.session;
-        *sequence = message->memory_read.sequence;
-        break;
-    default:
-        *session = message->contest.session;
-        *sequence = message->contest.sequence;
-        break;
-    }
-}
-
 /* The same message again: the same answer, and what it had asked for if that can be had without moving. */
-static void repeat(struct junior *robot, uint16_t id, const union inbound *message, const struct answer *answer)
+static void repeat(struct robot *robot, uint16_t id, const union inbound *message, const struct answer *answer)
 {
     uint16_t sequence = answer->sequence;
 
     if (answer->message != (uint8_t)id) {
         acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, ROBOT_REASON_OLD_SEQUENCE);
-    } else if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_READ && answer->reason == ROBOT_REASON_NONE) {
-        numbered_finish(robot, id, sequence, memory_handle_read(robot, &message->memory_read));
     } else if (answer->reason != ANSWER_PENDING) {
-        acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, answer->reason);
-        if (id == MAVLINK_MSG_ID_JUNIOR_MANEUVER && robot->maneuver.result.sequence == sequence
-            && robot->maneuver.reported && robot->maneuver.phase == PHASE_IDLE) {
-            robot->maneuver.result_pending = true;
-            robot->maneuver.result_due = robot->time.now;
-        }
+        numbered_finish(robot, id, sequence, ROLE_OF(robot, repeat)(robot, id, message, answer->reason));
     }
 }
 
-void numbered_handle(struct junior *robot, struct sender from, uint16_t id, const union inbound *message)
+void numbered_handle(struct robot *robot, struct sender from, uint16_t id, const union inbound *message)
 {
     struct session *session = &robot->session;
     struct answer *answer;
-    uint16_t session_id, sequence;
+    uint16_t session_id = message->numbered.session, sequence = message->numbered.sequence;
     uint8_t reason;
 
-    if (id == MAVLINK_MSG_ID_ROBOT_SESSION) {
-        open_session(robot, from, &message->session);
-        return;
-    }
-    numbers_of(id, message, &session_id, &sequence);
     if (!session->open || session_id != session->id) {
         acknowledge(robot, from, id, session_id, sequence, ROBOT_REASON_WRONG_SESSION);
         return;
@@ -237,27 +133,31 @@ void numbered_handle(struct junior *robot, struct sender from, uint16_t id, cons
         acknowledge(robot, from, id, session_id, sequence, ROBOT_REASON_OLD_SEQUENCE);
         return;
     }
-    if (id == MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE && !memory_ready(robot)) {
-        return; /* still storing something: the host will repeat it */
+    if (!ROLE_OF(robot, ready)(robot, id)) {
+        return; /* the host will repeat it */
     }
     remember(session, id, sequence);
-    reason = act(robot, id, message);
+    reason = ROLE_OF(robot, perform)(robot, id, message);
     if (reason != ANSWER_PENDING) {
         numbered_finish(robot, id, sequence, reason);
     } else {
-        memory_step(robot);
+        ROLE_OF(robot, store)(robot);
     }
 }
 
-/* Answers, and keeps the answer. What a read asked for is its own answer. */
-void numbered_finish(struct junior *robot, uint16_t id, uint16_t sequence, uint8_t reason)
+/* Answers, and keeps the answer. */
+void numbered_finish(struct robot *robot, uint16_t id, uint16_t sequence, uint8_t reason)
 {
     struct answer *answer = find(&robot->session, sequence);
+    bool given = reason == ANSWER_GIVEN;
 
+    if (given) {
+        reason = ROBOT_REASON_NONE;
+    }
     if (answer != NULL) {
         answer->reason = reason;
     }
-    if (id != MAVLINK_MSG_ID_JUNIOR_MEMORY_READ || reason != ROBOT_REASON_NONE) {
+    if (!given) {
         acknowledge(robot, robot->session.owner, id, robot->session.id, sequence, reason);
     }
 }

@@ -6,19 +6,19 @@
  * tells which copy is newer. The older copy is the one that is overwritten: a cut leaves the old value or the new one.
  * The turn is in the checksum, because a byte that is torn itself may read as anything.
  */
-#include "core.h"
+#include "core/core.h"
 
 enum { COPY_SIZE = 7, AT_CRC = 4, AT_TURN = 6, TURNS = 3, BLANK = 0xFF };
 
-/* Records and memory slots don't meet. */
-typedef char nvm_fits[(RECORD_PARAMS + PARAM_COUNT) * RECORD_SIZE <= MEMORY_ADDRESS ? 1 : -1];
+/* Records don't meet what is a role's. */
+typedef char nvm_fits[(RECORD_PARAMS + PARAMS_MOST) * RECORD_SIZE <= NVM_ROLE_ADDRESS ? 1 : -1];
 
-bool nvm_idle(const struct junior *robot)
+bool nvm_idle(const struct robot *robot)
 {
     return !robot->nvm.busy;
 }
 
-void nvm_begin(struct junior *robot, uint16_t address, uint8_t length)
+void nvm_begin(struct robot *robot, uint16_t address, uint8_t length)
 {
     robot->nvm.address = address;
     robot->nvm.length = length;
@@ -27,7 +27,7 @@ void nvm_begin(struct junior *robot, uint16_t address, uint8_t length)
     nvm_step(robot);
 }
 
-void nvm_step(struct junior *robot)
+void nvm_step(struct robot *robot)
 {
     struct nvm *nvm = &robot->nvm;
 
@@ -49,7 +49,7 @@ void nvm_step(struct junior *robot)
 }
 
 /* At boot nothing else goes on: wait for it. */
-void nvm_flush(struct junior *robot)
+void nvm_flush(struct robot *robot)
 {
     while (robot->nvm.busy) {
         nvm_step(robot); /* unreachable: on the host memory is ready at once while it boots; an EEPROM is not */
@@ -71,7 +71,7 @@ static uint16_t crc_of(const uint8_t value[4], uint8_t turn, uint16_t seed)
     return wire_crc(seed, turn);
 }
 
-static uint8_t read_copy(struct junior *robot, uint16_t address, uint16_t seed, uint8_t value[4], uint8_t *turn)
+static uint8_t read_copy(struct robot *robot, uint16_t address, uint16_t seed, uint8_t value[4], uint8_t *turn)
 {
     uint8_t i;
     uint16_t crc;
@@ -89,7 +89,7 @@ static uint8_t read_copy(struct junior *robot, uint16_t address, uint16_t seed, 
 }
 
 /* The copy that holds: 0 or 1; *state says whether any does. */
-static uint8_t newest_copy(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4], uint8_t *turn,
+static uint8_t newest_copy(struct robot *robot, uint8_t index, uint16_t seed, uint8_t value[4], uint8_t *turn,
                            uint8_t *state)
 {
     uint8_t other[4], other_turn, other_state;
@@ -108,7 +108,7 @@ static uint8_t newest_copy(struct junior *robot, uint8_t index, uint16_t seed, u
     return 0;
 }
 
-uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint8_t value[4])
+uint8_t nvm_record_read(struct robot *robot, uint8_t index, uint16_t seed, uint8_t value[4])
 {
     uint8_t turn, state;
 
@@ -117,7 +117,7 @@ uint8_t nvm_record_read(struct junior *robot, uint8_t index, uint16_t seed, uint
 }
 
 /* The caller has seen that no job is under way. */
-void nvm_record_write(struct junior *robot, uint8_t index, uint16_t seed, const uint8_t value[4])
+void nvm_record_write(struct robot *robot, uint8_t index, uint16_t seed, const uint8_t value[4])
 {
     uint8_t present[4], turn, state, copy;
     uint8_t *data = robot->nvm.data;

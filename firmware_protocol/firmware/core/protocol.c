@@ -1,9 +1,9 @@
 /* Which module a message is for. */
-#include "core.h"
+#include "core/core.h"
 
 enum { MANUAL_MS = 250 /* dead-man of MANUAL_CONTROL */, NOT_GIVEN = INT16_MAX };
 
-static void answer_ping(struct junior *robot, struct sender from, const mavlink_ping_t *ping)
+static void answer_ping(struct robot *robot, struct sender from, const mavlink_ping_t *ping)
 {
     mavlink_ping_t answer = *ping;
 
@@ -15,7 +15,7 @@ static void answer_ping(struct junior *robot, struct sender from, const mavlink_
     SEND(robot, PING, &answer);
 }
 
-static void answer_timesync(struct junior *robot, struct sender from, const mavlink_timesync_t *question)
+static void answer_timesync(struct robot *robot, struct sender from, const mavlink_timesync_t *question)
 {
     mavlink_timesync_t answer;
 
@@ -31,7 +31,7 @@ static void answer_timesync(struct junior *robot, struct sender from, const mavl
 }
 
 /* Ground stations ask everybody for missions, and wait: there are none. */
-static void answer_mission_list(struct junior *robot, struct sender from, uint8_t mission_type)
+static void answer_mission_list(struct robot *robot, struct sender from, uint8_t mission_type)
 {
     mavlink_mission_count_t answer;
 
@@ -56,7 +56,7 @@ static int16_t limited(int16_t value)
 }
 
 /* Only from the ground station that armed: what a host has armed, another program at its address must not drive. */
-static void drive_manually(struct junior *robot, struct sender from, const mavlink_manual_control_t *control)
+static void drive_manually(struct robot *robot, struct sender from, const mavlink_manual_control_t *control)
 {
     int16_t forward = control->x;
     int16_t turn = control->r;
@@ -65,14 +65,7 @@ static void drive_manually(struct junior *robot, struct sender from, const mavli
         || states_fire(robot, EVENT_MANUAL, ROBOT_REASON_BY_COMMAND) != ROBOT_REASON_NONE) {
         return;
     }
-    wheels_drive(robot, limited((int16_t)(forward + turn)), limited((int16_t)(forward - turn)), MANUAL_MS);
-}
-
-static void take_result_ack(struct junior *robot, const mavlink_robot_result_ack_t *ack)
-{
-    if (ack->session == robot->maneuver.result.session && ack->sequence == robot->maneuver.result.sequence) {
-        robot->maneuver.result_pending = false;
-    }
+    ROLE_OF(robot, drive)(robot, limited((int16_t)(forward + turn)), limited((int16_t)(forward - turn)), MANUAL_MS);
 }
 
 uint16_t protocol_number(float param)
@@ -81,16 +74,16 @@ uint16_t protocol_number(float param)
 }
 
 /* What is said to all robots. */
-static bool for_all(uint16_t id, const union inbound *message)
+static bool for_all(const struct robot *robot, uint16_t id, const union inbound *message)
 {
     return id == MAVLINK_MSG_ID_PING || id == MAVLINK_MSG_ID_TIMESYNC || id == MAVLINK_MSG_ID_COMMAND_LONG
            || id == MAVLINK_MSG_ID_ROBOT_ALIVE
-           || (id == MAVLINK_MSG_ID_JUNIOR_CONTEST && message->contest.command == JUNIOR_CONTEST_COMMAND_STOP);
+           || ROLE_OF(robot, for_all)(id, message);
 }
 
-void protocol_handle(struct junior *robot, struct sender from, bool direct, uint16_t id, const union inbound *message)
+void protocol_handle(struct robot *robot, struct sender from, bool direct, uint16_t id, const union inbound *message)
 {
-    if (!direct && !for_all(id, message)) {
+    if (!direct && !for_all(robot, id, message)) {
         return;
     }
     switch (id) {
@@ -120,19 +113,24 @@ void protocol_handle(struct junior *robot, struct sender from, bool direct, uint
     case MAVLINK_MSG_ID_COMMAND_LONG:
         command_handle(robot, from, direct, &message->command_long);
         break;
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     case MAVLINK_MSG_ID_SETUP_SIGNING:
         signing_setup(robot, &message->setup_signing);
         break;
 #endif
     case MAVLINK_MSG_ID_ROBOT_RESULT_ACK:
-        take_result_ack(robot, &message->result_ack);
+        ROLE_OF(robot, acknowledged)(robot, message->result_ack.session, message->result_ack.sequence);
         break;
     case MAVLINK_MSG_ID_ROBOT_ALIVE:
         keeper_alive(robot, message->alive.host);
         break;
+    case MAVLINK_MSG_ID_ROBOT_SESSION:
+        numbered_open(robot, from, &message->session);
+        break;
     default:
-        numbered_handle(robot, from, id, message);
+        if (ROLE_OF(robot, unnumbered_count) == 0 || !ROLE_OF(robot, hear)(robot, id, message)) {
+            numbered_handle(robot, from, id, message);
+        }
         break;
     }
 }

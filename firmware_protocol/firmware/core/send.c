@@ -1,17 +1,17 @@
 /* Messages to MAVLink 2 frames: header, payload without its trailing zeros, checksum, signature, straight to the hardware. */
-#include "core.h"
+#include "core/core.h"
 
 enum { HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, FLAG_SIGNED = 1 };
 
-bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length)
+bool send_frame(struct robot *robot, uint16_t id, uint8_t crc_extra, const void *payload, uint8_t length)
 {
     const uint8_t *bytes = payload;
-    uint8_t header[HEADER], tail[CHECKSUM + (JUNIOR_SIGNING ? SIGNATURE : 0)];
+    uint8_t header[HEADER], tail[CHECKSUM + (FIRMWARE_SIGNING ? SIGNATURE : 0)];
     uint8_t tail_length = CHECKSUM;
     uint16_t crc = 0xFFFF;
     uint8_t i;
 
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
     if (robot->can.fitted) {
         return can_send(robot, id, crc_extra, payload, length);
     }
@@ -19,7 +19,7 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
     while (length > 1 && bytes[length - 1] == 0) {
         length--;
     }
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     if (robot->signing.on) {
         tail_length = CHECKSUM + SIGNATURE;
     }
@@ -46,7 +46,7 @@ bool send_frame(struct junior *robot, uint16_t id, uint8_t crc_extra, const void
     crc = wire_crc(crc, crc_extra);
     tail[0] = (uint8_t)crc;
     tail[1] = (uint8_t)(crc >> 8);
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     if (robot->signing.on) {
         signing_sign(robot, header, bytes, length, tail, tail + CHECKSUM);
     }

@@ -2,9 +2,9 @@
  *
  * What mavgen generates keeps its 256 bytes of constants in working memory on an AVR, and rotates by shifting 32 times.
  */
-#include "core.h"
+#include "core/core.h"
 
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
 
 static const uint32_t rounds[64] HAL_FLASH = {
     0x428a2f98UL, 0x71374491UL, 0xb5c0fbcfUL, 0xe9b5dba5UL, 0x3956c25bUL, 0x59f111f1UL, 0x923f82a4UL, 0xab1c5ed5UL,

@@ -7,14 +7,14 @@
  * No time lies beyond LIMIT: what is signed there is refused, and our own time stops there. Else one frame from the end of
  * the 48 bits would shut out everybody, and for ever. What has come near it nevertheless is forgotten, but not the key, when
  * the robot is switched on with its start input held: on at power-on, and still on when the boot has been counted, 20 ms or
- * more later on an EEPROM. Whatever the input does then, contest.c looks at it as ever.
+ * more later on an EEPROM. Whatever the input does then, the role looks at it as ever.
  *
  * The key is kept twice, each with a checksum and a mark. The first copy is written first: a cut leaves the old key or the
  * new one. It is read from there whenever it is needed, and is nowhere in working memory.
  */
-#include "core.h"
+#include "core/core.h"
 
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
 
 enum {
     KEY = SIGNING_KEY_SIZE,
@@ -35,14 +35,14 @@ enum {
 
 #define LIMIT 4092978515U /* of a time's upper 32 bits: 2100-01-01 GMT, which is 0.41 s after they come to this */
 
-typedef char signing_fits[(RECORD_PARAMS + PARAM_COUNT) <= RECORD_SIGNED ? 1 : -1];
+typedef char signing_fits[(RECORD_PARAMS + PARAMS_MOST) <= RECORD_SIGNED ? 1 : -1];
 
-static uint8_t key_byte(struct junior *robot, uint8_t slot, uint8_t at)
+static uint8_t key_byte(struct robot *robot, uint8_t slot, uint8_t at)
 {
     return hal_nvm_read(robot->board, (uint16_t)(SIGNING_ADDRESS + slot * SIGNING_SLOT_SIZE + at));
 }
 
-static uint16_t key_crc(struct junior *robot, uint8_t slot, bool *zero)
+static uint16_t key_crc(struct robot *robot, uint8_t slot, bool *zero)
 {
     uint16_t crc = 0xFFFF;
     uint8_t i;
@@ -57,7 +57,7 @@ static uint16_t key_crc(struct junior *robot, uint8_t slot, bool *zero)
     return crc;
 }
 
-static bool intact(struct junior *robot, uint8_t slot)
+static bool intact(struct robot *robot, uint8_t slot)
 {
     bool zero;
     uint16_t crc = key_crc(robot, slot, &zero);
@@ -66,7 +66,7 @@ static bool intact(struct junior *robot, uint8_t slot)
            && key_byte(robot, slot, AT_CRC + 1) == (uint8_t)(crc >> 8);
 }
 
-static bool differ(struct junior *robot)
+static bool differ(struct robot *robot)
 {
     uint8_t i;
 
@@ -79,7 +79,7 @@ static bool differ(struct junior *robot)
 }
 
 /* The caller has put the key into nvm.data. */
-static void write_key(struct junior *robot, uint8_t slot)
+static void write_key(struct robot *robot, uint8_t slot)
 {
     uint8_t *data = robot->nvm.data;
     uint16_t crc = 0xFFFF;
@@ -94,7 +94,7 @@ static void write_key(struct junior *robot, uint8_t slot)
     nvm_begin(robot, (uint16_t)(SIGNING_ADDRESS + slot * SIGNING_SLOT_SIZE), SIGNING_SLOT_SIZE);
 }
 
-static void copy_key(struct junior *robot, uint8_t from, uint8_t to)
+static void copy_key(struct robot *robot, uint8_t from, uint8_t to)
 {
     uint8_t i;
 
@@ -105,7 +105,7 @@ static void copy_key(struct junior *robot, uint8_t from, uint8_t to)
 }
 
 /* From now on the key in this copy counts; nothing signed before now is believed. */
-static void use_key(struct junior *robot, uint8_t slot)
+static void use_key(struct robot *robot, uint8_t slot)
 {
     bool zero;
 
@@ -122,7 +122,7 @@ static uint32_t capped(uint32_t high)
 }
 
 /* Time that has come as far as `high`, which is LIMIT at most. */
-static void store_time(struct junior *robot, uint32_t high)
+static void store_time(struct robot *robot, uint32_t high)
 {
     uint8_t bytes[4];
 
@@ -144,7 +144,7 @@ static void advance(struct stamp *stamp, uint32_t by)
     stamp->high = capped(stamp->high); /* there nothing is believed, whatever the lower bits */
 }
 
-void signing_start(struct junior *robot, bool held)
+void signing_start(struct robot *robot, bool held)
 {
     struct signing *signing = &robot->signing;
     uint8_t bytes[4];
@@ -178,13 +178,13 @@ void signing_start(struct junior *robot, bool held)
 }
 
 /* Time passes. */
-void signing_tick(struct junior *robot)
+void signing_tick(struct robot *robot)
 {
     advance(&robot->signing.now, (uint32_t)robot->time.elapsed * PER_MS);
 }
 
 /* Goes on with storing. */
-void signing_step(struct junior *robot)
+void signing_step(struct robot *robot)
 {
     struct signing *signing = &robot->signing;
 
@@ -214,7 +214,7 @@ void signing_step(struct junior *robot)
 }
 
 /* While disarmed, of one it believes or while it believes everybody. What comes while something is stored is not heard. */
-void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup)
+void signing_setup(struct robot *robot, const mavlink_setup_signing_t *setup)
 {
     struct signing *signing = &robot->signing;
     uint32_t parts[2];
@@ -235,7 +235,7 @@ void signing_setup(struct junior *robot, const mavlink_setup_signing_t *setup)
     write_key(robot, 0);
 }
 
-static void hash_key(struct junior *robot, struct sha256 *hash)
+static void hash_key(struct robot *robot, struct sha256 *hash)
 {
     uint8_t i;
 
@@ -259,7 +259,7 @@ static void count(uint16_t *counter)
     }
 }
 
-static bool same_hash(struct junior *robot, const uint8_t *frame, uint8_t length)
+static bool same_hash(struct robot *robot, const uint8_t *frame, uint8_t length)
 {
     struct sha256 hash;
     uint8_t expected[HASH], difference = 0, i;
@@ -274,7 +274,7 @@ static bool same_hash(struct junior *robot, const uint8_t *frame, uint8_t length
 }
 
 /* A time that what is stored lies ahead of, now if it must. */
-static bool covered(struct junior *robot, uint32_t high)
+static bool covered(struct robot *robot, uint32_t high)
 {
     struct signing *signing = &robot->signing;
 
@@ -307,7 +307,7 @@ static struct signed_stream *place_for(struct signing *signing)
     return oldest;
 }
 
-uint8_t signing_judge(struct junior *robot, const uint8_t *frame, uint8_t length)
+uint8_t signing_judge(struct robot *robot, const uint8_t *frame, uint8_t length)
 {
     struct signing *signing = &robot->signing;
     const uint8_t *signature = frame + length - SIGNATURE;
@@ -349,7 +349,7 @@ uint8_t signing_judge(struct junior *robot, const uint8_t *frame, uint8_t length
     return SIGNING_BELIEVED;
 }
 
-void signing_sign(struct junior *robot, const uint8_t *header, const uint8_t *payload, uint8_t length,
+void signing_sign(struct robot *robot, const uint8_t *header, const uint8_t *payload, uint8_t length,
                   const uint8_t *checksum, uint8_t *signature)
 {
     struct sha256 hash;
@@ -367,7 +367,7 @@ void signing_sign(struct junior *robot, const uint8_t *header, const uint8_t *pa
 }
 
 /* This control period has lasted too long already: hashing takes longer than the line on a small machine. */
-bool signing_late(struct junior *robot)
+bool signing_late(struct robot *robot)
 {
     return robot->signing.on && hal_used(robot->board) >= TICK_MS * 1000U;
 }

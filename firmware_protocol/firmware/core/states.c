@@ -1,5 +1,5 @@
 /* What the robot is doing, and what may change it: every state x every event, in one table. */
-#include "core.h"
+#include "core/core.h"
 
 #define STATES ROBOT_STATE_ENUM_END
 #define NO 0x80 /* refused; the other bits are the reason */
@@ -27,7 +27,7 @@ static const uint8_t table[STATES][EVENTS] HAL_FLASH = {
     /* STP */ {NO_EST, DIS,   STP,  STP,    NO_EST, NO_EST, NO_EST, STP, NO_EST, STP, STP,   STP},
 };
 
-uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason)
+uint8_t states_fire(struct robot *robot, uint8_t event, uint8_t reason)
 {
     uint8_t cell = flash_u8(&table[robot->state][event]);
     uint8_t before = robot->state;
@@ -38,9 +38,8 @@ uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason)
     if (event == EVENT_ARM && robot->reboot) {
         return ROBOT_REASON_BUSY;
     }
-    if (robot->maneuver.phase != PHASE_IDLE && (cell != before || event == EVENT_PERFORM)) {
-        bool replaced = event == EVENT_PERFORM || event == EVENT_DRIVE;
-        maneuver_end(robot, replaced ? JUNIOR_OUTCOME_REPLACED : JUNIOR_OUTCOME_STOPPED, reason);
+    if (cell != before || event == EVENT_PERFORM) {
+        ROLE_OF(robot, interrupt)(robot, event, reason);
     }
     robot->state = cell;
     if (cell != ROBOT_STATE_DRIVING && cell != ROBOT_STATE_PERFORMING && cell != ROBOT_STATE_CONTEST) {
@@ -52,16 +51,16 @@ uint8_t states_fire(struct junior *robot, uint8_t event, uint8_t reason)
     return ROBOT_REASON_NONE;
 }
 
-bool states_armed(const struct junior *robot)
+bool states_armed(const struct robot *robot)
 {
     return robot->state != ROBOT_STATE_DISARMED && robot->state != ROBOT_STATE_STOPPED;
 }
 
 /* Moving outside a contest, and its keeper is silent: stop. */
-void states_watch(struct junior *robot)
+void states_watch(struct robot *robot)
 {
     if ((robot->state == ROBOT_STATE_DRIVING || robot->state == ROBOT_STATE_PERFORMING)
-        && robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, PARAM_WATCHDOG)) {
+        && robot->time.now - robot->keeper.heard >= (uint32_t)params_get(robot, ROLE_OF(robot, param_watchdog))) {
         states_fire(robot, EVENT_RELEASE, ROBOT_REASON_WATCHDOG);
         notice_raise(robot, NOTICE_WATCHDOG);
     }

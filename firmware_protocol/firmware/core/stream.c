@@ -1,27 +1,40 @@
 /* Messages sent at intervals, and on request. */
-#include "core.h"
+#include "core/core.h"
 
 #define SHORTEST_MS ((int32_t)TICK_MS)
 #define LONGEST_MS 60000L
 #define LONGEST_HEARTBEAT_MS 5000L
 
-static const uint16_t messages[STREAMS] HAL_FLASH = {
-    [STREAM_HEARTBEAT] = MAVLINK_MSG_ID_HEARTBEAT,
-    [STREAM_SYS_STATUS] = MAVLINK_MSG_ID_SYS_STATUS,
-    [STREAM_SENSORS] = MAVLINK_MSG_ID_JUNIOR_SENSORS,
-    [STREAM_STATUS] = MAVLINK_MSG_ID_ROBOT_STATUS,
-    [STREAM_VERSION] = MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+static const struct stream_row rows[STREAMS_OWN] HAL_FLASH = {
+    {MAVLINK_MSG_ID_HEARTBEAT, 1000},
+    {MAVLINK_MSG_ID_SYS_STATUS, 1000},
+    /* here the role's */
+    {MAVLINK_MSG_ID_ROBOT_STATUS, 1000},
+    {MAVLINK_MSG_ID_AUTOPILOT_VERSION, 0},
 };
 
-static const uint16_t default_intervals[STREAMS] HAL_FLASH = {
-    [STREAM_HEARTBEAT] = 1000,
-    [STREAM_SYS_STATUS] = 1000,
-    [STREAM_SENSORS] = 20,
-    [STREAM_STATUS] = 1000,
-    [STREAM_VERSION] = 0, /* on request only */
-};
+/* Streams that `requested` has a bit for. */
+typedef char streams_fit[STREAMS_MOST <= 8 ? 1 : -1];
 
-static bool send_heartbeat(struct junior *robot)
+uint8_t stream_count(const struct robot *robot)
+{
+    return (uint8_t)(STREAMS_OWN + ROLE_OF(robot, stream_count));
+}
+
+bool stream_is_role(const struct robot *robot, uint8_t stream)
+{
+    return stream >= STREAM_ROLE && stream < STREAM_ROLE + ROLE_OF(robot, stream_count);
+}
+
+static const struct stream_row *row_of(const struct robot *robot, uint8_t stream)
+{
+    if (stream_is_role(robot, stream)) {
+        return &ROLE_OF(robot, streams)[stream - STREAM_ROLE];
+    }
+    return &rows[stream < STREAM_ROLE ? stream : stream - ROLE_OF(robot, stream_count)];
+}
+
+static bool send_heartbeat(struct robot *robot)
 {
     mavlink_heartbeat_t heartbeat;
 
@@ -55,7 +68,7 @@ static uint16_t drop_rate(const struct counters *counters)
 #define SENSORS (MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS | MAV_SYS_STATUS_SENSOR_BATTERY | MAV_SYS_STATUS_PREARM_CHECK)
 
 /* What there is not counts as healthy: ground stations report anything else as broken, a geofence as breached. */
-static void tell_sensors(const struct junior *robot, mavlink_sys_status_t *status)
+static void tell_sensors(const struct robot *robot, mavlink_sys_status_t *status)
 {
     status->onboard_control_sensors_present = SENSORS;
     status->onboard_control_sensors_enabled = SENSORS;
@@ -63,7 +76,7 @@ static void tell_sensors(const struct junior *robot, mavlink_sys_status_t *statu
         status->onboard_control_sensors_enabled = SENSORS & ~(uint32_t)MAV_SYS_STATUS_SENSOR_MOTOR_OUTPUTS;
     }
     status->onboard_control_sensors_health = UINT32_MAX;
-    if (robot->sensing.battery < (uint16_t)params_get(robot, PARAM_BATT_LOW)) {
+    if (robot->battery < (uint16_t)params_get(robot, ROLE_OF(robot, param_batt_low))) {
         status->onboard_control_sensors_health &= ~(uint32_t)MAV_SYS_STATUS_SENSOR_BATTERY;
     }
     if (robot->state == ROBOT_STATE_STOPPED) {
@@ -71,18 +84,18 @@ static void tell_sensors(const struct junior *robot, mavlink_sys_status_t *statu
     }
 }
 
-static bool send_sys_status(struct junior *robot)
+static bool send_sys_status(struct robot *robot)
 {
     mavlink_sys_status_t status;
     uint32_t errors = robot->counters.bad_checksum + robot->counters.unknown;
 
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     errors += (uint32_t)robot->signing.not_signed + robot->signing.bad + robot->signing.replayed;
 #endif
     memset(&status, 0, sizeof status);
     tell_sensors(robot, &status);
     status.load = robot->time.load;
-    status.voltage_battery = robot->sensing.battery;
+    status.voltage_battery = robot->battery;
     status.current_battery = -1;
     status.battery_remaining = -1;
     status.drop_rate_comm = drop_rate(&robot->counters);
@@ -90,21 +103,7 @@ static bool send_sys_status(struct junior *robot)
     return SEND(robot, SYS_STATUS, &status);
 }
 
-static bool send_sensors(struct junior *robot)
-{
-    const struct sensing *sensing = &robot->sensing;
-    mavlink_junior_sensors_t sensors;
-
-    sensors.time = robot->time.micros;
-    memcpy(sensors.travel, sensing->travel_mm, sizeof sensors.travel);
-    memcpy(sensors.eye, sensing->eye, sizeof sensors.eye);
-    memcpy(sensors.floor, sensing->floor, sizeof sensors.floor);
-    sensors.battery = sensing->battery;
-    sensors.flags = sensing->flags;
-    return SEND(robot, JUNIOR_SENSORS, &sensors);
-}
-
-static bool send_status(struct junior *robot)
+static bool send_status(struct robot *robot)
 {
     mavlink_robot_status_t status;
 
@@ -118,7 +117,7 @@ static bool send_status(struct junior *robot)
     status.session = robot->session.id;
     status.sequence = robot->session.last;
     status.state = robot->state;
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     status.not_signed = robot->signing.not_signed;
     status.bad_signature = robot->signing.bad;
     status.replayed = robot->signing.replayed;
@@ -130,7 +129,7 @@ static bool send_status(struct junior *robot)
     return SEND(robot, ROBOT_STATUS, &status);
 }
 
-static bool send_version(struct junior *robot)
+static bool send_version(struct robot *robot)
 {
     mavlink_autopilot_version_t version;
 
@@ -139,42 +138,42 @@ static bool send_version(struct junior *robot)
                            | MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION | MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_C_CAST;
     version.flight_sw_version = FIRMWARE_VERSION;
     version.middleware_sw_version = PROTOCOL_VERSION;
+    version.product_id = ROLE_OF(robot, product);
     version.uid = hal_uid(robot->board);
     return SEND(robot, AUTOPILOT_VERSION, &version);
 }
 
-static bool send_one(struct junior *robot, uint8_t stream)
+static bool send_one(struct robot *robot, uint8_t stream)
 {
-    switch (stream) {
-    case STREAM_HEARTBEAT:
+    if (stream == STREAM_HEARTBEAT) {
         return send_heartbeat(robot);
-    case STREAM_SYS_STATUS:
-        return send_sys_status(robot);
-    case STREAM_SENSORS:
-        return send_sensors(robot);
-    case STREAM_STATUS:
-        return send_status(robot);
-    default:
-        return send_version(robot);
     }
+    if (stream == STREAM_SYS_STATUS) {
+        return send_sys_status(robot);
+    }
+    stream = (uint8_t)(stream - STREAM_ROLE);
+    if (stream < ROLE_OF(robot, stream_count)) {
+        return ROLE_OF(robot, send)(robot, stream);
+    }
+    return stream == ROLE_OF(robot, stream_count) ? send_status(robot) : send_version(robot);
 }
 
-uint8_t stream_find(uint32_t message)
+uint8_t stream_find(const struct robot *robot, uint32_t message)
 {
     uint8_t i;
 
-    for (i = 0; i < STREAMS && flash_u16(&messages[i]) != message; i++) {
+    for (i = 0; i < stream_count(robot) && flash_u16(&row_of(robot, i)->message) != message; i++) {
     }
     return i;
 }
 
 /* interval: us; 0 the default, -1 never. */
-uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t interval)
+uint8_t stream_set_interval(struct robot *robot, uint32_t message, int32_t interval)
 {
-    uint8_t stream = stream_find(message);
+    uint8_t stream = stream_find(robot, message);
     uint16_t ms;
 
-    if (stream == STREAMS) {
+    if (stream == stream_count(robot)) {
         return MAV_RESULT_UNSUPPORTED;
     }
     if (interval > LONGEST_MS * 1000
@@ -184,7 +183,7 @@ uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t inte
     if (interval < 0) {
         ms = 0;
     } else if (interval == 0) {
-        ms = flash_u16(&default_intervals[stream]);
+        ms = flash_u16(&row_of(robot, stream)->interval);
     } else {
         ms = (uint16_t)(interval / 1000 < SHORTEST_MS ? SHORTEST_MS : interval / 1000);
     }
@@ -193,26 +192,26 @@ uint8_t stream_set_interval(struct junior *robot, uint32_t message, int32_t inte
     return MAV_RESULT_ACCEPTED;
 }
 
-void stream_start(struct junior *robot)
+void stream_start(struct robot *robot)
 {
     uint8_t i;
 
-    for (i = 0; i < STREAMS; i++) {
-        robot->streams.interval[i] = flash_u16(&default_intervals[i]);
+    for (i = 0; i < stream_count(robot); i++) {
+        robot->streams.interval[i] = flash_u16(&row_of(robot, i)->interval);
     }
 }
 
 /* What finds no room is tried again in the next tick. */
-void stream_step(struct junior *robot)
+void stream_step(struct robot *robot)
 {
     struct streams *streams = &robot->streams;
     uint8_t i;
 
-    for (i = 0; i < STREAMS; i++) {
+    for (i = 0; i < stream_count(robot); i++) {
         bool due = streams->interval[i] != 0 && time_due(robot, streams->due[i]);
         bool requested = (streams->requested & (1U << i)) != 0;
 
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
         if (signing_late(robot)) {
             return;
         }

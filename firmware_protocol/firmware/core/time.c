@@ -1,12 +1,12 @@
 /* The robot's own time: since boot, in us for messages and in ms for deadlines. */
-#include "core.h"
+#include "core/core.h"
 
-void time_start(struct junior *robot)
+void time_start(struct robot *robot)
 {
     robot->time.power_on = hal_micros(robot->board);
 }
 
-void time_tick(struct junior *robot)
+void time_tick(struct robot *robot)
 {
     struct time *time = &robot->time;
     uint64_t micros = hal_micros(robot->board) - time->power_on;
@@ -20,12 +20,12 @@ void time_tick(struct junior *robot)
 }
 
 /* At the end of a control period: what share of it was used. */
-void time_measure_load(struct junior *robot)
+void time_measure_load(struct robot *robot)
 {
     robot->time.load = hal_used(robot->board) / TICK_MS; /* us of 1000 times as many: permille */
 }
 
-bool time_due(const struct junior *robot, uint32_t deadline)
+bool time_due(const struct robot *robot, uint32_t deadline)
 {
     return (int32_t)(robot->time.now - deadline) >= 0;
 }

@@ -3,13 +3,13 @@
  * On a little-endian machine a structure is the payload. Framing is our own (frame.c, send.c): it rejects a header at
  * once, rescans what it rejected, and needs a buffer for the longest frame that a robot understands, not for any frame.
  */
-#ifndef JUNIOR_WIRE_H
-#define JUNIOR_WIRE_H
+#ifndef ROBOT_WIRE_H
+#define ROBOT_WIRE_H
 
 #define MAVLINK_COMM_NUM_BUFFERS 1
 #define MAVLINK_NO_SIGN_PACKET
 #define MAVLINK_NO_SIGNATURE_CHECK
-#include "junior/mavlink.h"
+#include "dialect/junior/mavlink.h"
 
 #include "tables.h"
 
@@ -17,12 +17,17 @@
 #error "a message's structure is its payload on little-endian machines only"
 #endif
 
-#ifndef JUNIOR_SIGNING
-#define JUNIOR_SIGNING 0 /* 1: MAVLink 2 signing (signing.c) is there, and used once a key was given */
+#ifndef FIRMWARE_SIGNING
+#define FIRMWARE_SIGNING 0 /* 1: MAVLink 2 signing (signing.c) is there, and used once a key was given */
 #endif
 
-/* Everything a robot understands. */
+struct numbered { /* every numbered message begins with this */
+    uint16_t session, sequence;
+};
+
+/* What a robot understands: any robot's messages; a role has more of them, and says what is in `bytes` then. */
 union inbound {
+    struct numbered numbered;
     mavlink_heartbeat_t heartbeat;
     mavlink_ping_t ping;
     mavlink_param_request_read_t param_request_read;
@@ -32,21 +37,16 @@ union inbound {
     mavlink_manual_control_t manual_control;
     mavlink_command_long_t command_long;
     mavlink_timesync_t timesync;
-    mavlink_junior_wheels_t wheels;
-    mavlink_junior_maneuver_t maneuver;
-    mavlink_junior_memory_write_t memory_write;
-    mavlink_junior_memory_read_t memory_read;
-    mavlink_junior_contest_t contest;
     mavlink_robot_session_t session;
     mavlink_robot_result_ack_t result_ack;
     mavlink_robot_alive_t alive;
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     mavlink_setup_signing_t setup_signing;
 #define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_SETUP_SIGNING_LEN
 #else
 #define WIRE_LARGEST_INBOUND MAVLINK_MSG_ID_COMMAND_LONG_LEN
 #endif
-    uint8_t bytes[WIRE_LARGEST_INBOUND]; /* the longest; frame.c checks that */
+    uint8_t bytes[WIRE_LARGEST_INBOUND]; /* the longest; role.h checks that */
 };
 
 #define WIRE_OWN_COMPONENT MAV_COMP_ID_AUTOPILOT1

@@ -81,14 +81,14 @@ def macro_stable(
 ) -> NDArray[np.int64]:
     """When the swarm is stable in the large while its members are not (8.7).
 
-    D(t) stays within a share of its mean over so many steps, and meanwhile the largest entry of some weight vector of the
+    D(t) stays within 5 % of its mean over 20 steps, and meanwhile the largest entry of some weight vector of the
     WILDs becomes another.
 
     Args:
         distance: D, shape (T + 1,).
         weights: Weights of the WILDs, shape (T + 1, stimuli, N).
         steps: How many steps.
-        share: Greatest less least of D, as a share of the mean.
+        share: How far D may be from its mean over the span, as a share of it.
 
     Returns:
         First steps of all such spans, ascending.
@@ -96,7 +96,8 @@ def macro_stable(
     if len(distance) <= steps:
         return np.empty(0, dtype=np.int64)
     spans = np.lib.stride_tricks.sliding_window_view(distance, steps + 1)
-    stable = spans.max(axis=1) - spans.min(axis=1) <= share * spans.mean(axis=1)
+    mean = spans.mean(axis=1, keepdims=True)
+    stable = (np.abs(spans - mean) <= share * mean).all(axis=1)
     best = weights.argmax(axis=2)
     turns = np.concatenate(([0], np.cumsum((best[1:] != best[:-1]).any(axis=1))))
     return np.flatnonzero(stable & (turns[steps:] > turns[: len(turns) - steps]))

@@ -1,4 +1,4 @@
-/* Junior's program as an Arduino library: you write the functions of hal.h, and call junior_tick every 5 ms. */
+/* Junior's program as an Arduino library: you write the functions of hal.h and senses.h, and call robot_tick every 5 ms. */
 #ifndef JUNIOR_HIL_H
 #define JUNIOR_HIL_H
 
@@ -6,7 +6,8 @@
 extern "C" {
 #endif
 #include "core/hal.h"
-#include "core/junior.h"
+#include "junior/junior.h"
+#include "junior/senses.h"
 #ifdef __cplusplus
 }
 #endif

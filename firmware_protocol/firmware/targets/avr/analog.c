@@ -1,6 +1,7 @@
 /* The converter: one scan of all channels at the beginning of a control period, by interrupts; 0.1 ms a conversion. */
 #include "drivers.h"
-#include "hal.h"
+#include "core/hal.h"
+#include "junior/senses.h"
 
 #define CHANNEL(name, channel, label, use) CHANNEL_##name,
 enum { BOARD_ANALOG(CHANNEL) CHANNELS };

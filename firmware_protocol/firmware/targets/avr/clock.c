@@ -2,8 +2,8 @@
  * is done, and its time is that of the timer. Nothing but two small counters is shared with interrupts.
  */
 #include "drivers.h"
-#include "hal.h"
-#include "junior.h"
+#include "core/hal.h"
+#include "core/robot.h"
 
 #include <avr/sleep.h>
 

@@ -4,7 +4,7 @@
  * all pins float and the driver's own pull-downs keep it off.
  */
 #include "drivers.h"
-#include "hal.h"
+#include "core/hal.h"
 
 /* The PWM outputs are where the processor has them: OC1A, OC1B. */
 #define AT(name, port, bit, label, use) AT_##name = bit,

@@ -4,7 +4,7 @@
  * took more than 1.6 ms, and then the wait is for the rest. A byte that waits to be written is read as if it had been.
  */
 #include "drivers.h"
-#include "hal.h"
+#include "core/hal.h"
 
 static bool running; /* control periods come; while the robot boots, writes wait instead */
 static bool waiting;

@@ -7,12 +7,17 @@
 #include <string.h>
 
 #include "drivers.h"
-#include "hal.h"
-#include "junior.h"
+#include "core/hal.h"
+#include "junior/senses.h"
+
+/* The header of the role that is built, and its struct: "junior/junior.h", struct junior. */
+#define TEXT(tokens) #tokens
+#define TEXT_OF(tokens) TEXT(tokens)
+#include TEXT_OF(ROLE/ROLE.h)
 
 enum { SERIAL_AT = 0x0E, SERIAL_SIZE = 10 };
 
-static struct junior robot;
+static struct ROLE robot;
 
 /* The ten bytes after the calibration byte are the lot, the wafer and the place on it. */
 uint64_t hal_uid(void *board)
@@ -89,14 +94,14 @@ int main(void)
     uart_start();
     analog_start();
     sei();
-    junior_power_on(&robot, 0);
+    robot_power_on(&robot.robot, 0);
     eeprom_start();
     clock_start();
     for (;;) {
         clock_wait();
         wdt_reset();
         uart_begin();
-        junior_tick(&robot);
+        robot_tick(&robot.robot);
         eeprom_step();
     }
 }

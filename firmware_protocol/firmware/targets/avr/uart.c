@@ -1,6 +1,6 @@
 /* USART0: a ring buffer each way, emptied and filled by interrupts. */
 #include "drivers.h"
-#include "hal.h"
+#include "core/hal.h"
 
 #define UBRR ((F_CPU + 4UL * BOARD_BAUD) / (8UL * BOARD_BAUD) - 1UL) /* double speed: 2.1 % fast at 115200; else 3.5 % slow */
 

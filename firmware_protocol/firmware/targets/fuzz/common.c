@@ -22,7 +22,7 @@ void fuzz_check(int good, const char *what)
 }
 
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra, system_at, component_at},
-const struct row fuzz_rows[] = {INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
+const struct row fuzz_rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
 #undef ROW
 
 uint8_t fuzz_build(struct fuzz *fuzz, uint8_t *frame, const struct row *row, const uint8_t *payload)
@@ -53,7 +53,7 @@ uint8_t fuzz_build(struct fuzz *fuzz, uint8_t *frame, const struct row *row, con
 /* A well-formed frame with values at random; the target is mostly right. What would arm is left out. */
 uint8_t fuzz_random_frame(struct fuzz *fuzz, uint8_t *frame)
 {
-    const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % INBOUND_COUNT];
+    const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % junior_inbound_count];
     uint8_t payload[LARGEST] = {0};
     uint8_t i;
 
@@ -81,7 +81,7 @@ uint8_t fuzz_random_frame(struct fuzz *fuzz, uint8_t *frame)
 
 void fuzz_add_up(struct fuzz *fuzz)
 {
-    const struct counters *counters = &fuzz->host.robot.counters;
+    const struct counters *counters = &fuzz->host.as.robot.counters;
 
     fuzz->total.good += counters->good;
     fuzz->total.bad_checksum += counters->bad_checksum;
@@ -124,7 +124,7 @@ void fuzz_check_understands(struct fuzz *fuzz)
         fuzz_tick(fuzz, NULL, 0);
     }
     length = fuzz_build(fuzz, frame, &fuzz_rows[ROW_PING], payload);
-    good = fuzz->host.robot.counters.good;
+    good = fuzz->host.as.robot.counters.good;
     fuzz_tick(fuzz, frame, length);
-    fuzz_check(fuzz->host.robot.counters.good == good + 1, "the next good frame was not understood");
+    fuzz_check(fuzz->host.as.robot.counters.good == good + 1, "the next good frame was not understood");
 }

@@ -57,7 +57,7 @@ static void run_disarmed(struct fuzz *fuzz, uint32_t bytes)
 
         fuzz_tick(fuzz, chunk, used);
         done += used;
-        fuzz_check(fuzz->host.robot.state == ROBOT_STATE_DISARMED || fuzz->host.robot.state == ROBOT_STATE_STOPPED,
+        fuzz_check(fuzz->host.as.robot.state == ROBOT_STATE_DISARMED || fuzz->host.as.robot.state == ROBOT_STATE_STOPPED,
               "armed by damaged bytes");
         fuzz_check(fuzz->host.io.wheel[0] == 0 && fuzz->host.io.wheel[1] == 0, "wheels turn while disarmed");
         if (++rounds % 50 == 0) {
@@ -82,15 +82,15 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
     while (done < bytes) {
         uint32_t used;
 
-        if (fuzz->host.robot.state == ROBOT_STATE_STOPPED || !fuzz->host.robot.session.open
-            || fuzz->host.robot.session.id != session.session) {
+        if (fuzz->host.as.robot.state == ROBOT_STATE_STOPPED || !fuzz->host.as.robot.session.open
+            || fuzz->host.as.robot.session.id != session.session) {
             memset(payload, 0, sizeof payload);
             memcpy(payload, &session, MAVLINK_MSG_ID_ROBOT_SESSION_LEN);
             fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[ROW_ROBOT_SESSION], payload));
             arm.param1 = 0.0f;
             memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
             fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[ROW_COMMAND_LONG], payload));
-            number = fuzz->host.robot.session.last;
+            number = fuzz->host.as.robot.session.last;
         }
         arm.param1 = 1.0f;
         memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
@@ -178,7 +178,7 @@ static void run_can(struct fuzz *fuzz, uint32_t rounds)
     fuzz->host.io.can = 1;
     host_power_on(&fuzz->host, fuzz->micros);
     for (round = 0; round < rounds; round++) {
-        const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % INBOUND_COUNT];
+        const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % junior_inbound_count];
         uint16_t command = 511;
 
         for (i = 0; i < LARGEST; i++) {
@@ -201,16 +201,16 @@ static void run_can(struct fuzz *fuzz, uint32_t rounds)
         fuzz_check(fuzz->host.io.wheel[0] == 0 && fuzz->host.io.wheel[1] == 0, "wheels turn while disarmed, over CAN");
         if (round % 50 == 0) {
             memset(payload, 0, sizeof payload);
-            good = fuzz->host.robot.counters.good;
+            good = fuzz->host.as.robot.counters.good;
             used = transfer(fuzz, chunk, &fuzz_rows[ROW_PING], payload, 0);
             fuzz_tick(fuzz, chunk, used);
-            fuzz_check(fuzz->host.robot.counters.good == good + 1 || fuzz->host.io.reboot, "the next good transfer was not understood");
+            fuzz_check(fuzz->host.as.robot.counters.good == good + 1 || fuzz->host.io.reboot, "the next good transfer was not understood");
         }
     }
-    fuzz_check(fuzz->host.robot.counters.good > rounds / 4, "hardly a transfer was understood");
+    fuzz_check(fuzz->host.as.robot.counters.good > rounds / 4, "hardly a transfer was understood");
     printf("%lu rounds over CAN: good %lu, bad checksum %lu, unknown %lu, lost %lu\n", (unsigned long)rounds,
-           (unsigned long)fuzz->host.robot.counters.good, (unsigned long)fuzz->host.robot.counters.bad_checksum,
-           (unsigned long)fuzz->host.robot.counters.unknown, (unsigned long)fuzz->host.robot.counters.lost);
+           (unsigned long)fuzz->host.as.robot.counters.good, (unsigned long)fuzz->host.as.robot.counters.bad_checksum,
+           (unsigned long)fuzz->host.as.robot.counters.unknown, (unsigned long)fuzz->host.as.robot.counters.lost);
 }
 
 int main(int argc, char **argv)

@@ -1,8 +1,8 @@
 /* What the runs of the fuzz program share. */
-#ifndef JUNIOR_FUZZ_H
-#define JUNIOR_FUZZ_H
+#ifndef FIRMWARE_FUZZ_H
+#define FIRMWARE_FUZZ_H
 
-#include "core.h"
+#include "core/core.h"
 #include "host.h"
 
 enum { TICK_US = 5000, HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, LARGEST = 64, CHUNK = 200, FUZZ_FRAME = LARGEST + 32 };
@@ -23,7 +23,7 @@ struct row {
 /* What a robot understands, and behind that what only one that can sign does. */
 extern const struct row fuzz_rows[];
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) ROW_##name,
-enum { INBOUND_TABLE(ROW) SIGNING_TABLE(ROW) FUZZ_ROWS }; /* where a message stands there */
+enum { INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW) FUZZ_ROWS }; /* where a message stands there */
 #undef ROW
 
 uint32_t fuzz_draw(struct fuzz *fuzz); /* the next random number */

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core.h"
+#include "core/core.h"
 #include "host.h"
 
 enum { TICK_US = 5000, HEADER = 10, HASH_SIZE = 6, LARGEST = 64, FRAME = LARGEST + 32, KEY_SIZE = SIGNING_KEY_SIZE };
@@ -19,7 +19,7 @@ struct row {
 };
 
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra},
-static const struct row rows[] = {INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
+static const struct row rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
 #undef ROW
 enum { ROWS = sizeof rows / sizeof rows[0] };
 
@@ -96,16 +96,16 @@ static void receive_transfer(struct guided *guided, const struct row *row, const
         uint8_t length, crc_extra, cut_at, cut;
     } table[] = {
 #define ROW(name, id, length, crc_extra, cut_at, cut, inbound) {id, length, crc_extra, cut_at, cut},
-        CAN_TABLE(ROW)
+        CAN_TABLE(ROW) JUNIOR_CAN_TABLE(ROW)
 #undef ROW
     };
     uint8_t data[LARGEST + 8], frame[8], at = 3, i, k = 0, size;
     uint16_t crc = 0xFFFF;
 
-    while (k < CAN_COUNT && table[k].id != row->id) {
+    while (k < junior_can_count && table[k].id != row->id) {
         k++;
     }
-    if (k == CAN_COUNT) {
+    if (k == junior_can_count) {
         return;
     }
     for (i = 0; i < row->length; i++) {

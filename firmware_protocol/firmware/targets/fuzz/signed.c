@@ -53,7 +53,7 @@ static uint8_t seal(uint8_t *frame, const uint8_t *key, uint8_t link, uint64_t t
 /* A time that the robot believes of anybody: later than its own and than all it has heard. */
 static uint64_t news(struct keyed *keyed, uint32_t ahead)
 {
-    const struct stamp *now = &keyed->fuzz->host.robot.signing.now;
+    const struct stamp *now = &keyed->fuzz->host.as.robot.signing.now;
     uint64_t own = (uint64_t)now->high << 16 | now->low;
 
     keyed->time = (own > keyed->time ? own : keyed->time) + 1 + ahead;
@@ -105,7 +105,7 @@ static uint8_t ping(struct keyed *keyed, uint8_t *frame)
 /* The counters are those of this boot. */
 static void count(struct keyed *keyed)
 {
-    const struct signing *signing = &keyed->fuzz->host.robot.signing;
+    const struct signing *signing = &keyed->fuzz->host.as.robot.signing;
 
     keyed->not_signed += signing->not_signed;
     keyed->bad += signing->bad;
@@ -121,7 +121,7 @@ static void restart(struct keyed *keyed)
 static void check_judges(struct keyed *keyed)
 {
     struct fuzz *fuzz = keyed->fuzz;
-    const struct junior *robot = &fuzz->host.robot;
+    const struct robot *robot = &fuzz->host.as.robot;
     uint8_t frame[FUZZ_FRAME], copy[FUZZ_FRAME], length, i;
     uint32_t good;
 

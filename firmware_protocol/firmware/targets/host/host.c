@@ -3,11 +3,26 @@
 
 #include <string.h>
 
-#include "core.h"
+#include "core/core.h"
+#include "junior/senses.h"
+
+static const struct role *const roles[] = {&junior_role};
 
 static host_robot *host_of(void *board)
 {
     return board;
+}
+
+const struct role *hal_role(void *board)
+{
+    uint8_t i;
+
+    for (i = 0; i < sizeof roles / sizeof roles[0]; i++) {
+        if (roles[i]->product == host_of(board)->io.role) {
+            return roles[i];
+        }
+    }
+    return roles[0];
 }
 
 uint64_t hal_micros(void *board)
@@ -200,7 +215,8 @@ void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes)
     host->tx_backlog = 0;
     host->io.tx_len = 0;
     host->io.reboot = 0;
-    junior_power_on(&host->robot, host);
+    memset(&host->as, 0, sizeof host->as);
+    robot_power_on(&host->as.robot, host);
 }
 
 void host_restart(host_robot *host)
@@ -211,6 +227,7 @@ void host_restart(host_robot *host)
     memcpy(host->io.nvm, before.nvm, sizeof before.nvm);
     host->io.uid = before.uid;
     host->io.can = before.can;
+    host->io.role = before.role;
     host->io.start = before.start;
     host->io.has_encoders = before.has_encoders;
     host->io.has_ground = before.has_ground;
@@ -222,15 +239,15 @@ void host_give_key(host_robot *host, const uint8_t *key)
 {
     mavlink_setup_signing_t setup;
 
-    memset(&host->robot, 0, sizeof host->robot);
-    host->robot.board = host;
+    memset(&host->as, 0, sizeof host->as);
+    host->as.robot.board = host;
     host->writes_left = -1;
     host->nvm_per_tick = 0;
     memset(&setup, 0, sizeof setup);
     memcpy(setup.secret_key, key, sizeof setup.secret_key);
-    signing_setup(&host->robot, &setup);
-    while (host->robot.signing.job != SIGNING_IDLE) {
-        signing_step(&host->robot);
+    signing_setup(&host->as.robot, &setup);
+    while (host->as.robot.signing.job != SIGNING_IDLE) {
+        signing_step(&host->as.robot);
     }
 }
 
@@ -242,7 +259,7 @@ uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_
     host->io.tx_len = 0;
     host->nvm_left = host->nvm_per_tick;
     host->tx_backlog -= host->tx_backlog < host->tx_per_tick ? host->tx_backlog : host->tx_per_tick;
-    junior_tick(&host->robot);
+    robot_tick(&host->as.robot);
     host->rx = NULL;
     host->rx_len = 0;
     return host->io.tx_len;
@@ -268,7 +285,7 @@ void host_be_busy(host_robot *host, uint16_t micros)
 
 uint8_t host_state(const host_robot *host)
 {
-    return host->robot.state;
+    return host->as.robot.state;
 }
 
 uint32_t host_nvm_writes(const host_robot *host)
@@ -278,23 +295,16 @@ uint32_t host_nvm_writes(const host_robot *host)
 
 uint32_t host_can_send(host_robot *host, uint16_t id, const uint8_t *payload, uint8_t length)
 {
-    static const struct {
-        uint16_t id;
-        uint8_t crc_extra;
-    } rows[] = {
-#define ROW(name, id, length, crc_extra, cut_at, cut, inbound) {id, crc_extra},
-        CAN_TABLE(ROW)
-#undef ROW
-    };
+    const struct role *role = hal_role(host);
     uint8_t crc_extra = 0, i;
 
     host->io.tx_len = 0;
-    for (i = 0; i < CAN_COUNT; i++) {
-        if (rows[i].id == id) {
-            crc_extra = rows[i].crc_extra;
+    for (i = 0; i < role->can_count; i++) {
+        if (role->can[i].id == id) {
+            crc_extra = role->can[i].crc_extra;
         }
     }
-    can_send(&host->robot, id, crc_extra, payload, length);
+    can_send(&host->as.robot, id, crc_extra, payload, length);
     return host->io.tx_len;
 }
 
@@ -307,7 +317,7 @@ int32_t host_can_take(host_robot *host, const uint8_t *rx, uint32_t rx_len, uint
     host->rx = rx;
     host->rx_len = rx_len;
     while (hal_frame_read(host, &frame)) {
-        if (can_take(&host->robot, &frame, &message)) {
+        if (can_take(&host->as.robot, &frame, &message)) {
             id = message.id;
             memcpy(payload, message.payload.bytes, sizeof message.payload);
         }

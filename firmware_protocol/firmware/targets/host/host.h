@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-#include "junior.h"
+#include "host_roles.h"
 
 typedef struct {             /* what the board's drivers would read and write; filled before each tick */
     uint16_t eye[2];         /* ADC counts 0..1023, left right */
@@ -23,11 +23,12 @@ typedef struct {             /* what the board's drivers would read and write; f
     uint8_t nvm[1024];       /* EEPROM image: the device saves and restores it; 0xFF = blank */
     uint64_t uid;
     uint8_t can;             /* 1 at power-on: CAN. rx and tx then hold frames of 16 bytes, as Linux's struct can_frame */
+    uint8_t role;            /* at power-on, as in AUTOPILOT_VERSION.product_id; one that there is not is Junior */
 } host_io;
 
 typedef struct {
     host_io io;
-    struct junior robot;
+    union host_roles as;
     uint64_t micros;
     const uint8_t *rx;
     uint32_t rx_len;

@@ -113,7 +113,7 @@ void setup() {
   pinMode(START, INPUT);
   pinMode(STANDBY, OUTPUT);
   Serial.begin(115200);
-  junior_power_on(&robot, nullptr);
+  robot_power_on(&robot.robot, nullptr);
 }
 
 void loop() {
@@ -121,7 +121,7 @@ void loop() {
   if (micros() - due >= PERIOD_US) {
     due += PERIOD_US;
     begun = micros();
-    junior_tick(&robot);
+    robot_tick(&robot.robot);
   }
   while (used > 0 && Serial.availableForWrite() > 0) {
     Serial.write(waiting[first]);

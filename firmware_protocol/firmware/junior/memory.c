@@ -6,7 +6,7 @@
  * and the turn (0..2) tells which is newer. The checksum of the table runs over the used slots sorted by previous, then
  * current stimulus, as stored but without turn and checksum: it depends on what is stored, not on how it came there.
  */
-#include "core.h"
+#include "junior/modules.h"
 
 enum {
     PHYSICAL = MEMORY_SLOTS + 1,
@@ -24,9 +24,13 @@ enum {
     BY_STIMULI = 255,
 };
 
-static uint8_t read(struct junior *robot, uint8_t slot, uint8_t at)
+/* There is room for the slots, and for one that is being written. */
+typedef char memory_fits[PHYSICAL * MEMORY_SLOT_SIZE <= NVM_ROLE_SIZE ? 1 : -1];
+typedef char slot_fits[MEMORY_SLOT_SIZE <= (int)NVM_LONGEST ? 1 : -1];
+
+static uint8_t read(struct junior *junior, uint8_t slot, uint8_t at)
 {
-    return hal_nvm_read(robot->board, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + at));
+    return hal_nvm_read(junior->robot.board, (uint16_t)(NVM_ROLE_ADDRESS + slot * MEMORY_SLOT_SIZE + at));
 }
 
 static bool stimulus_ok(uint8_t previous, uint8_t current)
@@ -34,44 +38,44 @@ static bool stimulus_ok(uint8_t previous, uint8_t current)
     return current < STIMULI && (previous < STIMULI || previous == ANY_STIMULUS);
 }
 
-static bool intact(struct junior *robot, uint8_t slot)
+static bool intact(struct junior *junior, uint8_t slot)
 {
-    uint8_t i, count = read(robot, slot, AT_COUNT);
+    uint8_t i, count = read(junior, slot, AT_COUNT);
     uint16_t crc = 0xFFFF;
 
-    if (count < 1 || count > MAX_ACTIONS || !stimulus_ok(read(robot, slot, AT_PREVIOUS), read(robot, slot, AT_CURRENT))) {
+    if (count < 1 || count > MAX_ACTIONS || !stimulus_ok(read(junior, slot, AT_PREVIOUS), read(junior, slot, AT_CURRENT))) {
         return false;
     }
     for (i = 0; i < AT_CRC; i++) {
-        crc = wire_crc(crc, read(robot, slot, i));
+        crc = wire_crc(crc, read(junior, slot, i));
     }
     crc = wire_crc(crc, count);
-    return read(robot, slot, AT_CRC) == (uint8_t)crc && read(robot, slot, AT_CRC + 1) == (uint8_t)(crc >> 8);
+    return read(junior, slot, AT_CRC) == (uint8_t)crc && read(junior, slot, AT_CRC + 1) == (uint8_t)(crc >> 8);
 }
 
-static uint16_t key(struct junior *robot, uint8_t slot)
+static uint16_t key(struct junior *junior, uint8_t slot)
 {
-    return (uint16_t)((uint16_t)read(robot, slot, AT_PREVIOUS) << 8 | read(robot, slot, AT_CURRENT));
+    return (uint16_t)((uint16_t)read(junior, slot, AT_PREVIOUS) << 8 | read(junior, slot, AT_CURRENT));
 }
 
 /* Into its place by key; after the one that has the same key. */
-static void include(struct junior *robot, uint8_t slot)
+static void include(struct junior *junior, uint8_t slot)
 {
-    struct memory *memory = &robot->memory;
-    uint16_t slot_key = key(robot, slot);
+    struct memory *memory = &junior->memory;
+    uint16_t slot_key = key(junior, slot);
     uint8_t at = memory->used++;
 
     memory->checked = false;
-    while (at > 0 && key(robot, memory->order[at - 1]) > slot_key) {
+    while (at > 0 && key(junior, memory->order[at - 1]) > slot_key) {
         memory->order[at] = memory->order[at - 1];
         at--;
     }
     memory->order[at] = slot;
 }
 
-static void exclude(struct junior *robot, uint8_t slot)
+static void exclude(struct junior *junior, uint8_t slot)
 {
-    struct memory *memory = &robot->memory;
+    struct memory *memory = &junior->memory;
     uint8_t at, kept = 0;
 
     memory->checked = false;
@@ -98,9 +102,9 @@ static const uint16_t over_slot[16] HAL_FLASH = {
  * slot's own CRC starts at 0xFFFF and has the turn in it. So what the slots before have come to goes over zeros, and the
  * slot's own CRC is added, less the turn: as if the slot's bytes had gone through.
  */
-static uint16_t checksum(struct junior *robot)
+static uint16_t checksum(struct junior *junior)
 {
-    struct memory *memory = &robot->memory;
+    struct memory *memory = &junior->memory;
     uint16_t before, crc = 0xFFFF;
     uint8_t at, bit, slot, turn;
 
@@ -109,9 +113,9 @@ static uint16_t checksum(struct junior *robot)
     }
     for (at = 0; at < memory->used; at++) {
         slot = memory->order[at];
-        turn = read(robot, slot, AT_OPTIONS) >> TURN_BIT;
+        turn = read(junior, slot, AT_OPTIONS) >> TURN_BIT;
         before = (uint16_t)~crc;
-        crc = (uint16_t)(read(robot, slot, AT_CRC) | (uint16_t)read(robot, slot, AT_CRC + 1) << 8);
+        crc = (uint16_t)(read(junior, slot, AT_CRC) | (uint16_t)read(junior, slot, AT_CRC + 1) << 8);
         crc ^= turn == 1 ? TURN_1 : turn == 2 ? TURN_2 : 0;
         for (bit = 0; before != 0; bit++, before >>= 1) {
             if (before & 1U) {
@@ -124,82 +128,82 @@ static uint16_t checksum(struct junior *robot)
     return crc;
 }
 
-uint8_t memory_find(struct junior *robot, uint8_t previous, uint8_t current)
+uint8_t memory_find(struct junior *junior, uint8_t previous, uint8_t current)
 {
     uint16_t wanted = (uint16_t)((uint16_t)previous << 8 | current);
     uint8_t at;
 
-    for (at = 0; at < robot->memory.used; at++) {
-        if (key(robot, robot->memory.order[at]) == wanted) {
-            return robot->memory.order[at];
+    for (at = 0; at < junior->memory.used; at++) {
+        if (key(junior, junior->memory.order[at]) == wanted) {
+            return junior->memory.order[at];
         }
     }
     return MEMORY_NONE;
 }
 
-static void erase(struct junior *robot, uint8_t slot)
+static void erase(struct junior *junior, uint8_t slot)
 {
-    exclude(robot, slot);
-    robot->nvm.data[0] = BLANK;
-    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE + AT_COUNT), 1);
+    exclude(junior, slot);
+    junior->robot.nvm.data[0] = BLANK;
+    nvm_begin(&junior->robot, (uint16_t)(NVM_ROLE_ADDRESS + slot * MEMORY_SLOT_SIZE + AT_COUNT), 1);
 }
 
 /* Takes a slot that is found at boot. Of two with the same key, the power went before the older one was blanked. */
-static void find_again(struct junior *robot, uint8_t slot)
+static void find_again(struct junior *junior, uint8_t slot)
 {
-    uint8_t other = memory_find(robot, read(robot, slot, AT_PREVIOUS), read(robot, slot, AT_CURRENT));
+    uint8_t other = memory_find(junior, read(junior, slot, AT_PREVIOUS), read(junior, slot, AT_CURRENT));
 
-    include(robot, slot);
+    include(junior, slot);
     if (other != MEMORY_NONE) {
-        uint8_t turn = read(robot, slot, AT_OPTIONS) >> TURN_BIT;
-        uint8_t other_turn = read(robot, other, AT_OPTIONS) >> TURN_BIT;
+        uint8_t turn = read(junior, slot, AT_OPTIONS) >> TURN_BIT;
+        uint8_t other_turn = read(junior, other, AT_OPTIONS) >> TURN_BIT;
 
-        erase(robot, other_turn == (turn + 1) % TURNS ? slot : other);
-    } else if (robot->memory.used > MEMORY_SLOTS) { /* nothing of ours leaves it like that */
-        erase(robot, slot);
+        erase(junior, other_turn == (turn + 1) % TURNS ? slot : other);
+    } else if (junior->memory.used > MEMORY_SLOTS) { /* nothing of ours leaves it like that */
+        erase(junior, slot);
     }
-    nvm_flush(robot);
+    nvm_flush(&junior->robot);
 }
 
-void memory_load(struct junior *robot)
+void memory_load(struct junior *junior)
 {
     uint8_t slot;
 
     for (slot = 0; slot < PHYSICAL; slot++) {
-        if (intact(robot, slot)) {
-            find_again(robot, slot);
+        if (intact(junior, slot)) {
+            find_again(junior, slot);
         }
     }
 }
 
 /* False when the slot has rotted since boot. */
-bool memory_plan(struct junior *robot, uint8_t slot, struct maneuver_plan *plan)
+bool memory_plan(struct junior *junior, uint8_t slot, struct maneuver_plan *plan)
 {
     uint8_t i;
 
-    plan->period = (uint16_t)(read(robot, slot, AT_PERIOD) | (uint16_t)read(robot, slot, AT_PERIOD + 1) << 8);
-    plan->options = read(robot, slot, AT_OPTIONS) & MANEUVER_OPTIONS;
-    plan->count = read(robot, slot, AT_COUNT);
+    plan->period = (uint16_t)(read(junior, slot, AT_PERIOD) | (uint16_t)read(junior, slot, AT_PERIOD + 1) << 8);
+    plan->options = read(junior, slot, AT_OPTIONS) & MANEUVER_OPTIONS;
+    plan->count = read(junior, slot, AT_COUNT);
     for (i = 0; i < MAX_ACTIONS; i++) {
-        plan->actions[i] = read(robot, slot, (uint8_t)(AT_ACTIONS + i));
+        plan->actions[i] = read(junior, slot, (uint8_t)(AT_ACTIONS + i));
     }
     return maneuver_valid(plan);
 }
 
 /* At most MEM_SLOTS of the slots are used: there is always one. */
-static uint8_t free_slot(const struct junior *robot)
+static uint8_t free_slot(const struct junior *junior)
 {
     uint8_t slot = 0;
 
-    while (memchr(robot->memory.order, slot, robot->memory.used) != NULL) {
+    while (memchr(junior->memory.order, slot, junior->memory.used) != NULL) {
         slot++;
     }
     return slot;
 }
 
-static void write(struct junior *robot, const mavlink_junior_memory_write_t *request, uint8_t slot, uint8_t turn)
+static void write(struct junior *junior, const mavlink_junior_memory_write_t *request, uint8_t slot, uint8_t turn)
 {
-    uint8_t *data = robot->nvm.data;
+    uint8_t *data = junior->robot.nvm.data;
     uint16_t crc = 0xFFFF;
     uint8_t i;
 
@@ -216,22 +220,22 @@ static void write(struct junior *robot, const mavlink_junior_memory_write_t *req
     crc = wire_crc(crc, data[AT_COUNT]);
     data[AT_CRC] = (uint8_t)crc;
     data[AT_CRC + 1] = (uint8_t)(crc >> 8);
-    nvm_begin(robot, (uint16_t)(MEMORY_ADDRESS + slot * MEMORY_SLOT_SIZE), MEMORY_SLOT_SIZE);
+    nvm_begin(&junior->robot, (uint16_t)(NVM_ROLE_ADDRESS + slot * MEMORY_SLOT_SIZE), MEMORY_SLOT_SIZE);
 }
 
-bool memory_ready(const struct junior *robot)
+bool memory_ready(const struct junior *junior)
 {
-    return robot->memory.job == JOB_NONE && nvm_idle(robot);
+    return junior->memory.job == JOB_NONE && nvm_idle(&junior->robot);
 }
 
 /* A Reason; or ANSWER_PENDING: memory_step answers when the bytes are where they belong. Wants memory_ready. */
-uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_write_t *request)
+uint8_t memory_handle_write(struct junior *junior, const mavlink_junior_memory_write_t *request)
 {
-    struct memory *memory = &robot->memory;
+    struct memory *memory = &junior->memory;
     struct maneuver_plan plan;
     uint8_t old, turn;
 
-    if (robot->state == ROBOT_STATE_COUNTDOWN || robot->state == ROBOT_STATE_CONTEST) {
+    if (junior->robot.state == ROBOT_STATE_COUNTDOWN || junior->robot.state == ROBOT_STATE_CONTEST) {
         return ROBOT_REASON_BUSY;
     }
     memory->sequence = request->sequence;
@@ -243,10 +247,10 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
     if (!stimulus_ok(request->previous, request->current)) {
         return ROBOT_REASON_BAD_VALUE;
     }
-    old = memory_find(robot, request->previous, request->current);
+    old = memory_find(junior, request->previous, request->current);
     if (request->count == 0) {
         if (old != MEMORY_NONE) {
-            erase(robot, old);
+            erase(junior, old);
         }
         memory->job = JOB_ERASE_OLD;
         memory->old = MEMORY_NONE;
@@ -259,55 +263,55 @@ uint8_t memory_handle_write(struct junior *robot, const mavlink_junior_memory_wr
         return ROBOT_REASON_MEMORY_FULL;
     }
     memory->old = old;
-    memory->slot = free_slot(robot);
+    memory->slot = free_slot(junior);
     memory->job = JOB_WRITE;
-    turn = old == MEMORY_NONE ? 0 : (uint8_t)(((read(robot, old, AT_OPTIONS) >> TURN_BIT) + 1) % TURNS);
-    write(robot, request, memory->slot, turn);
+    turn = old == MEMORY_NONE ? 0 : (uint8_t)(((read(junior, old, AT_OPTIONS) >> TURN_BIT) + 1) % TURNS);
+    write(junior, request, memory->slot, turn);
     return ANSWER_PENDING;
 }
 
-static void answer(struct junior *robot, uint8_t reason)
+static void answer(struct junior *junior, uint8_t reason)
 {
-    robot->memory.job = JOB_NONE;
-    if (robot->memory.asked) {
-        numbered_finish(robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, robot->memory.sequence, reason);
+    junior->memory.job = JOB_NONE;
+    if (junior->memory.asked) {
+        numbered_finish(&junior->robot, MAVLINK_MSG_ID_JUNIOR_MEMORY_WRITE, junior->memory.sequence, reason);
     }
 }
 
 /* Goes on with a write as far as the hardware lets it. */
-void memory_step(struct junior *robot)
+void memory_step(struct junior *junior)
 {
-    struct memory *memory = &robot->memory;
+    struct memory *memory = &junior->memory;
 
-    while (memory->job != JOB_NONE && nvm_idle(robot)) {
+    while (memory->job != JOB_NONE && nvm_idle(&junior->robot)) {
         switch (memory->job) {
         case JOB_WRITE:
-            if (!intact(robot, memory->slot)) { /* worn out */
-                answer(robot, ROBOT_REASON_STORAGE_FAILED);
+            if (!intact(junior, memory->slot)) { /* worn out */
+                answer(junior, ROBOT_REASON_STORAGE_FAILED);
                 break;
             }
-            include(robot, memory->slot);
+            include(junior, memory->slot);
             if (memory->old != MEMORY_NONE) {
-                erase(robot, memory->old);
+                erase(junior, memory->old);
             }
             memory->job = JOB_ERASE_OLD;
             break;
         case JOB_ERASE_OLD:
-            answer(robot, ROBOT_REASON_NONE);
+            answer(junior, ROBOT_REASON_NONE);
             break;
         default: /* JOB_ERASE_ALL */
             if (memory->used == 0) {
-                answer(robot, ROBOT_REASON_NONE);
+                answer(junior, ROBOT_REASON_NONE);
             } else {
-                erase(robot, memory->order[memory->used - 1]);
+                erase(junior, memory->order[memory->used - 1]);
             }
             break;
         }
     }
 }
 
-/* Answered by JUNIOR_MEMORY_ENTRY when there is such a slot. */
-uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_read_t *request)
+/* JUNIOR_MEMORY_ENTRY is the answer when there is such a slot. */
+uint8_t memory_handle_read(struct junior *junior, const mavlink_junior_memory_read_t *request)
 {
     mavlink_junior_memory_entry_t entry;
     struct maneuver_plan plan;
@@ -315,28 +319,28 @@ uint8_t memory_handle_read(struct junior *robot, const mavlink_junior_memory_rea
     uint8_t slot;
 
     if (index == BY_STIMULI) {
-        slot = memory_find(robot, request->previous, request->current);
-        for (index = 0; index < robot->memory.used && robot->memory.order[index] != slot; index++) {
+        slot = memory_find(junior, request->previous, request->current);
+        for (index = 0; index < junior->memory.used && junior->memory.order[index] != slot; index++) {
         }
     }
-    if (index >= robot->memory.used || !memory_plan(robot, robot->memory.order[index], &plan)) {
+    if (index >= junior->memory.used || !memory_plan(junior, junior->memory.order[index], &plan)) {
         return ROBOT_REASON_NOT_FOUND;
     }
-    slot = robot->memory.order[index];
+    slot = junior->memory.order[index];
     memset(&entry, 0, sizeof entry);
     entry.session = request->session;
     entry.sequence = request->sequence;
-    entry.checksum = checksum(robot);
+    entry.checksum = checksum(junior);
     entry.period = plan.period;
     entry.options = plan.options;
-    entry.used = robot->memory.used;
+    entry.used = junior->memory.used;
     entry.index = index;
-    entry.previous = read(robot, slot, AT_PREVIOUS);
-    entry.target_system = robot->session.owner.system;
-    entry.target_component = robot->session.owner.component;
-    entry.current = read(robot, slot, AT_CURRENT);
+    entry.previous = read(junior, slot, AT_PREVIOUS);
+    entry.target_system = junior->robot.session.owner.system;
+    entry.target_component = junior->robot.session.owner.component;
+    entry.current = read(junior, slot, AT_CURRENT);
     entry.count = plan.count;
     memcpy(entry.actions, plan.actions, MAX_ACTIONS);
-    SEND(robot, JUNIOR_MEMORY_ENTRY, &entry);
-    return ROBOT_REASON_NONE;
+    SEND(&junior->robot, JUNIOR_MEMORY_ENTRY, &entry);
+    return ANSWER_GIVEN;
 }

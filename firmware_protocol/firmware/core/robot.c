@@ -1,7 +1,7 @@
 /* Power-on and the control period. */
-#include "core.h"
+#include "core/core.h"
 
-static void count_boot(struct junior *robot)
+static void count_boot(struct robot *robot)
 {
     uint8_t bytes[4];
 
@@ -17,67 +17,65 @@ static void count_boot(struct junior *robot)
     nvm_flush(robot);
 }
 
-void junior_power_on(struct junior *robot, void *board)
+void robot_power_on(struct robot *robot, void *board)
 {
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     bool held = hal_start(board) != 0;
 
 #endif
-    memset(robot, 0, sizeof *robot);
+#ifndef ROLE
+    robot->role = hal_role(board);
+#endif
     robot->board = board;
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
     robot->can.fitted = hal_has_can(board);
 #endif
     time_start(robot);
     params_load(robot);
-    memory_load(robot);
+    ROLE_OF(robot, load)(robot);
     count_boot(robot);
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     signing_start(robot, held);
 #endif
-    robot->system = (uint8_t)params_get(robot, PARAM_SYS_ID);
-    sensing_start(robot);
-    contest_start(robot);
+    robot->system = (uint8_t)params_get(robot, ROLE_OF(robot, param_sys_id));
+    ROLE_OF(robot, start)(robot);
     stream_start(robot);
     wheels_output(robot);
 }
 
-static void store(struct junior *robot)
+static void store(struct robot *robot)
 {
     nvm_step(robot);
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     signing_step(robot);
 #endif
-    memory_step(robot);
-    if (robot->memory.job == JOB_NONE) {
+    if (ROLE_OF(robot, store)(robot)) {
         params_save(robot);
     }
 }
 
-static void restart(struct junior *robot)
+static void restart(struct robot *robot)
 {
     if (robot->reboot && time_due(robot, robot->reboot_at) && nvm_idle(robot)) {
         hal_reboot(robot->board);
     }
 }
 
-void junior_tick(struct junior *robot)
+void robot_tick(struct robot *robot)
 {
     time_tick(robot);
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     signing_tick(robot);
 #endif
     failure_step(robot);
-    sensing_tick(robot);
-    maneuver_step(robot);
-    wheels_step(robot);
-    contest_step(robot);
+    ROLE_OF(robot, act)(robot);
+    robot->battery = failure_read(robot, FAILURE_BATTERY, hal_battery(robot->board), robot->battery);
     frame_receive(robot);
-    contest_input(robot);
+    ROLE_OF(robot, override)(robot);
     states_watch(robot);
     wheels_output(robot);
     store(robot);
-    maneuver_report(robot);
+    ROLE_OF(robot, report)(robot);
     stream_step(robot);
     params_list_step(robot);
     notice_step(robot);

@@ -1,29 +1,39 @@
-/* Junior's firmware: the state of one robot, and the two functions a target calls.
+/* What any robot has, whatever its role: its state, and the two functions a target calls.
  *
- * The core allocates nothing and has no globals, so that one process can run as many robots as it has memory for.
+ * A role (role.h) has a struct of its own that begins with this one; a target keeps that. Nothing is allocated and there
+ * are no globals, so that one process can run as many robots as it has memory for.
  */
-#ifndef JUNIOR_H
-#define JUNIOR_H
+#ifndef ROBOT_H
+#define ROBOT_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "roles.h"
 #include "tables.h"
 #include "wire.h"
 
 #define FIRMWARE_VERSION 0x00010000UL /* 0.1.0: major, minor, patch, type */
 
 #define TICK_MS 5U     /* nominal control period */
-#define MEMORY_SLOTS 32U /* default of MEM_SLOTS; on a 1 KiB EEPROM there is room for no more */
 #define LEFT 0U
 #define RIGHT 1U
 
-#ifndef JUNIOR_CAN
-#define JUNIOR_CAN 0 /* 1: the front end for CAN (can.c) is there, and used where hal_has_can says so */
+/* ROLE is the name of the only role in a build for a micro-controller. Where it is not defined, there are several. */
+#define ROLE_PASTE(role, member) role##_##member
+#define ROLE_JOIN(role, member) ROLE_PASTE(role, member)
+#ifdef ROLE
+#define ROLE_MOST(member) ROLE_JOIN(ROLE, member)
+#else
+#define ROLE_MOST(member) most_##member
 #endif
 
-#ifndef JUNIOR_FAILURES
-#define JUNIOR_FAILURES 1 /* 0: failures on request (failure.c) are left out, and the command is answered as unknown */
+#ifndef FIRMWARE_CAN
+#define FIRMWARE_CAN 0 /* 1: the front end for CAN (can.c) is there, and used where hal_has_can says so */
+#endif
+
+#ifndef FIRMWARE_FAILURES
+#define FIRMWARE_FAILURES 1 /* 0: failures on request (failure.c) are left out, and the command is answered as unknown */
 #endif
 
 enum { HISTORY = 8, FORMER = 4, SENDERS = 4, FRAME_SIZE = 10 + WIRE_LARGEST_INBOUND + 2 + 13 };
@@ -60,7 +70,7 @@ struct frame {
     uint8_t sequence_out;
 };
 
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
 /* --- can.c ------------------------------------------------------------------------------------------------------- */
 
 enum { CAN_TRANSFER_SIZE = 3 + WIRE_LARGEST_INBOUND + 2 };
@@ -84,7 +94,7 @@ struct can {
 };
 #endif
 
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
 /* --- signing.c --------------------------------------------------------------------------------------------------- */
 
 enum { SIGNED_STREAMS = 4, SIGNING_KEY_SIZE = 32, SIGNING_SLOT_SIZE = SIGNING_KEY_SIZE + 3 };
@@ -121,104 +131,35 @@ struct counters {
     uint16_t boots;
 };
 
-/* --- sensing.c --------------------------------------------------------------------------------------------------- */
-
-struct arm {
-    uint32_t raw_since;     /* ms: the switch has read the same since */
-    uint32_t pressed_since; /* ms */
-    uint8_t raw;
-};
-
-struct sensing {
-    uint16_t eye[2], floor[2], battery;
-    uint16_t flags;        /* SensorFlag */
-    uint8_t edges;         /* press edges of this tick: bit 0 left, bit 1 right */
-    struct arm arm[2];
-    int32_t encoder[2];    /* um, last reading */
-    int16_t travel_um[2];  /* remainder of travel */
-    int32_t travel_mm[2];
-    int32_t ground;        /* um, last reading */
-    int32_t ground_moved;  /* um, in this tick */
-    uint32_t battery_good; /* ms: last time it was not low */
-};
-
 /* --- wheels.c ---------------------------------------------------------------------------------------------------- */
 
 struct wheels {
     int16_t effort[2]; /* permille, trimmed */
     uint32_t deadline; /* ms, while DRIVING */
-    bool guarded;      /* the border stops them */
 };
 
-/* --- maneuver.c, reflex.c ---------------------------------------------------------------------------------------- */
+/* --- params.c, nvm.c --------------------------------------------------------------------------------------------- */
 
-enum { MANEUVER_OPTIONS = 31 }; /* every bit of ManeuverOption */
-
-struct maneuver_plan {
-    uint16_t period; /* ms */
-    uint8_t options; /* ManeuverOption */
-    uint8_t count;
-    uint8_t actions[MAX_ACTIONS];
-};
-
-enum maneuver_phase { PHASE_IDLE, PHASE_ACTING, PHASE_BACKING, PHASE_TURNING };
-
-struct maneuver {
-    struct maneuver_plan plan;
-    uint8_t phase;
-    uint8_t index;           /* action being performed */
-    bool reported;           /* asked for by a host, that wants the result */
-    bool changing;           /* stimulus differs from the first one */
-    bool turn_left;          /* reflex: way to turn */
-    uint32_t phase_end;      /* ms: end of the action, or of the part of the reflex */
-    uint32_t changing_since; /* ms */
-    int32_t pressed_um;      /* travel while pressed, this action */
-    uint16_t press[2];       /* ms: present unbroken press, this action */
-    bool result_pending;
-    uint32_t result_due;     /* ms */
-    mavlink_junior_maneuver_result_t result; /* filled as the maneuver goes */
-};
-
-/* --- params.c, nvm.c, memory.c ----------------------------------------------------------------------------------- */
+enum { PARAMS_MOST = ROLE_MOST(param_count) };
 
 struct params {
-    float value[PARAM_COUNT];
-    int16_t integer[PARAM_COUNT];           /* whole: the value; else permille of it */
-    uint8_t unsaved[(PARAM_COUNT + 7) / 8]; /* bit set: differs from what is stored */
-    uint8_t list_next;                      /* next parameter to send of a list; PARAM_COUNT: none */
+    float value[PARAMS_MOST];
+    int16_t integer[PARAMS_MOST];           /* whole: the value; else permille of it, beyond 32.767 as uint16_t */
+    uint8_t unsaved[(PARAMS_MOST + 7) / 8]; /* bit set: differs from what is stored */
+    uint8_t list_next;                      /* next parameter to send of a list; beyond the last: none */
 };
+
+enum { NVM_LONGEST = 16 }; /* bytes that a role can write at once */
 
 struct nvm {
     uint16_t address;
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     uint8_t data[SIGNING_SLOT_SIZE];
 #else
-    uint8_t data[16];
+    uint8_t data[NVM_LONGEST];
 #endif
     uint8_t length, position;
     bool busy;
-};
-
-enum memory_job { JOB_NONE, JOB_WRITE, JOB_ERASE_OLD, JOB_ERASE_ALL };
-
-struct memory {
-    uint8_t order[MEMORY_SLOTS + 1]; /* physical slots in use, by previous, then current stimulus */
-    uint8_t used;                    /* how many; one more than MEM_SLOTS while one is being replaced */
-    uint16_t checksum;
-    bool checked;     /* the checksum is that of the present contents */
-    uint8_t job;      /* memory_job */
-    uint8_t slot;     /* being written or erased */
-    uint8_t old;      /* slot to be erased afterwards, or 0xFF */
-    bool asked;       /* the command is to be answered: its session is still open */
-    uint16_t sequence; /* of the command */
-};
-
-/* --- contest.c --------------------------------------------------------------------------------------------------- */
-
-struct contest {
-    uint32_t begins;     /* ms: end of the countdown */
-    uint8_t previous;    /* stimulus that the last maneuver answered */
-    uint8_t start_input; /* last reading of the start module */
 };
 
 /* --- keeper.c ---------------------------------------------------------------------------------------------------- */
@@ -253,66 +194,75 @@ struct session {
     uint8_t former_next;
 };
 
-enum stream_id { STREAM_HEARTBEAT, STREAM_SYS_STATUS, STREAM_SENSORS, STREAM_STATUS, STREAM_VERSION, STREAMS };
+/* The role's streams come between SYS_STATUS and ROBOT_STATUS. */
+enum { STREAM_HEARTBEAT, STREAM_SYS_STATUS, STREAM_ROLE, STREAMS_OWN = 4, STREAMS_MOST = STREAMS_OWN + ROLE_MOST(stream_count) };
 
 struct streams {
-    uint16_t interval[STREAMS]; /* ms; 0 off */
-    uint32_t due[STREAMS];
-    uint8_t requested;          /* bit per stream: send once, now */
+    uint16_t interval[STREAMS_MOST]; /* ms; 0 off */
+    uint32_t due[STREAMS_MOST];
+    uint8_t requested;               /* bit per stream: send once, now */
 };
 
 struct notices {
     uint8_t pending; /* bit per enum notice */
     uint32_t next;   /* ms: earliest time of the next text */
     uint32_t battery_next;
+    uint32_t battery_good; /* ms: last time it was not low */
 };
 
-#if JUNIOR_FAILURES
 /* --- failure.c --------------------------------------------------------------------------------------------------- */
 
-enum { FAILURE_EYE, FAILURE_FLOOR = 2, FAILURE_ARM = 4, FAILURE_BATTERY = 6, FAILURE_WHEEL, FAILURE_HOST = 9, FAILURE_PARTS };
+enum {
+    FAILURE_BATTERY,
+    FAILURE_WHEEL, /* left, right */
+    FAILURE_HOST = FAILURE_WHEEL + 2,
+    FAILURE_SENSOR, /* the role's, in its order */
+    FAILURE_PARTS = FAILURE_SENSOR + ROLE_MOST(sensor_count)
+};
 
+#if FIRMWARE_FAILURES
 struct failures {
-    uint8_t type[FAILURE_PARTS]; /* FAILURE_TYPE; pairs are left, right */
+    uint8_t type[FAILURE_PARTS]; /* FAILURE_TYPE */
     uint16_t noise;
 };
 #endif
 
-struct junior {
+struct robot {
+#ifndef ROLE
+    const struct role *role;
+#endif
     void *board;
     uint8_t system;   /* id on the network */
     uint8_t state;    /* State */
     bool reboot; /* asked for: nothing arms any more */
+    uint16_t battery; /* mV */
     uint32_t reboot_at;
     struct time time;
     struct frame frame;
-#if JUNIOR_CAN
+#if FIRMWARE_CAN
     struct can can;
 #endif
-#if JUNIOR_SIGNING
+#if FIRMWARE_SIGNING
     struct signing signing;
 #endif
     struct counters counters;
-    struct sensing sensing;
     struct wheels wheels;
-    struct maneuver maneuver;
     struct params params;
     struct nvm nvm;
-    struct memory memory;
-    struct contest contest;
     struct keeper keeper;
     struct session session;
     struct streams streams;
     struct notices notices;
-#if JUNIOR_FAILURES
+#if FIRMWARE_FAILURES
     struct failures failures;
 #endif
 };
 
-/* Boots: reads non-volatile memory, counts the boot, comes up disarmed with stopped wheels. */
-void junior_power_on(struct junior *robot, void *board);
+/* Boots: reads non-volatile memory, counts the boot, comes up disarmed with stopped wheels. `robot` is the head of its role's
+ * struct; all of that is zero, as memory is when a program begins. */
+void robot_power_on(struct robot *robot, void *board);
 
 /* One control period: sensors, received bytes, behaviour, wheels, messages. */
-void junior_tick(struct junior *robot);
+void robot_tick(struct robot *robot);
 
 #endif
