@@ -45,7 +45,11 @@ _WATCHDOG: Final = Parameter(
 )
 _BATT_LOW: Final = Parameter("BATT_LOW", 0, 0, 20000, "mV", "Warn below this; 0 never", whole=True)
 
-ROBOT_PARAMETERS: Final[tuple[Parameter, ...]] = (_SYS_ID, _WATCHDOG, _BATT_LOW)
+_FAIL_ENABLE: Final = Parameter(
+    "FAIL_ENABLE", 0, 0, 1, "", "1 lets the host have parts fail (MAV_CMD_INJECT_FAILURE); 0 ends that", whole=True
+)
+
+ROBOT_PARAMETERS: Final[tuple[Parameter, ...]] = (_SYS_ID, _WATCHDOG, _BATT_LOW, _FAIL_ENABLE)
 """What any robot has, whatever its role."""
 
 JUNIOR_PARAMETERS: Final[tuple[Parameter, ...]] = (
@@ -74,12 +78,14 @@ JUNIOR_PARAMETERS: Final[tuple[Parameter, ...]] = (
     _BATT_LOW,
     Parameter("MAN_HOLD", 100, 0, 250, "ms", "HOLD: longest time a maneuver's last action goes on; 0 not at all", whole=True),
     Parameter("WHEEL_SPEED", 400, 1, 5000, "mm/s", "Free speed of a wheel, for travel without encoders", whole=True),
-    Parameter("FAIL_ENABLE", 0, 0, 1, "", "1 lets the host have parts fail (MAV_CMD_INJECT_FAILURE); 0 ends that", whole=True),
+    _FAIL_ENABLE,
 )
 """A Junior's, in order."""
 
 SWARM_PARAMETERS: Final[tuple[Parameter, ...]] = (
-    *ROBOT_PARAMETERS,
+    _SYS_ID,
+    _WATCHDOG,
+    _BATT_LOW,
     Parameter("CLASS", 0, 0, 1, "", "What it is among the others: 0 RANGER, 1 WILD", whole=True),
     Parameter("RING", 1, 0, 1, "", "1: a ring of sensors is fitted, 0: none", read_only=True, whole=True),
     Parameter("MOVE_SPEED", 0.20, 0.01, 2.0, "m/s", "Speed of a move that names none"),
@@ -99,6 +105,7 @@ SWARM_PARAMETERS: Final[tuple[Parameter, ...]] = (
     Parameter("FENCE_X", 0, 0.0, 32.767, "m", "The robot stays between -FENCE_X and FENCE_X; 0: no fence"),
     Parameter("FENCE_Y", 0, 0.0, 32.767, "m", "Likewise, across"),
     Parameter("FIX_AGE", 1.0, 0.01, 65.0, "s", "A position fix that is older counts as none"),
+    _FAIL_ENABLE,
 )
 """A micro-robot's, in order."""
 

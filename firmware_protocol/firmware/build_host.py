@@ -10,7 +10,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = Path("firmware_protocol/firmware")
-ROLES = ("junior",)
+ROLES = ("junior", "micro")
 """Folders of the roles: all of them are in it."""
 PARTS = ("core", *ROLES)
 """Folders of what is on a board: no two of their files have one name."""

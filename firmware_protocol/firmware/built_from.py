@@ -15,6 +15,8 @@ _PARTS: Final = (
     "core/*.h",
     "junior/*.c",
     "junior/*.h",
+    "micro/*.c",
+    "micro/*.h",
     "roles.h",
     "targets/host/*.c",
     "targets/host/*.h",

@@ -23,8 +23,23 @@ enum {
 };
 
 enum {
+    micro_product = 2,
+    micro_inbound_count = 15,
+    micro_unnumbered_count = 1,
+    micro_can_count = 25,
+    micro_stream_count = 2,
+    micro_stream_asked = 1,
+    micro_sensor_count = 0,
+    micro_param_count = 21,
+    micro_param_sys_id = 0,
+    micro_param_watchdog = 1,
+    micro_param_batt_low = 2,
+    micro_param_fail_enable = 20,
+};
+
+enum {
     most_param_count = 26,
-    most_stream_count = 1,
+    most_stream_count = 2,
     most_sensor_count = 6,
 };
 

@@ -5,8 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import BYTE_LINKS_ONLY, JUNIOR_MESSAGES, ROBOT_MESSAGES, STANDARD_MESSAGES, JuniorSensors
-from firmware_protocol.parameters import JUNIOR_PARAMETERS, ROBOT_PARAMETERS
+from firmware_protocol.messages import (
+    BYTE_LINKS_ONLY,
+    JUNIOR_MESSAGES,
+    ROBOT_MESSAGES,
+    STANDARD_MESSAGES,
+    SWARM_MESSAGES,
+    JuniorSensors,
+    SwarmObservation,
+    SwarmRanges,
+)
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, ROBOT_PARAMETERS, SWARM_PARAMETERS
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import offsets
@@ -64,6 +73,16 @@ ROLES: Final = (
         parameters=JUNIOR_PARAMETERS,
         sensors=6,
         can_functions=("WHEELS", "SWITCHES", "EYES", "TRAVEL"),
+    ),
+    FirmwareRole(
+        name="micro",
+        product=2,
+        messages=tuple(SWARM_MESSAGES),
+        streams={SwarmObservation: 0, SwarmRanges: 0},
+        parameters=SWARM_PARAMETERS,
+        sensors=0,
+        can_functions=("MOVE",),
+        asked=True,
     ),
 )
 """Every role. The first is what a board is that does not say."""

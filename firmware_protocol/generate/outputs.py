@@ -10,7 +10,7 @@ from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
 from firmware_protocol.generate.host import host_layout, host_stub
 from firmware_protocol.generate.reference import reference
-from firmware_protocol.generate.tables import core_tables, junior_tables, roles
+from firmware_protocol.generate.tables import core_tables, junior_tables, micro_tables, roles
 from firmware_protocol.generate.vectors import can_text, golden_binary, golden_text
 from firmware_protocol.generate.wiring import draw
 
@@ -25,6 +25,7 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "firmware_protocol/dialect/junior.dbc": can_database,
     "firmware_protocol/firmware/core/tables.h": core_tables,
     "firmware_protocol/firmware/junior/tables.h": junior_tables,
+    "firmware_protocol/firmware/micro/tables.h": micro_tables,
     "firmware_protocol/firmware/roles.h": roles,
     "firmware_protocol/firmware/host_io.py": host_layout,
     "simdevice/_host.pyi": host_stub,

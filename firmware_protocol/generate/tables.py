@@ -157,6 +157,12 @@ def junior_tables() -> str:
     return role_tables(junior, _actions())
 
 
+def micro_tables() -> str:
+    """The text of `micro/tables.h`."""
+    (micro,) = (role for role in ROLES if role.name == "micro")
+    return role_tables(micro)
+
+
 def _facts(role: FirmwareRole) -> dict[str, int]:
     return {
         "product": role.product,

@@ -90,7 +90,7 @@ class FirmwareBench:
         streamed: Its streams: heartbeats, sensors, status.
     """
 
-    STREAMS = tuple(message.__name__ for message in by_itself(JUNIOR))
+    STREAMS: tuple[str, ...] = tuple(message.__name__ for message in by_itself(JUNIOR))
 
     def __init__(self, nvm: bytes = BLANK, *, ground: bool = True, encoders: bool = True, start: bool = False) -> None:
         robot: Any = ffi.new("host_robot *")

@@ -70,7 +70,7 @@ static uint8_t request(struct robot *robot, bool direct, const mavlink_command_l
         return MAV_RESULT_UNSUPPORTED;
     }
     if (ROLE_OF(robot, stream_asked) && stream_is_role(robot, stream)) {
-        result = ROLE_OF(robot, request)(robot, stream, direct, command); /* unreachable: no role is asked like that yet */
+        result = ROLE_OF(robot, request)(robot, stream, direct, command);
     }
     if (result == MAV_RESULT_ACCEPTED) {
         robot->streams.requested |= (uint8_t)(1U << stream); /* sent in this tick, after the answer */
@@ -110,7 +110,7 @@ void command_handle(struct robot *robot, struct sender from, bool direct, const 
     case MAV_CMD_REQUEST_MESSAGE:
         result = request(robot, direct, command);
         if (ROLE_OF(robot, stream_asked) && !direct) {
-            return; /* unreachable: no role is asked like that yet; what was asked for would be the answer */
+            return; /* what was asked for is the answer */
         }
         break;
 #if FIRMWARE_FAILURES

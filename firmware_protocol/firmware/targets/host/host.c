@@ -5,8 +5,11 @@
 
 #include "core/core.h"
 #include "junior/senses.h"
+#include "micro/modules.h"
 
-static const struct role *const roles[] = {&junior_role};
+enum { DEFAULT_TRACK_UM = 30000, DEFAULT_FULL_SPEED = 400 };
+
+static const struct role *const roles[] = {&junior_role, &micro_role};
 
 static host_robot *host_of(void *board)
 {
@@ -83,6 +86,127 @@ int32_t hal_travel(void *board, uint8_t side)
 int32_t hal_ground(void *board)
 {
     return host_of(board)->io.ground_um;
+}
+
+uint32_t hal_track(void *board)
+{
+    return host_of(board)->io.track_um != 0 ? host_of(board)->io.track_um : DEFAULT_TRACK_UM;
+}
+
+uint16_t hal_full_speed(void *board)
+{
+    return host_of(board)->io.full_speed != 0 ? host_of(board)->io.full_speed : DEFAULT_FULL_SPEED;
+}
+
+void hal_force(void *board, uint8_t share)
+{
+    host_of(board)->io.force = share;
+}
+
+uint8_t hal_bump(void *board, uint16_t gap)
+{
+    host_of(board)->io.gap = gap;
+    return host_of(board)->io.bump;
+}
+
+bool hal_has_pose(void *board)
+{
+    return host_of(board)->io.has_pose != 0;
+}
+
+bool hal_pose(void *board, struct hal_fix *fix)
+{
+    host_io *io = &host_of(board)->io;
+
+    fix->x = io->fix_um[0];
+    fix->y = io->fix_um[1];
+    fix->heading = io->fix_heading;
+    fix->age = io->fix_age;
+    if (!io->fix_new) {
+        return false;
+    }
+    io->fix_new = 0;
+    return true;
+}
+
+bool hal_has_ring(void *board)
+{
+    return host_of(board)->io.has_ring != 0;
+}
+
+void hal_ring_start(void *board, const struct hal_ring *ring)
+{
+    host_io *io = &host_of(board)->io;
+
+    io->least = ring->least;
+    io->step = ring->step;
+    io->limit = ring->limit;
+    io->ranges = ring->ranges;
+    io->farthest = ring->farthest;
+    io->asked = 1;
+}
+
+bool hal_ring_ready(void *board)
+{
+    host_io *io = &host_of(board)->io;
+
+    io->asked = !io->ready;
+    return io->ready != 0;
+}
+
+bool hal_neighbour(void *board, uint16_t index, struct hal_neighbour *neighbour)
+{
+    const host_robot *host = host_of(board);
+
+    if (index >= host->neighbours) {
+        return false;
+    }
+    neighbour->group = host->neighbour_group[index];
+    neighbour->bearing = host->neighbour_bearing[index];
+    neighbour->distance = host->neighbour_distance[index];
+    return true;
+}
+
+uint16_t hal_range(void *board, uint8_t index, bool *robot)
+{
+    *robot = (host_of(board)->io.range_robots >> index & 1U) != 0;
+    return host_of(board)->io.range[index];
+}
+
+bool hal_box(void *board, uint16_t *bearing, uint16_t *distance)
+{
+    *bearing = host_of(board)->io.box_bearing;
+    *distance = host_of(board)->io.box_distance;
+    return host_of(board)->io.has_box != 0;
+}
+
+bool hal_goal(void *board, uint16_t *bearing)
+{
+    *bearing = host_of(board)->io.goal_bearing;
+    return host_of(board)->io.has_goal != 0;
+}
+
+bool hal_touch(void *board)
+{
+    return host_of(board)->io.touch != 0;
+}
+
+void host_see(host_robot *host, uint32_t count, const uint8_t *group, const uint16_t *bearing, const uint32_t *um)
+{
+    host->neighbours = count;
+    host->neighbour_group = group;
+    host->neighbour_bearing = bearing;
+    host->neighbour_distance = um;
+}
+
+int16_t host_sine(uint16_t angle)
+{
+    return angles_sine(angle);
+}
+
+uint16_t host_angle(int32_t y, int32_t x)
+{
+    return angles_of(y, x);
 }
 
 void hal_set_wheels(void *board, int16_t left, int16_t right)
@@ -215,6 +339,7 @@ void host_power_on_cut(host_robot *host, uint64_t micros, int32_t writes)
     host->tx_backlog = 0;
     host->io.tx_len = 0;
     host->io.reboot = 0;
+    host->io.asked = 0;
     memset(&host->as, 0, sizeof host->as);
     robot_power_on(&host->as.robot, host);
 }
@@ -228,6 +353,10 @@ void host_restart(host_robot *host)
     host->io.uid = before.uid;
     host->io.can = before.can;
     host->io.role = before.role;
+    host->io.has_pose = before.has_pose;
+    host->io.has_ring = before.has_ring;
+    host->io.full_speed = before.full_speed;
+    host->io.track_um = before.track_um;
     host->io.start = before.start;
     host->io.has_encoders = before.has_encoders;
     host->io.has_ground = before.has_ground;

@@ -3,10 +3,12 @@
 #define HOST_ROLES_H
 
 #include "junior/junior.h"
+#include "micro/micro.h"
 
 union host_roles { /* all begin with what any robot has */
     struct robot robot;
     struct junior junior;
+    struct micro micro;
 };
 
 #endif
