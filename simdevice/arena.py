@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 
 import pymunk
 
-from simdevice.junior.profile import GRAVITY, JUNIOR_OUTLINE
+from simdevice.junior.profile import JUNIOR_OUTLINE
+from simdevice.quantities import GRAVITY
 from simdevice.sumo.ring import SumoRing
 
 if TYPE_CHECKING:

@@ -79,10 +79,13 @@ class Numbering:
     Attributes:
         session: The open session; None before the handshake.
         sequence: The last sequence used; 0 is the one that opens the session.
+        asking: The last count used of a request whose answer names it (`param2` of REQUEST_MESSAGE). It begins far from the
+            sequences, which other messages of the same kind may name.
     """
 
     session: int | None = None
     sequence: int = 0
+    asking: int = 0x8000
 
     def open(self, session: int) -> None:
         """Begin a session."""
@@ -94,6 +97,11 @@ class Numbering:
             raise PeerError("there is no session with the robot yet")
         self.sequence = (self.sequence + 1) & 0xFFFF
         return self.session, self.sequence
+
+    def take_asking(self) -> int:
+        """The next count of such a request, 1..65535."""
+        self.asking = self.asking % 0xFFFF + 1
+        return self.asking
 
 
 def in_progress(exchange: Exchange[T], ack: CommandAck, time: float) -> bool:

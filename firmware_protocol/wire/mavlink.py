@@ -159,17 +159,10 @@ class MavlinkCodec:
         """Find frames from `at` on; leaves in the buffer what may yet become one, unless `final`."""
         end = len(data)
         while at < end:
-            if data[at] == MARKER:
-                taken = self._take(data, at, events, final=final)
-                if not taken:
-                    break
-                at += taken
-            else:
-                start = at
-                at = data.find(_START, at)
-                if at < 0:
-                    at = end
-                self._skip(data[start:at], events)
+            taken = self._step(data, at, events, final=final)
+            if not taken:
+                break
+            at += taken
         self._buffer = data[at:]
 
     def _take_plain(self, data: bytes, events: list[Received | Rejected]) -> int:
@@ -201,6 +194,19 @@ class MavlinkCodec:
             self.good += 1
             at = after
         return at
+
+    def _step(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> int:
+        """Judge what begins at `at`, or skip to the next marker.
+
+        Returns:
+            Bytes used up; 0 to wait for more.
+        """
+        if data[at] == MARKER:
+            return self._take(data, at, events, final=final)
+        marker = data.find(_START, at)
+        end = len(data) if marker < 0 else marker
+        self._skip(data[at:end], events)
+        return end - at
 
     def _take(self, data: bytes, at: int, events: list[Received | Rejected], *, final: bool) -> int:
         """Judge what begins with the marker at `at`.

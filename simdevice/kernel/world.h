@@ -3,25 +3,12 @@
  * Ring n holds `pieces` of them, from `pieces` n on: the first is a Junior, the second its opponent, a dummy or another Junior.
  * Where a piece has something on its left and its right, the left one is at 2 piece, the right one at 2 piece + 1; what it
  * knows of another one in its ring, the k-th, is at `pieces` piece + k. SI units; times are in s.
- * Bodies, joints and spaces are Chipmunk's, made by whoever fills the arrays; its functions are handed over with them. */
+ * Bodies, joints and spaces are Chipmunk's, made by whoever fills the arrays; its functions are in physics.h. */
 #ifndef KERNEL_WORLD_H
 #define KERNEL_WORLD_H
 
 #include "outline.h"
-
-typedef struct {
-    double x, y;
-} kernel_vector; /* Chipmunk's cpVect */
-
-typedef struct { /* Chipmunk's functions */
-    void (*space_step)(void *space, double period);
-    kernel_vector (*position)(void *body);
-    double (*angle)(void *body);
-    void (*set_torque)(void *body, double torque);
-    void (*apply_force)(void *body, kernel_vector force, kernel_vector point); /* both in the body's frame */
-    void (*set_max_force)(void *joint, double force);
-    void (*set_anchor_b)(void *joint, kernel_vector anchor);
-} kernel_physics;
+#include "physics.h"
 
 typedef struct { /* what all Juniors have in common, as simdevice/junior/{motors,sensors}.py work it out of a profile */
     double half_track, free_speed, stall_force, tyre_limit, slip, idle_current, current_per_force, fall, resistance;

@@ -19,8 +19,9 @@ from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
+from hil.connecting.connecting import connect_as
 from hil.sumo.advice_file import save_advice
-from hil.sumo.connecting import connect, connect_all
+from hil.sumo.connecting import connect_all
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.serving.admission import HELD
 from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
@@ -153,7 +154,7 @@ def impatient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     advice = Advice(PalSettings(), (AdviceEntry(ANY_STIMULUS, 0, (Action.FF,), 1.0, 10),), "flat-light")
     save_advice(advice, tmp_path / "advice.toml")
     for where in ("hil.jobs.session", "hil.cli.keygen"):
-        monkeypatch.setattr(f"{where}.connect", partial(connect, timeout=WAIT))
+        monkeypatch.setattr(f"{where}.connect_as", partial(connect_as, timeout=WAIT))
     monkeypatch.setattr("hil.jobs.session.connect_all", partial(connect_all, timeout=WAIT))
 
 

@@ -200,7 +200,9 @@ def test_any_change_is_noticed(tmp_path: Path, name: str) -> None:
 
 
 def test_neither_the_world_nor_the_devices_know_the_other() -> None:
-    for name in ("order.h", "outline.h", "outline.c", "world.h", "world.c", "sensors.c", "referee.h", "referee.c"):
+    tables = ("table.h", "table.c", "table_contact.c", "table_grid.c", "table_ring.c")
+    worlds = ("world.h", "world.c", "sensors.c", "referee.h", "referee.c")
+    for name in ("order.h", "physics.h", "outline.h", "outline.c", *worlds, *tables):
         text = (KERNEL / name).read_text(encoding="utf-8")
         assert "host" not in text, name
         assert "devices" not in text, name

@@ -9,7 +9,8 @@ import pytest
 
 from simdevice.arena import Arena, Dummy, Rover
 from simdevice.junior.motors import Motors
-from simdevice.junior.profile import GRAVITY, JuniorProfile
+from simdevice.junior.profile import JuniorProfile
+from simdevice.quantities import GRAVITY
 from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
 from simdevice.sumo.ring import SumoRing

@@ -31,7 +31,7 @@ static void take(struct robot *robot, uint8_t index, float value)
 {
     robot->params.value[index] = value;
     robot->params.integer[index]
-        = (int16_t)(flash_u8(&row_of(robot, index)->flags) & PARAM_FLAG_WHOLE ? value : value * 1000.0f + 0.5f);
+        = (int16_t)(int32_t)(flash_u8(&row_of(robot, index)->flags) & PARAM_FLAG_WHOLE ? value : value * 1000.0f + 0.5f);
 }
 
 /* The name is in a record's checksum: a parameter that moved in the table is not mistaken for another. */
