@@ -131,13 +131,16 @@ class MavlinkCodec:
         events = self.flush(now) if now - self._stamp > SILENCE and (self._buffer or self._junk) else []
         if data:
             self._stamp = now
-            data = self._buffer + data if self._buffer else bytes(data)
-            plain = self._take_plain(data, events)
-            if plain < len(data):
-                self._scan(data, plain, events, final=False)
-            else:
-                self._buffer = b""
+            self._take_in(self._buffer + data if self._buffer else bytes(data), events)
         return events
+
+    def _take_in(self, data: bytes, events: list[Received | Rejected]) -> None:
+        """Find frames in what has come, and what was held back before it."""
+        plain = self._take_plain(data, events)
+        if plain < len(data):
+            self._scan(data, plain, events, final=False)
+        else:
+            self._buffer = b""
 
     def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
         """Give up a partial frame if nothing has come for 20 ms. `receive` does it by itself; call this when nothing comes.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Received, Rejected
     from firmware_protocol.wire.fields import Message
 
-FEW: Final = 20
+FEW: Final = 50
 """Fewer frames than this in a chunk are done sooner one by one."""
 
 _AROUND: Final = HEADER_LENGTH + CHECKSUM_LENGTH
@@ -106,7 +106,7 @@ class MavlinkBatchCodec(MavlinkCodec):
         data = self._buffer + data if self._buffer else bytes(data)
         plain = self._find(data)
         if plain is None:
-            self._scan(data, 0, events, final=False)
+            self._take_in(data, events)
             return arrivals({}, events, range(len(events)), self.kinds, _payload)
         return self._walk(data, plain, events, now)
 

@@ -76,7 +76,13 @@ class Ringside(Protocol):
 
 
 class Attended(Protocol):
-    """A ring that wants to be asked before control periods."""
+    """A ring that wants to be asked before control periods.
+
+    Attributes:
+        number: Which it is.
+    """
+
+    number: int
 
     def begin(self) -> int:
         """Control periods begin. Returns how many may pass before it is to be asked again, 1 or more."""
@@ -198,12 +204,13 @@ class Arrays:
 
     def _run_attended(self, inbound: bytes, periods: int) -> int:
         """Run the loop where some are to be asked before."""
-        most = min(periods, *[one.begin() for one in self.attended])
+        attended = [one for one in self.attended if self.loop.living[one.number]]
+        most = min([periods, *[one.begin() for one in attended]])
         why = self.run(self.loop, inbound, len(inbound), most)
         while not (lived := why >> _LIVED & MANY):  # without noise nobody has lived at all
             self._draw()
             why = self.run(self.loop, inbound, len(inbound), most)
-        for one in self.attended:
+        for one in attended:
             one.skip(lived)
         return why if why >> _WHY or lived == periods else why | self._noise  # not over yet: as where only noise is lacking
 

@@ -31,12 +31,14 @@ class KernelWorld(World):
     Args:
         settings: What it begins with; None are the defaults.
         arrays: The kernel's arrays, where it shares them with others of like settings: who made them lets all live together.
+            None: it has its own.
         number: Which of their rings is this one's.
 
     Attributes:
         period: One control period, in s.
         device: Junior.
         arrays: The kernel's arrays that it is in.
+        number: Which of their rings is its own.
         referee: The referee, if any.
         wire: What goes in and out.
         room: Bytes that the line takes in the next control period, as far as whoever serves it knows; None: any number.
@@ -49,8 +51,8 @@ class KernelWorld(World):
 
     def __init__(self, settings: WorldSettings | None = None, arrays: Arrays | None = None, number: int = 0) -> None:
         self.arrays = arrays if arrays is not None else Arrays(1)
-        self._number = number
-        self._clock, self._live = self.arrays.loop.ticks, self.arrays.live
+        self.number = number
+        self._clock, self._live = self.arrays.loop.ticks, self.arrays.live if arrays is None else self._not_alone
         super().__init__(settings)
         self.arrays.rings.append(self)
         self._attend()
@@ -63,12 +65,12 @@ class KernelWorld(World):
 
     def _prepare(self) -> None:
         """Find its place in the kernel's arrays."""
-        self._ring = KernelRing(self.arrays, self._number, self._match, self.wire)
+        self._ring = KernelRing(self.arrays, self.number, self._match, self.wire)
 
     def _make_referee(self, signing: Signing | None) -> KernelReferee:
         """Make the referee, who looks at what the kernel moves."""
         ring = self._ring
-        return KernelReferee(self.arrays, self._number, self._match, self._placed, ring.show, wire=self.wire, signing=signing)
+        return KernelReferee(self.arrays, self.number, self._match, self._placed, ring.show, wire=self.wire, signing=signing)
 
     def _make_device(self, robot: JuniorHardware, uid: int, settings: WorldSettings) -> KernelDevice:
         """Make a robot that lives in the kernel."""
@@ -99,7 +101,7 @@ class KernelWorld(World):
 
     def now(self) -> float:
         """Time of the emulation, in s."""
-        return self._clock[self._number] * self.period  # type: ignore[no-any-return]
+        return self._clock[self.number] * self.period  # type: ignore[no-any-return]
 
     def step(self, inbound: bytes) -> bytes:
         """One control period for everything; see `World.step`."""
@@ -111,14 +113,18 @@ class KernelWorld(World):
             check_periods(periods)
             periods = MANY
         said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
-        return [(self._clock[self._number] * self.period, said)] if said else []
+        return [(self._clock[self.number] * self.period, said)] if said else []
+
+    def _not_alone(self, _inbound: bytes, _periods: int) -> bytes:
+        """What shares its arrays lives with the others."""
+        raise RuntimeError("one robot of several can't live alone: let the crowd live")
 
     def _live_within(self, room: int, inbound: bytes, periods: int) -> bytes:
         """Live, and say no more than this many bytes."""
         self.device.limit(room)
-        self.arrays.loop.room[self._number] = max(room, 0)
+        self.arrays.loop.room[self.number] = max(room, 0)
         said = self._live(inbound, periods)
-        self.arrays.loop.room[self._number] = ANY_ROOM
+        self.arrays.loop.room[self.number] = ANY_ROOM
         return said
 
     # --- what the loop asks now and then -----------------------------------------------------------------------------

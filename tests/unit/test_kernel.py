@@ -19,11 +19,24 @@ from pymunk._chipmunk_cffi import ffi as chipmunk_ffi
 from pymunk._chipmunk_cffi import lib as chipmunk_lib
 
 from firmware_protocol.errors import FirmwareBuildError, PhysicsVersionError
+from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.firmware.build_host import INCLUDES, ROOT
 from firmware_protocol.firmware.fit import check_digest
 from firmware_protocol.firmware.headers import make_headers
-from firmware_protocol.messages import BoutOutcome, Command, CommandLong, ParamSet, RobotAlive
+from firmware_protocol.messages import (
+    REFEREE_COMPONENT,
+    BoutOutcome,
+    Command,
+    CommandLong,
+    OpponentCode,
+    ParamSet,
+    RefereeReset,
+    RobotAlive,
+)
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import SigningKey
 from simdevice._host import lib
 from simdevice.boards import board_host
 from simdevice.kernel import chipmunk
@@ -84,17 +97,46 @@ def test_a_board_of_another_kind_is_run_by_the_python_world() -> None:
     assert type(junior_world(WorldSettings(host=board_host()))) is World
 
 
-def test_a_crowd_says_the_same_in_the_kernel() -> None:
-    kernel, oracle = Crowd(3, WorldSettings(seed=5)), Crowd(3, WorldSettings(seed=5, host=board_host()))
+@pytest.mark.parametrize(
+    "settings",
+    [
+        WorldSettings(seed=5),
+        WorldSettings(seed=5, wire=CAN),
+        WorldSettings(seed=5, opponent="junior"),
+        WorldSettings(seed=5, faults=FaultSpec.parse("wheel:left:0.37@0.4+0.9,brownout:1.1+0.4,stuck:eye_right@0.3+2")),
+        WorldSettings(seed=5, signing_key=SigningKey(bytes(range(32)))),
+        WorldSettings(seed=5, referee=False),
+    ],
+    ids=["mavlink", "can", "second junior", "faults", "signed", "no referee"],
+)
+def test_a_crowd_says_the_same_in_the_kernel(settings: WorldSettings) -> None:
+    kernel, oracle = Crowd(3, settings), Crowd(3, dataclasses.replace(settings, host=board_host()))
+    codec = open_codec(settings.wire, system=255, component=190)
+    done = {
+        200: lambda crowd: crowd.switch_off(2),
+        300: lambda crowd: crowd.switch_on(2),
+        350: lambda crowd: crowd.unplug(3),
+        420: lambda crowd: crowd.plug(3),
+    }
     for number in range(600):
-        data = CODEC.encode(RobotAlive(7)) if number % 8 == 0 else b""
+        data = codec.encode(RobotAlive(7)) if number % 8 == 0 else b""
         if number == 100:
-            data += CODEC.encode(ParamSet(2, 1, "SYS_ID", 9.0))
-        if number in {200, 300}:
+            data += codec.encode(ParamSet(2, 1, "SYS_ID", 9.0))
+        if number in {130, 360}:
+            keep = OpponentCode.KEEP
+            resets = [RefereeReset(number, 77, number, system, REFEREE_COMPONENT, keep) for system in (1, 3, 9)]
+            data += b"".join(map(codec.encode, resets))
+        if number in done:
             for crowd in (kernel, oracle):
-                (crowd.switch_off if number == 200 else crowd.switch_on)(2)
-        assert kernel.step(data) == oracle.step(data)
+                done[number](crowd)
+        assert kernel.step(data) == oracle.step(data), number
     assert kernel.nvm == oracle.nvm
+
+
+def test_one_robot_of_a_crowd_cannot_live_alone() -> None:
+    crowd = Crowd(2)
+    with pytest.raises(RuntimeError, match="let the crowd live"):
+        crowd.members[1].world.step(b"")
 
 
 # --- who looks -------------------------------------------------------------------------------------------------------
