@@ -5,10 +5,13 @@ import sys
 import sysconfig
 from pathlib import Path
 
+import setuptools
 from setuptools import setup
 from setuptools.command.build_ext import build_ext
 
 FIRMWARE = Path(__file__).resolve().parent / "firmware_protocol" / "firmware"
+OLDEST_SETUPTOOLS = 80
+"""As in pyproject.toml, of which an older one says something else: that it is wrong."""
 
 
 class BuildExtension(build_ext):
@@ -20,6 +23,9 @@ class BuildExtension(build_ext):
         super().run()
 
 
+if int(setuptools.__version__.partition(".")[0]) < OLDEST_SETUPTOOLS:
+    old = f"setuptools {setuptools.__version__} is too old to build in place"
+    sys.exit(f"junior-hil: {old}: pip install 'setuptools>={OLDEST_SETUPTOOLS}'")
 if sysconfig.get_config_var("Py_GIL_DISABLED"):
     sys.exit("junior-hil: the emulated robot's extension needs a Python with a GIL: use another build of Python than this one")
 setup(

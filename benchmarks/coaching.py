@@ -1,16 +1,22 @@
 """What coaching is worth: coach with several seeds, then play held-out bouts with each advice.
 
 The bouts have seeds that no coaching uses. Settings come as `--set NAME=VALUE` (see `PalSettings`), so that one lever can be
-judged at a time; tune on some seeds, judge on others.
+judged at a time; tune on some seeds, judge on others. Several workers give the same figures as one: each is given a whole
+coaching run, and after it ten held-out bouts at a time, each ten on a new emulated robot.
 
     python benchmarks/coaching.py [--opponents flat-light,flat-heavy] [--seeds 1-8] [--bouts 500] [--set phases=basic]
+        [--workers 2]
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import chain
 from statistics import mean, stdev
+from typing import TYPE_CHECKING, Final
 
 import hil
 from hil.seeds import Branch, bout_seed
@@ -18,30 +24,92 @@ from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
+from hil.workers import in_order
 from pal_advisor.maneuvers import PalSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Ring
+    from pal_advisor.maneuvers import Advice
 
 DUMMIES = "flat-light,flat-heavy,curved-light,corner-light,point-light"
 JUDGE = 77
 """Seed of the held-out bouts."""
 
 
-def coached(opponent: str, seed: int, settings: PalSettings, bouts: int) -> Tally:
-    """Coach once, and play.
+PART: Final = 10
+"""Held-out bouts on one emulated robot."""
 
-    Args:
+
+@dataclass(frozen=True)
+class Run:
+    """A coaching run.
+
+    Attributes:
         opponent: Against whom.
         seed: Seed of the coaching.
         settings: How to coach.
-        bouts: Held-out bouts.
     """
-    with hil.connect(f"sim://junior?opponent={opponent}&seed={seed}") as junior:
+
+    opponent: str
+    seed: int
+    settings: PalSettings
+
+
+@dataclass(frozen=True)
+class Part:
+    """Held-out bouts by what was learnt in a coaching run.
+
+    Attributes:
+        run: The run.
+        advice: What was learnt.
+        numbers: Numbers of the bouts.
+    """
+
+    run: Run
+    advice: Advice
+    numbers: range
+
+
+@contextmanager
+def ring_of(run: Run) -> Iterator[Ring]:
+    """A new emulated robot in a ring."""
+    with hil.connect(f"sim://junior?opponent={run.opponent}&seed={run.seed}") as junior:
         junior.arm()
-        ring = open_ring(junior)
-        coaching = Coaching(ring, new_pal(settings, seed), seed=seed)
+        yield open_ring(junior)
+
+
+def coached(run: Run) -> Advice:
+    """Coach once."""
+    with ring_of(run) as ring:
+        coaching = Coaching(ring, new_pal(run.settings, run.seed), seed=run.seed)
         coaching.run()
-        player = AdviceController(coaching.pal.advice())
-        seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, bouts + 1)]
-        return Tally.of(opponent, list(play(ring, player, seeds)))
+        return coaching.advice()
+
+
+def played(part: Part) -> list[Bout]:
+    """Play."""
+    with ring_of(part.run) as ring:
+        seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in part.numbers]
+        return list(play(ring, AdviceController(part.advice), seeds, part.numbers[0]))
+
+
+def judged(runs: Sequence[Run], bouts: int, workers: int) -> list[Tally]:
+    """Coach, and play held-out bouts.
+
+    Args:
+        runs: The coaching runs.
+        bouts: Bouts for each of them.
+        workers: Processes.
+    """
+    learnt = list(zip(runs, in_order(coached, runs, workers), strict=True))
+    ranges = [range(first, min(first + PART, bouts + 1)) for first in range(1, bouts + 1, PART)]
+    parts = [Part(run, advice, numbers) for run, advice in learnt for numbers in ranges]
+    results = list(in_order(played, parts, workers))
+    each = [results[first : first + len(ranges)] for first in range(0, len(results), len(ranges))]
+    return [Tally.of(run.opponent, list(chain.from_iterable(results))) for run, results in zip(runs, each, strict=True)]
 
 
 def main() -> None:
@@ -51,6 +119,7 @@ def main() -> None:
     parser.add_argument("--seeds", default="1-8", help="first-last")
     parser.add_argument("--bouts", type=int, default=500, help="held-out bouts for each seed")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of Pal's")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
     options = parser.parse_args()
     changes = dict(change.split("=", 1) for change in options.set)
     plain = {name: value if name in {"phases", "objective"} else json.loads(value) for name, value in changes.items()}
@@ -60,7 +129,7 @@ def main() -> None:
     print(f"{settings.budget} maneuvers, objective {settings.objective}, changed: {plain or 'nothing'}")
     print(f"{options.bouts} held-out bouts each, seeds {options.seeds}")
     for opponent in options.opponents.split(","):
-        tallies = [coached(opponent, seed, settings, options.bouts) for seed in seeds]
+        tallies = judged([Run(opponent, seed, settings) for seed in seeds], options.bouts, options.workers)
         rates = [tally.win_rate.value for tally in tallies]
         spread = stdev(rates) if len(rates) > 1 else 0.0
         times = [tally.median_time_to_win for tally in tallies if tally.median_time_to_win is not None]

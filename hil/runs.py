@@ -2,7 +2,7 @@
 
     runs/20261128-130501-coach-flat-light/
         run.json         what was run, with which versions, of what robot; "running", and then how it ended
-        log.mcap         everything that happened
+        log.mcap         everything that happened; of bouts played side by side, bouts-01-10.mcap and so on instead
         advice.toml      what was learnt
         checkpoint.json  what a run that was cut goes on from
         report/          pages and pictures
@@ -35,6 +35,8 @@ RUNS: Final = Path("runs")
 """Where runs are, by default."""
 RECORD: Final = "run.json"
 LOG: Final = "log.mcap"
+PART_LOGS: Final = "bouts-*.mcap"
+"""Logs of bouts that were played side by side."""
 ADVICE: Final = "advice.toml"
 CHECKPOINT: Final = "checkpoint.json"
 REPORT: Final = "report"
@@ -183,6 +185,8 @@ class Run:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
         for name in (LOG, ADVICE, CHECKPOINT):
             (self.folder / name).unlink(missing_ok=True)
+        for log in self.folder.glob(PART_LOGS):
+            log.unlink()
         if self.report.is_dir() and not self.report.is_symlink():
             shutil.rmtree(self.report)
         (self.folder / RECORD).unlink(missing_ok=True)
@@ -360,6 +364,9 @@ def file_of(given: Path | None, name: str, *, verbs: tuple[str, ...] = (), oppon
         return given
     path = given / name
     if not path.exists():
+        parts = sorted(given.glob(PART_LOGS)) if name == LOG else []
+        if parts:
+            raise RunError(f"the bouts of {given} were played side by side, in several logs: name one of them, as {parts[0]}")
         among = any(given.glob(f"*/{name}"))
         raise RunError(f"there is no {name} in {given}{': name one of its runs (hil runs lists them)' if among else ''}")
     return path

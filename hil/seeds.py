@@ -18,14 +18,15 @@ class Branch(IntEnum):
     CONTROLLER = 6
 
 
-def generator(seed: int, branch: Branch) -> np.random.Generator:
+def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:
     """A source of chance.
 
     Args:
         seed: The run's seed.
         branch: What for.
+        part: Which part of the run, as a number, where it has parts that know nothing of each other.
     """
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, branch])))
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, branch, *part])))
 
 
 def bout_seed(seed: int, branch: Branch, number: int) -> int:

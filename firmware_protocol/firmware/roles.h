@@ -2,7 +2,7 @@
  *
  * What the core must know of a role while it is compiled: numbers, by the role's name. A build for one role uses these, and
  * has no more room than that role needs; a build for several has room for the greatest, and finds the numbers in `struct role`
- * (core/role.h). `inbound_count` is without what signing adds.
+ * (core/role.h). `inbound_count` is without what signing adds; param_fail_enable 255: nothing fails on request.
  */
 #ifndef ROLES_H
 #define ROLES_H

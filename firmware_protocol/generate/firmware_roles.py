@@ -15,7 +15,7 @@ from firmware_protocol.messages import (
     SwarmObservation,
     SwarmRanges,
 )
-from firmware_protocol.parameters import JUNIOR_PARAMETERS, SWARM_PARAMETERS
+from firmware_protocol.parameters import JUNIOR_PARAMETERS, ROBOT_PARAMETERS, SWARM_PARAMETERS
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import offsets
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from firmware_protocol.parameters import Parameter
+    from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
 
 NUMBERED_HEAD: Final = {"session": 0, "sequence": 2}
@@ -57,10 +58,16 @@ class FirmwareRole:
     asked: bool = False
 
 
+def _product(role: Role) -> int:
+    if role.product is None:
+        raise ValueError(f"the {role.name} is no robot, and has no firmware of ours")
+    return role.product
+
+
 ROLES: Final = (
     FirmwareRole(
         name="junior",
-        product=JUNIOR.product,
+        product=_product(JUNIOR),
         messages=tuple(JUNIOR_MESSAGES),
         streams={JuniorSensors: 20},
         parameters=JUNIOR_PARAMETERS,
@@ -82,8 +89,11 @@ ROLES: Final = (
 
 ANY_ROBOTS_MESSAGES: Final[tuple[type[Message], ...]] = (*STANDARD_MESSAGES, *ROBOT_MESSAGES)
 """What any robot says and understands."""
-ANY_ROBOTS_PARAMETERS: Final = ("SYS_ID", "WATCHDOG", "BATT_LOW", "FAIL_ENABLE")
-"""Parameters that every role has, each where it likes: those that the core itself looks at."""
+ANY_ROBOTS_PARAMETERS: Final = (*(parameter.name for parameter in ROBOT_PARAMETERS), "FAIL_ENABLE")
+"""Parameters that the core itself looks at, of which each role has its own copy where it likes."""
+OPTIONAL_PARAMETERS: Final = frozenset({"FAIL_ENABLE"})
+"""Those of them that a role may lack: nothing of it fails on request then."""
+NO_PARAMETER: Final = 255
 ANY_ROBOTS_CAN_FUNCTIONS: Final = ("ESTOP", "ALIVE", "TRANSFER_DOWN", "TRANSFER_UP")
 
 
@@ -111,10 +121,15 @@ def place(role: FirmwareRole, name: str) -> int:
         role: The role.
         name: Name of the parameter.
 
+    Returns:
+        Its index; `NO_PARAMETER` where the role may lack it, and does.
+
     Raises:
-        ValueError: The role has none of that name.
+        ValueError: The role has none of that name, and must.
     """
     names = [parameter.name for parameter in role.parameters]
+    if name not in names and name in OPTIONAL_PARAMETERS:
+        return NO_PARAMETER
     if name not in names:
         raise ValueError(f"{role.name} has no parameter {name}, which any robot has")
     return names.index(name)

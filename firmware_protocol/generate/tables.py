@@ -33,7 +33,7 @@ constants live on the machine (PROGMEM on an AVR). Names are tokens; stringify t
 _ROLES: Final = """\
 What the core must know of a role while it is compiled: numbers, by the role's name. A build for one role uses these, and
 has no more room than that role needs; a build for several has room for the greatest, and finds the numbers in `struct role`
-(core/role.h). `inbound_count` is without what signing adds."""
+(core/role.h). `inbound_count` is without what signing adds; param_fail_enable 255: nothing fails on request."""
 _UNDERSTOOD: Final = """\
 /* What any robot understands, in order of id. A frame's payload is at least 1 byte (MAVLink 2 trims zeros at the
  * end) and at most `length`; `base` is the length without extensions. Offset 255: there is no such field. */

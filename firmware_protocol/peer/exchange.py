@@ -328,8 +328,9 @@ class Exchanges:
         Returns:
             True when one was.
         """
+        component = received.component
         for exchange in self._active:
-            if exchange.component == received.component:
+            if exchange.component == component:
                 blocking = exchange.blocking
                 if exchange.answer(received):
                     ended = exchange.ticket.done or not exchange.blocking
@@ -339,17 +340,17 @@ class Exchanges:
                         self._counters.answered(received.time - exchange.sent_first)
                     if ended:
                         self._sweep()
-                    else:
+                    elif exchange.due < self.next_due:
                         self._hasten(exchange.due)
                     return True
-                self._hasten(exchange.due)  # it may have learnt something all the same
+                if exchange.due < self.next_due:  # it may have learnt something all the same
+                    self._hasten(exchange.due)
         return False
 
     def _hasten(self, due: float) -> None:
-        """Something is due perhaps sooner than all else."""
-        if due < self.next_due:
-            self.next_due = due
-            self._planned()
+        """Something is due sooner than all else."""
+        self.next_due = due
+        self._planned()
 
     def fail_all(self, error: HilError) -> None:
         """End everything: the robot is gone, or has forgotten.

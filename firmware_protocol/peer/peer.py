@@ -31,12 +31,12 @@ from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionE
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
-from firmware_protocol.peer.recognition import unfit
 from firmware_protocol.peer.requests import Requests
+from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
-from firmware_protocol.versions import spoken_minor
+from firmware_protocol.versions import spoken_minor, unfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -125,7 +125,6 @@ class Peer(Requests):
         self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
-        self._outbox: list[Message] = []
         self._frames = FrameStreams(self.counters)
         self._robot_clock = RobotClock()
         self._heard = now
@@ -198,8 +197,8 @@ class Peer(Requests):
         if self._exchanges.active and not (kind is RobotAck and self._doubtful(message)):
             wanted = self._exchanges.answer(received)
             self._follow(time)
-            show = wanted or kind not in self._results
-        elif kind in self._results:
+            show = wanted or not (kind in self.role.results and self.role.ends(message, self.session))
+        elif kind in self.role.results and self.role.ends(message, self.session):
             show = False
         if not self._events:
             return (received,) if show else ()
@@ -338,9 +337,8 @@ class Peer(Requests):
 
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
-        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
-        if self.ready:
-            self._timer_due = min(self._timer_due, self._timesync_due)
+        timesync_due = self._timesync_due if self.ready else NEVER
+        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due, timesync_due)
         self._plan()
 
     def _watch_streams(self, now: float) -> None:
@@ -406,18 +404,22 @@ class Peer(Requests):
                 self._on_status(message, received.time)
             case Timesync() if message.tc1 == 0:
                 asked_by = (received.system, received.component)
-                self._put_out(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
+                self.tell(Timesync(round(received.time * 1e9), message.ts1, *asked_by))
             case Timesync():
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
-                self._put_out(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _ if type(message) in self._results:
+                self.tell(Ping(message.time_usec, message.seq, received.system, received.component))
+            case _ if self.role.ends(message, self.session):
                 result = cast("Any", message)
-                self._put_out(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+                self.tell(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
-    def _put_out(self, message: Message) -> None:
-        """Have a message sent with what is due next, which is at once."""
-        self._outbox.append(message)
+    def tell(self, message: Message) -> None:
+        """Say something that is not answered, with what is due next, which is at once.
+
+        Args:
+            message: What to say.
+        """
+        super().tell(message)
         self._plan()
 
     def _on_status(self, status: RobotStatus, now: float) -> None:
@@ -467,14 +469,12 @@ class Peer(Requests):
     def _judge(self, version: AutopilotVersion, now: float) -> None:
         """Can we speak with it?"""
         self.version = version
-        self.failure = unfit(version, self.system, self._uid, self.role)
-        if isinstance(self.failure, WrongRobotError):
-            self._move(Input.STRANGER, now)
-        elif self.failure is not None:
-            self._move(Input.VERSION_BAD, now)
+        self.failure = unfit(version, self.system, self._uid, self.role.name)
+        if self.failure is not None:
+            self._move(Input.STRANGER if isinstance(self.failure, WrongRobotError) else Input.VERSION_BAD, now)
         else:
-            role = next((role for role in self._roles if role.product == version.product_id), self.role)
-            if role is not self.role:  # one that names no product that we know is what it was taken for
+            role = role_of(version.product_id, self._roles)
+            if role != self.role:
                 self._play(role)
             self._uid = version.uid or self._uid
             if self.status is None or not self._move(Input.RECOGNISED, now):
@@ -482,7 +482,8 @@ class Peer(Requests):
 
     def _play(self, role: Role) -> None:
         """It is of this kind."""
-        self.role, self._readings, self._results = role, role.readings, role.results
+        self.role = role
+        self._readings = None if role.readings is RobotStatus else role.readings  # a status means more than its clock
         self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
 
     def _move(self, happened: Input, now: float) -> bool:

@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.peer.commands import (
     ArmExchange,
     CommandExchange,
+    NumberedExchange,
     Numbering,
     PingExchange,
     RequestExchange,
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.faults.failures import FailureType
-    from firmware_protocol.peer.commands import NumberedExchange
     from firmware_protocol.peer.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
@@ -94,6 +94,20 @@ class Requests:
         self._eased_companions: set[int] = set()
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
         self._pings = 0
+        self._outbox: list[Message] = []
+
+    @property
+    def host(self) -> int:
+        """Number of the host's program as the robot is to take it: 0 where no session is open."""
+        return self._host if self.numbering.session is not None else 0
+
+    def tell(self, message: Message) -> None:
+        """Say something that is not answered.
+
+        Args:
+            message: What to say.
+        """
+        self._outbox.append(message)
 
     @property
     def taken(self) -> bool:
@@ -132,8 +146,7 @@ class Requests:
         Answered when the robot itself says that it is armed. A robot that is ours is not armed before its session is open,
         which would disarm it again.
         """
-        host = self._host if self.numbering.session is not None else 0
-        question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(host))
+        question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(self.host))
         exchange = ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG))
         if self._open_session and self.unavailable is not None:
             exchange.fail(self.unavailable)
@@ -216,8 +229,8 @@ class Requests:
 
     # --- Numbered messages -------------------------------------------------------------------------------------------
 
-    def ask(self, exchange: NumberedExchange[T], role: Role) -> Ticket[T]:
-        """Ask by a numbered message, which needs a session.
+    def ask(self, exchange: Exchange[T], role: Role) -> Ticket[T]:
+        """Ask what only one role understands. A numbered message needs a session.
 
         Args:
             exchange: The question.
@@ -226,7 +239,7 @@ class Requests:
         Returns:
             Its ticket; it has failed already where there is no session, or the robot has another role.
         """
-        unavailable = self.unavailable
+        unavailable = self.unavailable if isinstance(exchange, NumberedExchange) else None
         if unavailable is None and self.role is not role:
             unavailable = PeerError(f"{exchange.name} takes a {role.name}, and robot {self.system} is a {self.role.name}")
         if unavailable is not None:

@@ -25,6 +25,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.commands import NumberedExchange, reason_in_words
+from firmware_protocol.peer.performing import PerformExchange
 from firmware_protocol.peer.role import Role
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver, Outcome
 
@@ -49,10 +50,6 @@ JUNIOR: Final = Role(
 )
 """The sumo robot."""
 
-MOST_REPETITIONS: Final = 10
-"""A maneuver whose repetitions were acknowledged so often, and still no result came, is given up after the usual tries."""
-RESULT_MARGIN: Final = 0.3
-"""How much later than expected the result of a maneuver may come before it is asked for again, in s."""
 _REFLEX_TIMES: Final = ("REFLEX_BACK", "REFLEX_TURN")
 LONGEST_REFLEX: Final = sum(parameter.maximum * 1e-3 for parameter in JUNIOR_PARAMETERS if parameter.name in _REFLEX_TIMES)
 """How long the floor reflex may prolong a maneuver, whatever its parameters are set to, in s."""
@@ -155,11 +152,8 @@ class DriveExchange(NumberedExchange[RobotAck]):
         self.urgent = not any(message.speed)
 
 
-class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
+class ManeuverExchange(PerformExchange[JuniorManeuverResult]):
     """JUNIOR_MANEUVER: accepted first, then performed, then JUNIOR_MANEUVER_RESULT.
-
-    Once it is accepted the next of its lane may go. If the result does not come in time, the same message is sent again:
-    the robot repeats its answer, not the motion.
 
     Args:
         message: The maneuver.
@@ -168,42 +162,16 @@ class ManeuverExchange(NumberedExchange[JuniorManeuverResult]):
     """
 
     def __init__(self, message: JuniorManeuver, numbering: Numbering, extra: float) -> None:
-        super().__init__("the maneuver", message, numbering)
-        self._duration = message.period * message.count + extra
-        self._repetitions = 0
+        duration = message.period * message.count + extra
+        super().__init__("the maneuver", message, numbering, JuniorManeuverResult, duration)
 
-    @property
-    def waits_for(self) -> str:
-        """What has not come."""
-        return "did not answer the maneuver" if self.blocking else "never sent the result of the maneuver"
-
-    def accepted(self, ack: RobotAck, time: float) -> None:  # noqa: ARG002
-        """It has begun: the result comes when it is over."""
-        if self.blocking:
-            self.blocking = False
-            self.rest(time + self._duration + RESULT_MARGIN)
-        elif self.tries and self._repetitions < MOST_REPETITIONS:
-            # The answer to a repetition: the robot is there, and the result, if there is one, is repeated too.
-            self._repetitions += 1
-            self.tries = 1
-
-    def answer(self, received: Received) -> bool:
-        """Take ROBOT_ACK, the result, or a status that says it is over."""
-        message = received.message
-        if type(message) is JuniorManeuverResult:
-            if message.sequence != self.sequence or message.session != self.session:
-                return False
-            if message.outcome == Outcome.REFUSED:
-                self.refuse(*reason_in_words(message.reason))
-            else:
-                self.finish(message)
-            return True
-        if type(message) is RobotStatus:
-            over = message.session == self.session and message.sequence == self.sequence and message.state != State.PERFORMING
-            if over and not self.blocking and self.tries == 0:
-                self.due = received.time
-            return False  # others may want the status, too
-        return super().answer(received)
+    def ended(self, result: JuniorManeuverResult) -> bool:
+        """It is over, or was never begun."""
+        if result.outcome == Outcome.REFUSED:
+            self.refuse(*reason_in_words(result.reason))
+        else:
+            self.finish(result)
+        return True
 
 
 class MemoryReadExchange(NumberedExchange[JuniorMemoryEntry]):

@@ -13,7 +13,9 @@ from firmware_protocol.wire.mavlink_layout import offsets
 
 _AT: Final = offsets(SwarmMove)
 _HEAD: Final = slice(_AT["sequence"], _AT["face"])
-_NO_FACE: Final = (-32768).to_bytes(2, "little", signed=True)
+NO_FACE: Final = -32768
+"""Wire value of `face` where there is none."""
+_NO_FACE: Final = NO_FACE.to_bytes(2, "little", signed=True)
 _PLAIN: Final = _NO_FACE + bytes(2)
 """`face` and `speed` of a move that fits."""
 

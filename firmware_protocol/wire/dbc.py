@@ -219,13 +219,7 @@ class CanCodec:
         events = self.flush(now)
         self._events = events
         for at in range(0, len(data), RECORD_LENGTH):
-            record = data[at : at + RECORD_LENGTH]
-            try:
-                frame = CanFrame.unpack(record)
-            except ValueError as cause:
-                self._reject(RejectReason.BAD_HEADER, record, str(cause), frames=False)
-            else:
-                self._take(frame, record)
+            self._take_record(data[at : at + RECORD_LENGTH])
         return events
 
     def receive_frames(self, frames: Iterable[CanFrame], now: float) -> list[Received | Rejected]:
@@ -257,6 +251,15 @@ class CanCodec:
                 break
             self._lose_digests(node)
         return events
+
+    def _take_record(self, record: bytes) -> None:
+        """Judge one frame in serial form."""
+        try:
+            frame = CanFrame.unpack(record)
+        except ValueError as cause:
+            self._reject(RejectReason.BAD_HEADER, record, str(cause), frames=False)
+        else:
+            self._take(frame, record)
 
     def _take(self, frame: CanFrame, raw: bytes) -> None:
         """Judge one frame."""

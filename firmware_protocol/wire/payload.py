@@ -27,7 +27,7 @@ class BadValueError(ValueError):
     """A payload holds a value its field can't have; never leaves the codecs."""
 
 
-def _divisor(wire: Wire) -> int:
+def units_of_one(wire: Wire) -> int:
     """Wire units in one unit of the Python value: dividing by it gives the nearest float, multiplying by the scale does not."""
     divisor = round(1 / wire.scale)
     if abs(divisor * wire.scale - 1) > 1e-9:
@@ -84,7 +84,7 @@ def _to_raw(wire: Wire) -> Convert | None:
     if wire.scale == 1 and invalid is None and full:
         return None  # struct checks the range and that it is whole
 
-    divisor = _divisor(wire)
+    divisor = units_of_one(wire)
 
     def one(value: Any) -> int:  # noqa: ANN401 - a number, or None
         if value is None and invalid is not None:
@@ -120,7 +120,7 @@ def _from_raw(wire: Wire) -> Convert | None:
     low, high = raw_limits(wire)
     full = (low, high) == INTEGER_LIMITS[wire.type]
     invalid = wire.invalid
-    divisor = _divisor(wire)
+    divisor = units_of_one(wire)
     if wire.scale == 1 and invalid is None and full:
         return None
 
@@ -197,7 +197,7 @@ class Payload:
             if wire.type == "char":
                 fields.append(PayloadField(name, wire, to_raw=_text_to_raw(wire), from_raw=_text_from_raw))
             else:
-                fields.append(PayloadField(name, wire, 1 if wire.type == "f32" else _divisor(wire)))
+                fields.append(PayloadField(name, wire, 1 if wire.type == "f32" else units_of_one(wire)))
         return fields
 
     def _first_pack(self, message: Message) -> bytes:
@@ -309,7 +309,7 @@ def accepted(wire: Wire) -> str:
         low, high = raw_limits(wire)
         kind = f"whole number{plural} from {low} to {high}"
         if wire.scale != 1:
-            divisor = _divisor(wire)
+            divisor = units_of_one(wire)
             kind = f"number{plural} from {low / divisor:.10g} to {high / divisor:.10g}"
     unit = f" {wire.unit}" if wire.unit and wire.scale != 1 else ""
     return many + kind + unit + (" or None" if wire.invalid is not None else "")

@@ -549,7 +549,7 @@ class Bridge:
         peers = [self.peers[system] for system in self._timetable.take(now)]
         if urgent:
             peers.sort(key=lambda peer: not peer.urgent)
-        else:
+        elif now >= self._alive_due:
             self._keep(now)
         for peer in peers:
             messages = peer.due(now, self._taken_in)
@@ -561,12 +561,12 @@ class Bridge:
             for event in peer.events():
                 events.append(event)
                 self._tell(event)
-        if urgent:
+        if urgent and now >= self._alive_due:
             self._keep(now)
 
     def _keep(self, now: float) -> None:
-        """Tell the robots that are ours and armed that we are there, when that is due: one message for all of them."""
-        if now >= self._alive_due and self._timetable.kept:
+        """Tell the robots that are ours and armed that we are there, since that is due: one message for all of them."""
+        if self._timetable.kept:
             self._alive_due = now + KEEP_ALIVE
             self._write(self._alive, now)
 

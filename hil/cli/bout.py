@@ -12,11 +12,17 @@ from hil import runs
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
+from hil.cli.workers import check_side_by_side, play_side_by_side
 from hil.jobs.bout import BoutJob, ControllerName
 from hil.sumo.advice_file import load_advice
 from hil.sumo.ring import OPPONENTS
+from hil.workers import MOST_WORKERS
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.console import Console
+
     from hil.sumo.bouts import Tally
 
 
@@ -42,6 +48,17 @@ def bout(
     require: Annotated[
         float | None, typer.Option("--require", min=0, max=1, metavar="RATE", help="Exit 1 if fewer are won.")
     ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            min=1,
+            max=MOST_WORKERS,
+            metavar="N",
+            help="Play in N processes side by side, ten bouts at a time on a new emulated robot, with a log of each ten: the "
+            "same result for every N. Left out: all bouts on one robot, in one log.",
+        ),
+    ] = None,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -55,10 +72,12 @@ def bout(
 ) -> int:
     """Play bouts by an advice file, or by a yardstick, and count them.
 
-    Example: hil bout --opponent flat-light --trials 200
+    Examples: hil bout --opponent flat-light --trials 200; hil bout --trials 2000 --workers 4
     """
     if opponent is not None:
         common.check_opponent(opponent)
+    if workers is not None:
+        check_side_by_side(link, log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE
     used: str | None = None
@@ -85,21 +104,38 @@ def bout(
         no_log=no_log,
         overwrite=overwrite,
     ) as run:
-        tally = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+        logs: list[str] | None = None
+        if workers is None:
+            tally = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+        else:
+            tally, made = play_side_by_side(
+                job, url, workers, run, console, quiet=quiet, signing_key=signing_key, options=config
+            )
+            logs = list(map(str, made))
         short = require is not None and tally.win_rate.value < require
         result = {"controller": chosen.value, "advice": used, **tally.to_dict()}
         run.finish(result, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     document = {**result, "seed": seed, "run": run.folder, "log": run.log_file}
+    if logs is not None:
+        document["logs"] = logs
     with run.telling():
         if as_json:
             common.print_json(document)
         else:
             console.print(_table(chosen.value, tally))
-            if run.log and not quiet:
-                console.print(f"Log: {run.log}", markup=False)
+            if not quiet:
+                _tell_logs(console, [run.log_file] if logs is None else logs)
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
+
+
+def _tell_logs(console: Console, logs: Sequence[str | None]) -> None:
+    """Say where the logs are, as far as there are any."""
+    if len(logs) > 1:
+        console.print(f"Logs: {logs[0]} to {logs[-1]}", markup=False)
+    elif logs and logs[0]:
+        console.print(f"Log: {logs[0]}", markup=False)
 
 
 def _table(controller: str, tally: Tally) -> Table:

@@ -19,6 +19,7 @@ from hil.files.json_text import json_text
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
 from hil.sumo.ring import OPPONENTS
+from hil.workers import WorkerError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -81,10 +82,10 @@ def status_of(error: BaseException) -> int:
     """
     if isinstance(error, AddressError):
         return EXIT_USAGE
-    if isinstance(error, BrokenPipeError):  # as typer ends then
+    if isinstance(error, BrokenPipeError | RefusedError | DeployError):  # the first as typer ends then
         return EXIT_FELL_SHORT
-    if isinstance(error, RefusedError | DeployError):
-        return EXIT_FELL_SHORT
+    if isinstance(error, WorkerError):
+        return error.status
     if isinstance(error, LinkError | PeerError):
         return EXIT_NO_ROBOT
     # What is there already was asked for wrongly; everything else of a file is the file's.

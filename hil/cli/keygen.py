@@ -10,9 +10,10 @@ import typer
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import NoRobotError, RefusedError
 from hil.cli import common
+from hil.connecting.connecting import connect_as
+from hil.connecting.handle import RobotHandle
 from hil.signing.key_file import create_key, load_key
 from hil.signing.keying import give_key
-from hil.sumo.connecting import connect
 
 
 def keygen(
@@ -60,11 +61,11 @@ def key(
     if parse_address(link).scheme == "sim":
         raise common.UsageError("a robot at sim:// ends with this program: there give --signing-key to the command itself")
     new = load_key(install) if install else None
-    with connect(link, signing_key=signing_key) as junior:
-        give_key(junior, new)
+    with connect_as(RobotHandle, link, signing_key=signing_key) as robot:
+        give_key(robot, new)
     try:
-        with connect(link, signing_key=new) as junior:
-            who, system = junior.description, junior.peer.system
+        with connect_as(RobotHandle, link, signing_key=new) as robot:
+            who, system = robot.description, robot.peer.system
     except NoRobotError as error:
         why = "its firmware may be built without signing, or the line lost the message"
         raise RefusedError("the new key" if new else "to give up its key", f"{why} ({error})") from error

@@ -116,6 +116,7 @@ def _plain(finding: Finding) -> dict[str, object]:
                 "url": finding.address(robot),
                 "system": robot.system,
                 "junior": robot.junior,
+                "role": robot.role,
                 "usable": robot.usable,
                 "armed": robot.armed,
                 "state": None if robot.state is None else robot.state.name.lower(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from firmware_protocol.errors import NoRobotError, VersionError
+from firmware_protocol.errors import NoRobotError, VersionError, WrongRoleError
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
     ROBOT_COMPONENT,
@@ -29,6 +29,9 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
+from firmware_protocol.peer.role import role_of
+from firmware_protocol.roles.junior import JUNIOR
+from firmware_protocol.roles.known import ROLES
 from firmware_protocol.versions import other_version, spoken_minor
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.fields import Message
@@ -118,7 +121,8 @@ class Subject(Orders):
         """Find the robot, stop it, and take down its parameters and its memory.
 
         Raises:
-            NoRobotError: None was heard, or what was heard is no Junior.
+            NoRobotError: None was heard, or what was heard is no robot of ours.
+            WrongRoleError: It has another role.
             VersionError: It speaks a protocol we do not.
             LinkError: The link is gone.
         """
@@ -129,6 +133,9 @@ class Subject(Orders):
             if not major:
                 raise NoRobotError(nobody(self.seen(wanted=self.system, unusable=[self.system]), timeout))
             raise VersionError(f"{self._link.url}: the robot {other_version(f'{major}.{minor}')}")
+        if version is not None and version.product_id != JUNIOR.product:
+            name = role_of(version.product_id, ROLES).name
+            raise WrongRoleError(f"{self._link.url}: robot {self.system} is a {name}; these checks are for a {JUNIOR.name}")
         self.minor = spoken_minor(0 if version is None else version.middleware_sw_version)
         try:
             self.fresh()

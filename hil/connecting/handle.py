@@ -96,10 +96,11 @@ class RobotHandle(Serving):
 
         Raises:
             NoRobotError: Nobody answered in time.
+            WrongRoleError: Nobody did but robots of other roles than this handle is for.
             VersionError: It speaks a protocol we do not.
             LinkClosedError: The link went away.
         """
-        peer = find_robot(self.bridge, self.step, system, timeout)
+        peer = find_robot(self.bridge, self.step, system, timeout, self.ROLE)
         self.adopt(peer)
         self.bridge.keep([peer.system])
 

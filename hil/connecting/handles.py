@@ -11,7 +11,7 @@ from firmware_protocol.messages import ROBOT_COMPONENT, Command, CommandLong
 from hil.bridge.networks import Networks, RobotAddress
 from hil.bridge.serving import WAIT, Serving
 from hil.connecting.diagnosis import nobody
-from hil.connecting.finding import named
+from hil.connecting.finding import named, wrong_role
 from hil.connecting.handle import STOP_WAIT, RobotHandle
 from hil.safety import Limits
 
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Event
     from firmware_protocol.messages import CommandAck
     from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.peer.role import Role
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -137,13 +139,15 @@ class RobotHandles(Serving, Generic[H]):
 
     @property
     def refused(self) -> dict[RobotAddress, HilError]:
-        """Who answers but can't be spoken with, and why."""
-        return {
-            RobotAddress(name, system): peer.failure
-            for name, bridge in self.networks.bridges.items()
-            for system, peer in bridge.peers.items()
-            if peer.failure is not None
-        }
+        """Who answers but can't be spoken with, or is of another role, and why."""
+        found: dict[RobotAddress, HilError] = {}
+        for name, bridge in self.networks.bridges.items():
+            for system, peer in bridge.peers.items():
+                if peer.failure is not None:
+                    found[RobotAddress(name, system)] = peer.failure
+                elif peer.ready and (needed := self._needed_of(peer)) is not None:
+                    found[RobotAddress(name, system)] = wrong_role(name, peer, needed)
+        return found
 
     def find(
         self, *, settle: float = SETTLE, expect: int | Collection[int | RobotAddress] | None = None, timeout: float = 5.0
@@ -224,8 +228,15 @@ class RobotHandles(Serving, Generic[H]):
             for listener in self._listeners:
                 listener(network, event)
 
+    def _needed_of(self, peer: Peer) -> Role | None:
+        """The role that a robot had to have to be held here; None where it may be."""
+        needed = self._make.ROLE
+        return None if peer.role is needed else needed
+
     def _join(self, network: str, system: int) -> None:
         bridge = self.networks.bridges[network]
+        if self._needed_of(bridge.peers[system]) is not None:
+            return
         handle = self._make(bridge, self.limits, self)
         handle.adopt(bridge.peers[system], network)
         self.members[RobotAddress(network, system)] = handle

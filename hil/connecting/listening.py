@@ -30,7 +30,10 @@ from firmware_protocol.messages import (
     State,
     SysStatus,
 )
+from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.timing import HOST_HEARTBEAT
+from firmware_protocol.roles.junior import JUNIOR
+from firmware_protocol.roles.known import ROLES
 from firmware_protocol.versions import other_version
 from firmware_protocol.wire.can_frame import CanFrame, split_records
 from firmware_protocol.wire.can_layout import FUNCTION_SHIFT
@@ -73,6 +76,7 @@ class HeardRobot:
     Attributes:
         system: Its system id, on a CAN bus its node.
         junior: It is a Junior; else it is some other vehicle.
+        role: What kind of robot it is, in words; None for a vehicle that does not speak our protocol.
         armed: It said so in its last heartbeat.
         state: What it is doing; None for another vehicle.
         firmware: Version of its firmware, as `0.1`; None where it was not asked or did not say.
@@ -91,6 +95,7 @@ class HeardRobot:
     uid: str | None
     battery: float | None
     signed: Signed = Signed.NOT
+    role: str | None = None
 
     @property
     def usable(self) -> bool:
@@ -103,6 +108,8 @@ class HeardRobot:
 
     def __str__(self) -> str:
         """In words, as `Junior, system 1, disarmed, firmware 0.1, battery 7.5 V`."""
+        if not self.junior and self.role is not None:
+            return f"system {self.system} is a {self.role}, and no {JUNIOR.name}{', armed' if self.armed else ''}"
         if not self.junior:
             return f"system {self.system} speaks MAVLink but is no Junior{', armed' if self.armed else ''}"
         parts = [f"Junior, system {self.system}", self.state.name.lower() if self.state is not None else "state unknown"]
@@ -131,7 +138,7 @@ class _Heard:
 
     def __init__(self, heartbeat: Heartbeat) -> None:
         self.heartbeat = heartbeat
-        self.is_junior = False
+        self.is_ours = False
         self.version: AutopilotVersion | None = None
         self.battery: float | None = None
         self.signed = Signed.NOT
@@ -143,9 +150,12 @@ class _Heard:
         return bool(self.heartbeat.base_mode & ARMED_FLAG)
 
     def robot(self, system: int) -> HeardRobot:
-        junior, version = self.is_junior, self.version
+        ours, version, role = self.is_ours, self.version, JUNIOR  # which it is taken for before it has said what it is
         if version is not None and self.heartbeat.autopilot == GENERIC_AUTOPILOT and version.middleware_sw_version >> 24:
-            junior = True
+            ours = True
+        if version is not None:
+            role = role_of(version.product_id, ROLES)
+        junior = ours and role is JUNIOR
         known = {int(state) for state in State}
         mode = self.heartbeat.custom_mode
         return HeardRobot(
@@ -158,6 +168,7 @@ class _Heard:
             uid=None if version is None else f"{version.uid:016x}",
             battery=self.battery,
             signed=self.signed,
+            role=role.name if ours else None,
         )
 
 
@@ -270,7 +281,7 @@ class Listener:
                     self._early.add(system)
                 return
             heard = self._systems[system] = _Heard(message)
-            heard.is_junior = system in self._early
+            heard.is_ours = system in self._early
         heard.signed = signed
         match message:
             case Heartbeat():
@@ -278,10 +289,10 @@ class Listener:
             case AutopilotVersion():
                 heard.version = message
             case JuniorSensors():
-                heard.is_junior = True
+                heard.is_ours = True
                 heard.battery = message.battery
             case RobotStatus():
-                heard.is_junior = True
+                heard.is_ours = True
             case SysStatus() if message.voltage_battery != 0xFFFF:
                 heard.battery = message.voltage_battery * 1e-3
             case _:

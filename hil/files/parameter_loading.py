@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.parameters import Parameter
-    from hil.sumo.junior import Junior
+    from hil.connecting.handle import RobotHandle
 
 KNOWN: Final[dict[str, Parameter]] = {parameter.name: parameter for parameter in JUNIOR_PARAMETERS}
 IDENTITY: Final = frozenset({"SYS_ID"})
@@ -172,11 +172,11 @@ def _problem(value: object, about: Parameter | None) -> str:
     return ""
 
 
-def load(junior: Junior, wanted: Wanted, *, tell: Callable[[str], None], warn: Callable[[str], None]) -> dict[str, float]:
+def load(robot: RobotHandle, wanted: Wanted, *, tell: Callable[[str], None], warn: Callable[[str], None]) -> dict[str, float]:
     """Set what differs, and read all back. Where that does not come to its end, what was set is put back.
 
     Args:
-        junior: The robot.
+        robot: The robot.
         wanted: What to set.
         tell: Tells a person what is left out and what has changed.
         warn: Tells what was put back, or could not be.
@@ -189,7 +189,7 @@ def load(junior: Junior, wanted: Wanted, *, tell: Callable[[str], None], warn: C
         PeerError: It does not answer.
         LinkError: The link is gone.
     """
-    before = junior.parameters()
+    before = robot.parameters()
     for name in wanted.values:
         if name not in before:
             near = difflib.get_close_matches(name, before, n=1)
@@ -204,11 +204,11 @@ def load(junior: Junior, wanted: Wanted, *, tell: Callable[[str], None], warn: C
     try:
         for change in changes:
             begun.append(change)
-            junior.set_parameter(change.name, change.after)
-        after = junior.parameters()
+            robot.set_parameter(change.name, change.after)
+        after = robot.parameters()
         _compare(wanted, after)
     except BaseException as error:
-        _put_back(junior, begun, warn)
+        _put_back(robot, begun, warn)
         if isinstance(error, RefusedError):
             raise ParameterLoadError(f"{wanted.where(begun[-1].name)}: {error}") from error
         raise
@@ -241,13 +241,13 @@ def _tell_left_out(wanted: Wanted, before: Mapping[str, float], tell: Callable[[
             tell(f"left out: {name} = {shortest(value)}, which only the firmware sets; the robot {says}")
 
 
-def _put_back(junior: Junior, begun: list[Change], warn: Callable[[str], None]) -> None:
+def _put_back(robot: RobotHandle, begun: list[Change], warn: Callable[[str], None]) -> None:
     """Undo what was set, the last one first; the last one may or may not have been."""
     left = list(begun)
     try:
         while left:
             change = left[-1]
-            junior.set_parameter(change.name, change.before)
+            robot.set_parameter(change.name, change.before)
             left.pop()
     except (HilError, KeyboardInterrupt) as error:
         warn(f"Not everything could be put back: {str(error) or 'interrupted'}. The robot may have, before -> now:")

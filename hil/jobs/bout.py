@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from firmware_protocol.messages import BoutOutcome
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of, opponent_of, wanted_file
 from hil.jobs.session import ADVICE, Session, open_session
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout, Tally, play
 from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, RingError, open_ring
 from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from typing import Self
+
+    from rich.console import Console
 
     from hil.jobs.stage import Stage
     from pal_advisor.fields import Fields
@@ -54,6 +59,7 @@ class BoutJob:
         opponent: Opponent to place; None keeps the one that is there.
         seed: Seed of every random choice.
         reconnect: How long a robot or link that is lost is waited for, in s.
+        first: Number of the first bout in its series: these may be a part of one that is played in parts.
     """
 
     VERB: ClassVar[str] = "bout"
@@ -64,10 +70,12 @@ class BoutJob:
     opponent: str | None
     seed: int
     reconnect: float
+    first: int = 1
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the advice."""
         return {
+            **({"first": self.first} if self.first > 1 else {}),
             "controller": self.controller.value,
             "trials": self.trials,
             "opponent": self.opponent,
@@ -91,43 +99,84 @@ class BoutJob:
             opponent=none_or(options, "opponent", opponent_of),
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
+            first=options.integer("first", 1, MOST_TRIALS) if options.has("first") else 1,
         )
+
+    def parts(self, size: int) -> list[BoutJob]:
+        """The same bouts as several jobs, which know nothing of each other.
+
+        Args:
+            size: Bouts of each; the last may have fewer.
+        """
+        end = self.first + self.trials
+        return [replace(self, first=first, trials=min(size, end - first)) for first in range(self.first, end, size)]
 
     def perform(self, stage: Stage) -> Tally:
         """Play, and count."""
-        with open_session(stage, reconnect=self.reconnect) as session:
-            ring = open_ring(session.junior, self.opponent)
-            tally = Tally.of(ring.opponent, self._play(session, stage, ring))
-            session.finish({"controller": self.controller.value, **tally.to_dict()})
-        return tally
+        return Tally.of(*self.play(stage))
+
+    def play(self, stage: Stage) -> tuple[str, list[Bout]]:
+        """Play.
+
+        Args:
+            stage: The outside.
+
+        Returns:
+            Name of the opponent, and the bouts.
+        """
+        with open_session(Junior, stage, reconnect=self.reconnect) as session:
+            ring = open_ring(session.robot, self.opponent)
+            bouts = self._play(session, stage, ring)
+            session.finish({"controller": self.controller.value, **Tally.of(ring.opponent, bouts).to_dict()})
+        return ring.opponent, bouts
 
     def _player(self) -> Controller:
         match self.controller:
             case ControllerName.CHASE:
                 return ChaseController()
             case ControllerName.RANDOM:
-                return RandomController(generator(self.seed, Branch.CONTROLLER))
+                part = (self.first,) if self.first > 1 else ()
+                return RandomController(generator(self.seed, Branch.CONTROLLER, *part))
             case ControllerName.ADVICE:
                 assert self.advice is not None
                 return AdviceController(self.advice)
 
-    def _play(self, session: Session, stage: Stage, ring: Ring) -> list[Bout]:
+    def _play(self, session: Session[Junior], stage: Stage, ring: Ring) -> list[Bout]:
         if not ring.refereed:
             raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
-        seeds = [bout_seed(self.seed, Branch.BOUTS, number) for number in range(1, self.trials + 1)]
+        numbers = range(self.first, self.first + self.trials)
+        seeds = [bout_seed(self.seed, Branch.BOUTS, number) for number in numbers]
         bouts: list[Bout] = []
-        won = 0
         session.series(f"bouts played by {TITLES[self.controller]}")
-        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-        console = stage.console
-        with (
-            Progress(*columns, console=console, disable=stage.quiet or not console.is_terminal, transient=True) as progress,
-            around_stop(progress.live.stop, progress.start),
-        ):
-            task = progress.add_task("Playing", total=len(seeds))
-            for one in play(ring, self._player(), seeds):
+        with counting(stage.console, self.trials, quiet=stage.quiet) as count:
+            for one in play(ring, self._player(), seeds, self.first):
                 bouts.append(one)
-                won += one.outcome.name == "WIN"
                 session.bout(one)
-                progress.update(task, advance=1, description=f"Playing: won {won} of {len(bouts)}")
+                count(one)
         return bouts
+
+
+@contextmanager
+def counting(console: Console, trials: int, *, quiet: bool) -> Iterator[Callable[[Bout], None]]:
+    """Inside, a bar shows on a terminal how far bouts are; gives what is told of each.
+
+    Args:
+        console: Where.
+        trials: Bouts to be played.
+        quiet: Show nothing.
+    """
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with (
+        Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress,
+        around_stop(progress.live.stop, progress.start),
+    ):
+        task = progress.add_task("Playing", total=trials)
+        played = won = 0
+
+        def count(bout: Bout) -> None:
+            nonlocal played, won
+            played += 1
+            won += bout.outcome is BoutOutcome.WIN
+            progress.update(task, advance=1, description=f"Playing: won {won} of {played}")
+
+        yield count

@@ -15,6 +15,7 @@ from hil.sumo.advice_file import advice_text
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
+from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
@@ -151,7 +152,7 @@ class CoachJob:
 
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
-        with open_session(stage, reconnect=self.reconnect) as session:
+        with open_session(Junior, stage, reconnect=self.reconnect) as session:
             run = _CoachingRun(self, session, stage)
             try:
                 run.coach()
@@ -169,13 +170,13 @@ class CoachJob:
 class _CoachingRun:
     """One coaching run."""
 
-    def __init__(self, job: CoachJob, session: Session, stage: Stage) -> None:
+    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage) -> None:
         self._job = job
         self._session = session
         saved = self._saved()
         opponent = job.opponent
         self.seed = job.seed if saved is None else saved.seed
-        self.ring: Ring = open_ring(session.junior, opponent)
+        self.ring: Ring = open_ring(session.robot, opponent)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:
@@ -183,7 +184,7 @@ class _CoachingRun:
             job.outputs.resumed(saved)
         check_objective(pal.settings.objective, self.ring)
         self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, quiet=stage.quiet)
-        self._display.headline(session.junior, self.ring.opponent, pal)
+        self._display.headline(session.robot, self.ring.opponent, pal)
         self.coaching = Coaching(
             self.ring,
             pal,
@@ -202,7 +203,7 @@ class _CoachingRun:
             return checkpoint_of(job.saved)
         if job.find is None:
             return None
-        found = job.find(self._session.junior.uid)
+        found = job.find(self._session.robot.uid)
         self._session.attach(CHECKPOINT, found, begun=True)
         return checkpoint_of(found)
 

@@ -12,6 +12,7 @@ from hil.jobs.words import nothing
 from hil.sumo import deploying
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.contest import Contest, Ending, follow_contest, start_contest
+from hil.sumo.junior import Junior
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
     from hil.jobs.stage import Stage
     from hil.sumo.deploying import Deployment
-    from hil.sumo.junior import Junior
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -117,23 +117,23 @@ class DeployJob:
 
     def perform(self, stage: Stage) -> Deployed:
         """Write, read back, and have it play."""
-        with open_session(stage, arm=False) as session:
-            memory = deploying.deploy(session.junior, self.advice)
-            self.stored(session.junior.description, memory)
+        with open_session(Junior, stage, arm=False) as session:
+            memory = deploying.deploy(session.robot, self.advice)
+            self.stored(session.robot.description, memory)
             deployed = Deployed(memory, self._play(session, stage) if self.contest else None)
             session.finish(deployed.facts())
         return deployed
 
-    def _play(self, session: Session, stage: Stage) -> Contest | None:
+    def _play(self, session: Session[Junior], stage: Stage) -> Contest | None:
         if session.suspension is not None:
             session.suspension.plays_on = True
-        start_contest(session.junior, self.countdown)
+        start_contest(session.robot, self.countdown)
         if not stage.quiet:
             stage.say(f"Contest: the robot stands still for {self.countdown:g} s, then it plays. Ctrl-C stops it.")
         if self.leave:
-            session.junior.leave()
+            session.robot.leave()
             return None
-        return look_on(session.junior, self.countdown, self.seed, nothing if stage.quiet else stage.say)
+        return look_on(session.robot, self.countdown, self.seed, nothing if stage.quiet else stage.say)
 
 
 def look_on(junior: Junior, countdown: float, seed: int, say: Callable[[str], object]) -> Contest:

@@ -23,7 +23,7 @@ from hil.jobs.overview import Overview
 from hil.jobs.session import Session, open_session, open_watch
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import sensed
-from hil.sumo.junior import STIMULUS_BITS
+from hil.sumo.junior import STIMULUS_BITS, Junior
 from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorSensors
     from hil.bridge.operator import Operator
     from hil.jobs.stage import Stage
-    from hil.sumo.junior import Junior
     from hil.sumo.robots import Robots
     from pal_advisor.fields import Fields
 
@@ -105,13 +104,13 @@ class MonitorJob:
                 members[0].take()
                 _watch(Session(members[0], recorder), stage, view, self.duration)
                 return _plain(members[0])
-        with open_session(stage, arm=False, reconnect=self.reconnect) as session:
+        with open_session(Junior, stage, arm=False, reconnect=self.reconnect) as session:
             duration = self.duration
             if session.lockstep and duration is None:
                 duration = LOCKSTEP_DURATION
                 stage.console.print(IN_LOCKSTEP)
             _watch(session, stage, view, duration)
-            return _plain(session.junior)
+            return _plain(session.robot)
 
 
 def may_be_several(link: str) -> bool:
@@ -173,9 +172,9 @@ def _look(overview: Overview, robots: Robots, stage: Stage, view: _View, duratio
                 stage.console.print(f"{robots.now():.2f} s", *overview.lines(), sep="\n", markup=False)
 
 
-def _watch(session: Session, stage: Stage, view: _View, duration: float | None) -> None:
+def _watch(session: Session[Junior], stage: Stage, view: _View, duration: float | None) -> None:
     """Show one robot."""
-    junior = session.junior
+    junior = session.robot
     end = None if duration is None else junior.now() + duration
     line_due = junior.now()
     refusal = ""
@@ -217,7 +216,7 @@ def worth_obeying(keys: str) -> str:
     return min(stops, key=STOPS.index) + (left or after)
 
 
-def obey(session: Session, key: str) -> str:
+def obey(session: Session[Junior], key: str) -> str:
     """Do what a key asks.
 
     Args:
@@ -227,7 +226,7 @@ def obey(session: Session, key: str) -> str:
     Returns:
         Why the robot refused; empty when it did not.
     """
-    junior = session.junior
+    junior = session.robot
     try:
         match key:
             case "a":

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
+from hil.connecting.handle import RobotHandle
 from hil.files.parameter_loading import Wanted, load, parameters_of, shortest
 from hil.jobs.options import none_or
 from hil.jobs.session import open_session
@@ -76,15 +77,15 @@ class ParamJob:
 
     def perform(self, stage: Stage) -> dict[str, int | float]:
         """Read or write them; what is in force then."""
-        with open_session(stage, arm=False) as session:
-            junior = session.junior
+        with open_session(RobotHandle, stage, arm=False) as session:
+            robot = session.robot
             if self.name is not None:
-                now = junior.parameter(self.name) if self.value is None else junior.set_parameter(self.name, self.value)
+                now = robot.parameter(self.name) if self.value is None else robot.set_parameter(self.name, self.value)
                 found = {self.name: now}
             elif self.wanted is not None:
-                found = load(junior, self.wanted, tell=self.tell, warn=self.warn)
+                found = load(robot, self.wanted, tell=self.tell, warn=self.warn)
             else:
-                found = junior.parameters()
+                found = robot.parameters()
             result = {key: shortest(number) for key, number in found.items()}
             session.finish({"parameters": result})
         return result

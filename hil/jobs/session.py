@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
-from hil.connecting.connecting import asked_for
+from hil.connecting.connecting import asked_for, connect_as
 from hil.connecting.diagnosis import lost
+from hil.connecting.handle import RobotHandle
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
-from hil.sumo.connecting import connect, connect_all
+from hil.sumo.connecting import connect_all
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
@@ -27,9 +28,10 @@ if TYPE_CHECKING:
     from hil.recording.recorder import Recorder
     from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Observer
-    from hil.sumo.junior import Junior
     from hil.sumo.robots import Robots
     from pal_advisor.maneuvers import Advice
+
+H = TypeVar("H", bound=RobotHandle)
 
 OTHERS_WAIT = 0.25
 """How long to listen for other robots on the link, in s: each says something many times a second."""
@@ -40,24 +42,24 @@ CHECKPOINT = "checkpoint.json"
 """What the files are called in a log that runs begin and end with."""
 
 
-class Session:
+class Session(Generic[H]):
     """A connected robot, and the log of what happens with it.
 
     Attributes:
-        junior: The robot.
+        robot: The robot.
         recorder: Writes the log; None where there is none.
         suspension: Stops the robot before Ctrl-Z stops the program; None where somebody else sees to that.
     """
 
-    def __init__(self, junior: Junior, recorder: Recorder | None, suspension: Suspension | None = None) -> None:
-        self.junior = junior
+    def __init__(self, robot: H, recorder: Recorder | None, suspension: Suspension | None = None) -> None:
+        self.robot = robot
         self.recorder = recorder
         self.suspension = suspension
 
     @property
     def lockstep(self) -> bool:
         """Time passes only while we wait: as fast as the machine can, and repeatable."""
-        return self.junior.bridge.link.lockstep
+        return self.robot.bridge.link.lockstep
 
     def observers(self) -> tuple[Observer, ...]:
         """Who takes coaching down in the log."""
@@ -98,10 +100,13 @@ class Session:
 
 
 @contextmanager
-def open_session(stage: Stage, *, reconnect: float = 0.0, system: int | None = None, arm: bool = True) -> Iterator[Session]:
+def open_session(
+    make: type[H], stage: Stage, *, reconnect: float = 0.0, system: int | None = None, arm: bool = True
+) -> Iterator[Session[H]]:
     """Connect, with a log; on the way out stop the robot, then close the log. Ctrl-Z stops the robot, then the program.
 
     Args:
+        make: The kind of handle that is wanted; a robot that has not the role for it is not taken.
         stage: The outside.
         reconnect: How long a robot or link that is lost is waited for, in s.
         system: System id of the robot; None takes the first that answers.
@@ -121,37 +126,37 @@ def open_session(stage: Stage, *, reconnect: float = 0.0, system: int | None = N
         stack.enter_context(stage.interrupts())
         recorder = begin_log(stack, stage)
         with nothing_said(recorder):
-            junior = stack.enter_context(
-                connect(
-                    url,
-                    system=system,
-                    taps=[recorder] if recorder else [],
-                    reconnect=reconnect,
-                    signing_key=stage.key,
-                    operator=stage.operator,
-                    opener=stage.opener_of(address),
-                )
+            robot = connect_as(
+                make,
+                url,
+                system=system,
+                taps=[recorder] if recorder else [],
+                reconnect=reconnect,
+                signing_key=stage.key,
+                operator=stage.operator,
+                opener=stage.opener_of(address),
             )
-        if junior.uid and address.scheme != "sim":  # one of this process has an id that says nothing
-            stage.describe(robot=junior.uid)
-        bridges = [junior.bridge]
+            stack.enter_context(robot)
+        if robot.uid and address.scheme != "sim":  # one of this process has an id that says nothing
+            stage.describe(robot=robot.uid)
+        bridges = [robot.bridge]
         suspension = Suspension(
-            stage.operator, lambda: [junior], lambda: bridges, junior.step, junior.now, replayed=stage.replayed
+            stage.operator, lambda: [robot], lambda: bridges, robot.step, robot.now, replayed=stage.replayed
         )
-        junior.between = stack.enter_context(suspension).attend
+        robot.between = stack.enter_context(suspension).attend
         tell = stage.tell
         if tell is not None:
-            _tell_pace(junior.bridge, tell)
-            junior.listen(_teller(junior.bridge, tell))
-        tell_others(junior.peer.system, others_beside(junior, address), url, tell)
+            _tell_pace(robot.bridge, tell)
+            robot.listen(_teller(robot.bridge, tell))
+        tell_others(robot.peer.system, others_beside(robot, address), url, tell)
         if arm:
-            junior.arm()
+            robot.arm()
         if recorder is not None:
-            recorder.metadata("robot", {name: f"{value:g}" for name, value in junior.parameters().items()})
+            recorder.metadata("robot", {name: f"{value:g}" for name, value in robot.parameters().items()})
         try:
-            yield Session(junior, recorder, suspension)
+            yield Session(robot, recorder, suspension)
         except PeerLostError as error:
-            raise PeerLostError(lost(replace(junior.bridge.seen(), url=url), str(error))) from error
+            raise PeerLostError(lost(replace(robot.bridge.seen(), url=url), str(error))) from error
 
 
 def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:
@@ -175,19 +180,19 @@ def _teller(bridge: Bridge, tell: Callable[[str], None]) -> Callable[[Event], No
     return listen
 
 
-def others_beside(junior: Junior, address: Address) -> set[int]:
+def others_beside(robot: RobotHandle, address: Address) -> set[int]:
     """Listen for a moment who else is on the link.
 
     Args:
-        junior: The robot that was taken.
+        robot: The robot that was taken.
         address: Its address; one that names the robot, or has room for one only, needs no listening.
 
     Returns:
         System ids of the others, as far as they are heard.
     """
     if asked_for(address) is None and (address.scheme != "sim" or "count" in address.options):
-        junior.wait(OTHERS_WAIT)
-    return junior.bridge.strangers
+        robot.wait(OTHERS_WAIT)
+    return robot.bridge.strangers
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from hil.signing.key_file import calendar
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
-    from hil.sumo.junior import Junior
+    from hil.connecting.handle import RobotHandle
 
 TRIES: Final = 3
 """How often the key is sent: nothing answers it."""
@@ -18,20 +18,20 @@ STORE_TIME: Final = 0.5
 """A robot may take so long to store a key, in s: an EEPROM takes 3.4 ms a byte, and there are two copies."""
 
 
-def give_key(junior: Junior, key: SigningKey | None) -> None:
+def give_key(robot: RobotHandle, key: SigningKey | None) -> None:
     """Give a robot a key, or take it away.
 
     MAVLink has no answer to this. From what the robot says afterwards it is seen that something has changed; to be sure,
     connect anew with the new key.
 
     Args:
-        junior: The robot, connected with the key that it has now.
+        robot: The robot, connected with the key that it has now.
         key: The key; None takes it away.
 
     Raises:
         LinkError: The link is gone.
     """
-    bridge = junior.bridge
+    bridge = robot.bridge
 
     def changed() -> tuple[int, ...]:
         refused = bridge.rejected[RejectReason.BAD_SIGNATURE] + bridge.rejected[RejectReason.NOT_SIGNED]
@@ -39,9 +39,9 @@ def give_key(junior: Junior, key: SigningKey | None) -> None:
 
     before = changed()
     for _ in range(TRIES):
-        bridge.send(setup_signing(junior.peer.system, key, calendar() if key else 0))
-        deadline = junior.now() + STORE_TIME
-        while junior.now() < deadline:
-            junior.step(min(0.05, deadline - junior.now()))
+        bridge.send(setup_signing(robot.peer.system, key, calendar() if key else 0))
+        deadline = robot.now() + STORE_TIME
+        while robot.now() < deadline:
+            robot.step(min(0.05, deadline - robot.now()))
             if changed() != before:
                 return

@@ -113,13 +113,14 @@ def check_encounter(encounter: Encounter) -> None:
         raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
 
 
-def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[Bout]:
+def play(ring: Ring, controller: Controller, seeds: Sequence[int], first: int = 1) -> Iterator[Bout]:
     """Play bouts, one after the other. A bout in which the robot was lost is played again, and counts once.
 
     Args:
         ring: Where; it has a referee, or a bout would not end.
         controller: Chooses the maneuvers.
         seeds: One per bout.
+        first: Number of the first bout.
 
     Yields:
         Each bout as it ends.
@@ -128,7 +129,7 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int]) -> Iterator[B
         RefusedError: The robot was stopped by somebody.
         PeerLostError: It was lost and does not come back (PeerGoneError), or is lost again and again.
     """
-    for number, seed in enumerate(seeds, start=1):
+    for number, seed in enumerate(seeds, start=first):
         losses = 0
         while True:
             try:

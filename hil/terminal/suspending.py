@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from hil.bridge.bridge import Bridge
     from hil.bridge.operator import Operator
-    from hil.sumo.junior import Junior
+    from hil.connecting.handle import RobotHandle
 
 STOP_WAIT: Final = 0.5
 """How long the robots are given to acknowledge the stop, in s."""
@@ -77,7 +77,7 @@ class Suspension:
     def __init__(
         self,
         operator: Operator,
-        robots: Callable[[], Collection[Junior]],
+        robots: Callable[[], Collection[RobotHandle]],
         bridges: Callable[[], Collection[Bridge]],
         step: Callable[[float], object],
         now: Callable[[], float],
@@ -181,7 +181,7 @@ class Suspension:
         if not self._in_charge:
             return
         try:
-            tickets = [ticket for junior in self._robots() if (ticket := junior.ask_to_end()) is not None]
+            tickets = [ticket for robot in self._robots() if (ticket := robot.ask_to_end()) is not None]
             deadline = self._now() + STOP_WAIT
             while not all(ticket.done for ticket in tickets) and (left := deadline - self._now()) > 0:
                 self._step(min(_STEP, left))

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Final, cast
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 from simdevice.outline import Outline
+from simdevice.quantities import GRAVITY, from_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-GRAVITY: Final = 9.81
-"""In m/s^2."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +116,7 @@ class JuniorProfile:
         Raises:
             ValueError: A name is unknown, or a value is of the wrong kind.
         """
-        defaults = {field.name: field.default for field in fields(cls)}
-        values: dict[str, Any] = {}
-        for name, value in table.items():
-            if name not in defaults:
-                raise ValueError(f"unknown quantity {name!r} of a device: expected one of {', '.join(defaults)}")
-            values[name] = _like(name, value, defaults[name])
-        return cls(**values)
+        return from_table(cls, table)
 
     @property
     def tyre_limit(self) -> float:
@@ -145,24 +137,6 @@ _POSITIVE: Final = (
     "eye_offset",
     "floor_spot",
 )
-
-
-def _like(name: str, value: object, default: object) -> object:
-    """A value of a TOML file as the kind of the default.
-
-    Raises:
-        ValueError: It is not of that kind.
-    """
-    if isinstance(default, tuple) and isinstance(value, list | tuple) and len(value) == len(default):
-        return tuple(_like(name, part, default[0]) for part in value)
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if isinstance(default, bool) and isinstance(value, bool):
-        return value
-    if isinstance(default, float) and number:
-        return float(cast("float", value))
-    if isinstance(default, int) and not isinstance(default, bool) and number and isinstance(value, int):
-        return value
-    raise ValueError(f"{name} is {value!r}, but must be like {default!r}")
 
 
 JUNIOR_OUTLINE: Final = Outline(

@@ -13,6 +13,9 @@ from typing import Final
 from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.outline import Disc, Outline, Point
 
+LARGEST: Final = 0.09
+"""All of an opponent is nearer to its centre of mass than this, in m: a start pose has that 0.08 m inside the border."""
+
 
 @dataclass(frozen=True)
 class OpponentSpec:
@@ -27,6 +30,9 @@ class OpponentSpec:
         grip: Radius in m at which ground friction resists a turn about the centre of mass: the mean distance of the
             footprint's area from it, for a load that is spread evenly.
         engagement: How Junior meets it.
+
+    Raises:
+        ValueError: It is too large.
     """
 
     name: str
@@ -36,6 +42,13 @@ class OpponentSpec:
     outline: Outline
     grip: float
     engagement: str
+
+    def __post_init__(self) -> None:
+        reach = max(math.hypot(x, y) for x, y in self.outline.vertices)
+        if reach >= LARGEST:
+            raise ValueError(
+                f"opponent {self.name} reaches {reach:.3f} m from its centre of mass, and must stay below {LARGEST}"
+            )
 
 
 def _block(depth: float, width: float) -> Outline:

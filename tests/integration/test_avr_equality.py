@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import struct
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import pytest
 from avr_twins import Twins, comparable
@@ -16,8 +16,6 @@ from firmware_protocol.messages import (
     Command,
     CommandLong,
     ContestCommand,
-    Heartbeat,
-    JuniorSensors,
     ManualControl,
     ParamRequestList,
     ParamRequestRead,
@@ -25,14 +23,16 @@ from firmware_protocol.messages import (
     Ping,
     RobotResultAck,
     RobotSession,
-    RobotStatus,
     SysStatus,
     Timesync,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
+from firmware_protocol.peer.pacing import by_itself
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 pytestmark = [pytest.mark.avr, pytest.mark.slow]
 PACE = 6
 """Control periods between two things that the host says: what both say then fits the line."""
-STREAMS = (Heartbeat, SysStatus, JuniorSensors, RobotStatus)
+STREAMS: Final[tuple[type[Message], ...]] = tuple(by_itself(JUNIOR))
+ASKED: Final[tuple[type[Message], ...]] = (*STREAMS, AutopilotVersion)
 KEPT = ("SYS_ID", "MEM_SLOTS")
 
 
@@ -118,7 +119,7 @@ class Life:
             case 2:
                 return ParamRequestRead(1, 1, choose.choice(JUNIOR_PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
             case 3:
-                return self.command(Command.REQUEST_MESSAGE, float(choose.choice((*STREAMS, AutopilotVersion)).ID))
+                return self.command(Command.REQUEST_MESSAGE, float(choose.choice(ASKED).ID))
             case 4:
                 interval = choose.choice((10_000.0, 20_000.0, 50_000.0, 0.0, -1.0))
                 return self.command(Command.SET_MESSAGE_INTERVAL, float(choose.choice(STREAMS).ID), interval)
@@ -179,7 +180,7 @@ class Rig:
 
     def __init__(self, **options: object) -> None:
         self.made: list[Twins] = []
-        self.world = junior_world(board=self.board, **options)  # type: ignore[arg-type]
+        self.world = junior_world(WorldSettings(board=self.board, **options))  # type: ignore[arg-type]
 
     def board(self, *, uid: int, nvm: bytes | None) -> Twins:
         self.made.append(Twins(uid=uid, nvm=nvm))

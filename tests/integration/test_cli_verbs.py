@@ -16,8 +16,8 @@ import pytest
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.cli.app import app, run
+from hil.connecting.connecting import connect_as
 from hil.mcaplog import LogReader
-from hil.sumo.connecting import connect
 from simdevice.serving.endpoints import PtyEndpoint
 
 VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
@@ -331,7 +331,7 @@ def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_port_at_which_nobody_answers(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hil.jobs.session.connect", partial(connect, timeout=0.3))
+    monkeypatch.setattr("hil.jobs.session.connect_as", partial(connect_as, timeout=0.3))
     endpoint = PtyEndpoint()
     try:
         assert run(["coach", endpoint.url, "--no-log"]) == 3

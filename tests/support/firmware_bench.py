@@ -29,6 +29,8 @@ from firmware_protocol.messages import (
     RobotSession,
     State,
 )
+from firmware_protocol.peer.pacing import by_itself
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.fields import wire_order
 from firmware_protocol.wire.mavlink import MavlinkCodec
@@ -88,7 +90,7 @@ class FirmwareBench:
         streamed: Its streams: heartbeats, sensors, status.
     """
 
-    STREAMS: tuple[str, ...] = ("Heartbeat", "SysStatus", "JuniorSensors", "RobotStatus")
+    STREAMS: tuple[str, ...] = tuple(message.__name__ for message in by_itself(JUNIOR))
 
     def __init__(self, nvm: bytes = BLANK, *, ground: bool = True, encoders: bool = True, start: bool = False) -> None:
         robot: Any = ffi.new("host_robot *")

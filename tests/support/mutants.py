@@ -235,8 +235,8 @@ MUTANTS: Final = (
         "failures-need-consent",
         "fails whenever anybody asks for it",
         "failure.c",
-        "return params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;",
-        "return robot != NULL;",
+        "params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;",
+        "robot != NULL;",
     ),
     Mutant(
         "wheels-run-out",

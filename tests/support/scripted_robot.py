@@ -34,7 +34,9 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -42,6 +44,8 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
 PERIOD = 0.005
+FURTHER = tuple(message for message in JUNIOR.streams if message not in {JuniorSensors, RobotStatus})
+"""What else a Junior says by itself; here it says it ten times a second, with nothing in it."""
 
 
 def result(session: int, sequence: int) -> JuniorManeuverResult:
@@ -82,6 +86,7 @@ class ScriptedRobot:
         version: Protocol version, major and minor.
         boots: Times it has started.
         uid: Its unique id; 0 says none.
+        product: Its kind, as product_id; 0 is a Junior.
         silent: It sends nothing.
         deaf: Messages for which this says True are ignored.
         mute: Messages of its own for which this says True are not sent.
@@ -90,10 +95,12 @@ class ScriptedRobot:
         refuse: Reason for refusing numbered messages, by class.
     """
 
+    period: float = field(default=PERIOD, init=False)
     system: int = 1
     version: tuple[int, int] = (2, 0)
     boots: int = 1
     uid: int = 0
+    product: int = 0
     silent: bool = False
     deaf: Callable[[Message], bool] = lambda _: False
     mute: Callable[[Message], bool] = lambda _: False
@@ -145,6 +152,9 @@ class ScriptedRobot:
             self._say(self.status())
         if self.stream and self._ticks % 4 == 0:
             self._say(sensors(self._time - self._booted))
+        if self.stream and self._ticks % 20 == 0:
+            for message in FURTHER:
+                self._say(PAYLOADS[message.ID].unpack(b""))
         out, self._out = b"".join(self._out), []
         return out
 
@@ -208,7 +218,7 @@ class ScriptedRobot:
                 match int(command.param1):
                     case AutopilotVersion.ID:
                         major, minor = self.version
-                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid)
+                        reply = AutopilotVersion(0, 1, major << 24 | minor << 16, uid=self.uid, product_id=self.product)
                     case RobotStatus.ID:
                         reply = self.status()
                     case Heartbeat.ID:

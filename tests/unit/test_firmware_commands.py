@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import pytest
 from firmware_bench import HOST, FirmwareBench, forge
@@ -28,6 +29,11 @@ from firmware_protocol.messages import (
     Timesync,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS, Parameter
+from firmware_protocol.peer.pacing import by_itself
+from firmware_protocol.roles.junior import JUNIOR
+
+if TYPE_CHECKING:
+    from firmware_protocol.wire.fields import Message
 
 WRITABLE = [parameter for parameter in JUNIOR_PARAMETERS if not parameter.read_only]
 
@@ -41,8 +47,10 @@ def ask_value(bench: FirmwareBench, name: str) -> ParamValue:
 def test_streams_come_at_their_rates() -> None:
     bench = FirmwareBench()
     bench.run(10000)
-    counts = {kind: len(bench.got(kind)) for kind in (Heartbeat, SysStatus, RobotStatus, JuniorSensors)}
-    assert counts == {Heartbeat: 11, SysStatus: 11, RobotStatus: 11, JuniorSensors: 501}, "the first ones in the first tick"
+    counts = {kind: len(bench.got(kind)) for kind in by_itself(JUNIOR)}
+    due = {kind: round(10 / interval) + 1 for kind, interval in by_itself(JUNIOR).items()}
+    assert counts == due, "the first ones in the first tick"
+    assert (counts[Heartbeat], counts[JuniorSensors]) == (11, 501)
 
 
 def test_a_heartbeat_says_what_the_robot_is_and_does() -> None:
@@ -100,8 +108,8 @@ def test_without_encoders_travel_is_integrated_from_commands() -> None:
     assert not sensors.flags & SensorFlag.TRAVEL_FROM_ENCODERS
 
 
-@pytest.mark.parametrize("kind", [Heartbeat, SysStatus, RobotStatus, JuniorSensors, AutopilotVersion])
-def test_a_message_on_request(kind: type[Heartbeat | SysStatus | RobotStatus | JuniorSensors | AutopilotVersion]) -> None:
+@pytest.mark.parametrize("kind", [*by_itself(JUNIOR), AutopilotVersion])
+def test_a_message_on_request(kind: type[Message]) -> None:
     bench = FirmwareBench()
     bench.run(10)
     bench.clear()

@@ -12,7 +12,14 @@ from firmware_bench import FirmwareBench
 
 from firmware_protocol.firmware.build_host import FIRMWARE, PARTS
 from firmware_protocol.firmware.build_host import ROLES as FOLDERS
-from firmware_protocol.generate.firmware_roles import ANY_ROBOTS_MESSAGES, ANY_ROBOTS_PARAMETERS, ROLES, place, understood
+from firmware_protocol.generate.firmware_roles import (
+    ANY_ROBOTS_MESSAGES,
+    ANY_ROBOTS_PARAMETERS,
+    NO_PARAMETER,
+    ROLES,
+    place,
+    understood,
+)
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.messages import AutopilotVersion, Command, JuniorWheels, RobotStatus, SetupSigning
 from firmware_protocol.messages.fields import Sequence, Session
@@ -76,6 +83,7 @@ def test_messages_are_any_robots_or_one_roles() -> None:
 def test_a_parameter_of_any_robot_must_be_among_a_roles() -> None:
     poor = dataclasses.replace(ROLES[0], parameters=ROLES[0].parameters[:1])
     assert place(poor, "SYS_ID") == 0
+    assert place(poor, "FAIL_ENABLE") == NO_PARAMETER
     with pytest.raises(ValueError, match="junior has no parameter WATCHDOG"):
         place(poor, "WATCHDOG")
 

@@ -26,7 +26,6 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotStatus,
     State,
-    SysStatus,
     Timesync,
 )
 from firmware_protocol.peer.commands import CommandExchange
@@ -46,6 +45,7 @@ from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.connecting.lines import capacity_of, need_full_rate, pace_of
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event
@@ -82,7 +82,7 @@ class Overheard(QuietTap):
 def test_the_robots_own_rates_are_those_that_are_reckoned_with() -> None:
     bench = FirmwareBench()
     bench.run(10_000)
-    heard = {kind: len(bench.got(kind)) / 10 for kind in (Heartbeat, SysStatus, JuniorSensors, RobotStatus)}
+    heard = {kind: len(bench.got(kind)) / 10 for kind in by_itself(JUNIOR)}
     assert heard == pytest.approx({kind: 1 / interval for kind, interval in by_itself(JUNIOR).items()}, abs=0.11)
     assert not bench.got(AutopilotVersion)
 
@@ -252,7 +252,7 @@ def test_a_vehicle_that_may_be_no_junior_is_asked_for_nothing_that_it_has() -> N
 
 
 def test_an_emulated_referee_reports_as_often_as_it_is_asked_to() -> None:
-    world = junior_world(seed=1)
+    world = junior_world(WorldSettings(seed=1))
     host, ears = MavlinkCodec(system=255, component=190), MavlinkCodec(system=1, component=1)
 
     def reports(inbound: bytes = b"") -> tuple[int, list[int]]:
@@ -273,7 +273,7 @@ def test_an_emulated_referee_reports_as_often_as_it_is_asked_to() -> None:
 
 
 def test_a_robot_on_a_paced_port_waits_for_room_instead_of_losing_what_it_says() -> None:
-    world = junior_world(seed=1)
+    world = junior_world(WorldSettings(seed=1))
     ears = MavlinkCodec(system=255, component=190)
     heard: dict[type[Message], int] = {}
     waiting = 0.0

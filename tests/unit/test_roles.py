@@ -59,16 +59,24 @@ def met(product: int, state: State = State.READY) -> Bench:
     return bench
 
 
-@pytest.mark.parametrize(("product", "role"), [(0, JUNIOR), (7, MOLE), (99, JUNIOR)])
-def test_a_robot_is_what_it_says_and_else_what_it_was_taken_for(product: int, role: Role) -> None:
+@pytest.mark.parametrize(("product", "role"), [(0, JUNIOR), (7, MOLE)])
+def test_a_robot_is_what_it_says(product: int, role: Role) -> None:
     assert met(product).peer.role is role
+
+
+def test_one_that_nobody_knows_is_taken_for_no_other() -> None:
+    other = met(99)
+    assert other.peer.role not in (JUNIOR, MOLE)
+    assert "product 99" in failed(perform(other.peer, STEP))
 
 
 def test_it_is_asked_for_the_streams_of_its_role() -> None:
     for product, streams in ((0, JUNIOR.streams), (7, MOLE.streams)):
         bench = met(product)
         assert bench.peer.streams.intervals == streams
-        bench.command_ack(Command.SET_MESSAGE_INTERVAL)
+        for _ in streams:  # one after the other
+            bench.command_ack(Command.SET_MESSAGE_INTERVAL)
+            bench.wait(0.005)
         asked = [message for message in bench.sent if isinstance(message, CommandLong)]
         intervals = {int(one.param1) for one in asked if one.command == Command.SET_MESSAGE_INTERVAL}
         assert intervals == {message.ID for message in streams}

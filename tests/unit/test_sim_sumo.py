@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
 from firmware_protocol.messages import BoutOutcome
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.sensors import Sensors
+from simdevice.outline import Outline
 from simdevice.sumo.match import Match, opponent_code
-from simdevice.sumo.opponents import OPPONENTS, outline
+from simdevice.sumo.opponents import LARGEST, OPPONENTS, outline
 
 Controller = Callable[[Sensors, float], tuple[float, float]]
 
@@ -167,7 +169,13 @@ def test_an_outline_can_be_drawn(name: str) -> None:
     corners = outline(name)
     area = sum(ax * by - ay * bx for (ax, ay), (bx, by) in zip(corners, corners[1:] + corners[:1], strict=True)) / 2
     assert 0.001 < area < 0.0145
-    assert max(math.hypot(x, y) for x, y in corners) < 0.09
+    assert max(math.hypot(x, y) for x, y in corners) < LARGEST
+
+
+def test_an_opponent_that_is_too_large_for_the_ring_is_refused() -> None:
+    block = Outline(((0.02, -0.1), (0.02, 0.1), (-0.02, 0.1), (-0.02, -0.1)))
+    with pytest.raises(ValueError, match=r"opponent flat-light reaches 0\.102 m .* must stay below 0\.09"):
+        replace(OPPONENTS["flat-light"], outline=block)
 
 
 def test_the_outline_of_nobody_is_an_error() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
 from peer_bench import Bench
@@ -11,8 +12,11 @@ from scripted_robot import sensors
 from firmware_protocol.events import StreamBack, StreamStopped
 from firmware_protocol.messages import Command, CommandLong, JuniorSensors, RobotStatus
 from firmware_protocol.peer.streams import ASK_AGAIN, MOST_REQUESTS, STALE_LEAST, Streams
+from firmware_protocol.roles.junior import JUNIOR
 
 NEEDS = {JuniorSensors: 0.02, RobotStatus: 1.0}
+ROLES = (replace(JUNIOR, streams=NEEDS),)
+"""A robot of which just this is needed, whatever a Junior has besides."""
 
 
 def intervals(bench: Bench) -> list[tuple[int, float]]:
@@ -39,7 +43,7 @@ def news(bench: Bench) -> list[StreamStopped | StreamBack]:
 
 
 def test_who_holds_the_session_sets_the_streams_that_it_needs() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.heartbeat()
     bench.version()
     bench.ack()
@@ -50,7 +54,7 @@ def test_who_holds_the_session_sets_the_streams_that_it_needs() -> None:
 
 
 def test_a_watcher_sets_none() -> None:
-    watcher = Bench(open_session=False)
+    watcher = Bench(open_session=False, roles=ROLES)
     watcher.heartbeat()
     watcher.version()
     watcher.wait(0.2)
@@ -58,7 +62,7 @@ def test_a_watcher_sets_none() -> None:
 
 
 def test_a_stream_that_stops_is_told_of_and_asked_for_again() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     live(bench, 1.0, reading=True)
     assert news(bench) == []
@@ -74,7 +78,7 @@ def test_a_stream_that_stops_is_told_of_and_asked_for_again() -> None:
 
 
 def test_it_is_asked_for_three_times_five_seconds_apart_and_then_left_at_that() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     live(bench, 1.0, reading=True)
     intervals(bench)
@@ -94,7 +98,7 @@ def test_it_is_asked_for_three_times_five_seconds_apart_and_then_left_at_that() 
 
 
 def test_a_stream_that_stops_again_soon_is_told_of_at_once_and_asked_for_later() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     live(bench, 1.0, reading=True)
     live(bench, 0.6, reading=False)
@@ -112,7 +116,7 @@ def test_a_stream_that_stops_again_soon_is_told_of_at_once_and_asked_for_later()
 
 
 def test_a_watcher_says_so_and_changes_nothing() -> None:
-    watcher = Bench(open_session=False)
+    watcher = Bench(open_session=False, roles=ROLES)
     watcher.heartbeat(armed=True)
     watcher.version()
     watcher.status()
@@ -125,7 +129,7 @@ def test_a_watcher_says_so_and_changes_nothing() -> None:
 
 
 def test_a_silent_line_is_no_stopped_stream() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     live(bench, 1.0, reading=True)
     bench.wait(2.0)
@@ -134,7 +138,7 @@ def test_a_silent_line_is_no_stopped_stream() -> None:
 
 
 def test_where_nobody_listened_no_stream_has_stopped() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     live(bench, 1.0, reading=True)
     bench.clock.advance(30.0)  # this program was held up
@@ -147,7 +151,7 @@ def test_where_nobody_listened_no_stream_has_stopped() -> None:
 
 
 def test_what_is_not_wanted_any_more_is_not_missed() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     bench.peer.message_interval(JuniorSensors, -1)
     live(bench, 3.0, reading=False)
@@ -155,7 +159,7 @@ def test_what_is_not_wanted_any_more_is_not_missed() -> None:
 
 
 def test_a_slower_stream_is_missed_later() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     bench.peer.message_interval(JuniorSensors, 2.0)
     live(bench, 5.0, reading=False)
@@ -165,7 +169,7 @@ def test_a_slower_stream_is_missed_later() -> None:
 
 
 def test_a_restarted_robot_gets_the_same_streams_again() -> None:
-    bench = Bench()
+    bench = Bench(roles=ROLES)
     bench.connect()
     bench.peer.message_interval(JuniorSensors, 0.1)
     intervals(bench)

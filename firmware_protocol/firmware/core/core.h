@@ -90,6 +90,7 @@ bool failure_deaf(const struct robot *robot);
 #endif
 
 /* params.c */
+#define NO_PARAM 255U /* in place of an index: the role has none */
 void params_load(struct robot *robot);
 void params_save(struct robot *robot);
 static inline int16_t params_get(const struct robot *robot, uint8_t index) /* whole: the value; else permille */

@@ -6,7 +6,7 @@
 
 static bool allowed(const struct robot *robot)
 {
-    return params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;
+    return ROLE_OF(robot, param_fail_enable) != NO_PARAM && params_get(robot, ROLE_OF(robot, param_fail_enable)) != 0;
 }
 
 /* While armed, by the system that armed; in a contest by nobody. */

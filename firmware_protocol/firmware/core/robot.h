@@ -144,7 +144,7 @@ enum { PARAMS_MOST = ROLE_MOST(param_count) };
 
 struct params {
     float value[PARAMS_MOST];
-    int16_t integer[PARAMS_MOST];           /* whole: the value; else permille of it */
+    int16_t integer[PARAMS_MOST];           /* whole: the value; else permille of it, beyond 32.767 as uint16_t */
     uint8_t unsaved[(PARAMS_MOST + 7) / 8]; /* bit set: differs from what is stored */
     uint8_t list_next;                      /* next parameter to send of a list; beyond the last: none */
 };

@@ -42,12 +42,12 @@ static uint8_t contest(struct junior *junior, const mavlink_junior_contest_t *re
     return contest_begin(junior, request->countdown);
 }
 
-bool junior_hear(struct robot *robot, uint16_t id, const union inbound *message)
+bool junior_hear(struct robot *robot, uint16_t id, const union inbound *message) /* unreachable: unnumbered_count is 0 */
 {
     (void)robot;
     (void)id;
     (void)message;
-    return false; /* unreachable: every message of ours is numbered, unnumbered_count is 0 */
+    return false; /* unreachable: every message of ours is numbered */
 }
 
 bool junior_for_all(uint16_t id, const union inbound *message)

@@ -62,12 +62,14 @@ void junior_drive(struct robot *robot, int16_t left, int16_t right, uint16_t dur
     driving_run(junior_of(robot), duration, false);
 }
 
-uint8_t junior_request(struct robot *robot, uint8_t stream, bool direct, const mavlink_command_long_t *command)
+uint8_t junior_request(struct robot *robot, uint8_t stream, bool direct, /* unreachable: stream_asked is 0 */
+                       const mavlink_command_long_t *command)
 {
     (void)robot;
     (void)stream;
     (void)command;
-    return direct ? MAV_RESULT_ACCEPTED : MAV_RESULT_DENIED; /* unreachable: stream_asked is 0 */
+    (void)direct;
+    return MAV_RESULT_UNSUPPORTED; /* unreachable: stream_asked is 0 */
 }
 
 bool junior_send(struct robot *robot, uint8_t stream)

@@ -1,0 +1,1 @@
+"""The table of micro-robots: bodies, noise, obstacles."""
