@@ -25,6 +25,7 @@ void micro_act(struct robot *robot)
 {
     struct micro *micro = micro_of(robot);
 
+    micro->bumps = hal_bump(robot->board, micro_milli(micro, MICRO_PARAM_CONTACT_GAP));
     pose_step(micro);
     ring_step(micro);
     wheels_step(robot);
