@@ -109,7 +109,7 @@ bool micro_ready(struct robot *robot, uint16_t id)
 
 uint8_t micro_perform(struct robot *robot, uint16_t id, const union inbound *message)
 {
-    move_drop(micro_of(robot));
+    observation_pass(micro_of(robot));
     if (id == MAVLINK_MSG_ID_SWARM_MOVE) {
         return move_request(micro_of(robot), &micro_inbound_of(message)->move);
     }

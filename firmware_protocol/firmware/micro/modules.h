@@ -93,6 +93,7 @@ enum { STREAM_OBSERVATION, STREAM_RANGES }; /* among the role's */
 void observation_end(struct micro *micro, bool sensed); /* of the move, as it has ended */
 void observation_send_now(struct micro *micro);         /* the same, once */
 void observation_report(struct micro *micro);
+void observation_pass(struct micro *micro); /* there is news: what has not been said yet is said, and nothing is repeated */
 uint8_t observation_ask(struct micro *micro, uint8_t stream, const mavlink_command_long_t *command); /* MAV_RESULT */
 bool observation_answer(struct micro *micro, uint8_t stream);
 

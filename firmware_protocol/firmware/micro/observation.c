@@ -173,6 +173,14 @@ void observation_report(struct micro *micro)
     }
 }
 
+void observation_pass(struct micro *micro)
+{
+    if (micro->move.phase == MOVE_REPORT && micro->observations.interval == FIRST_MS) {
+        observation_send_now(micro);
+    }
+    move_drop(micro);
+}
+
 /* --- asked for ---------------------------------------------------------------------------------------------------- */
 
 uint8_t observation_ask(struct micro *micro, uint8_t stream, const mavlink_command_long_t *command)
