@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import AddressOpener, fault_file, fault_option
+from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -73,6 +73,7 @@ class LiveStage(Stage):
         self._reports = reports
         self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
+        self._openers: AddressOpeners | None = None
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -86,7 +87,9 @@ class LiveStage(Stage):
 
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""
-        return AddressOpener(address, key=self.key, clock=self._clock)
+        if self._openers is None:
+            self._openers = AddressOpeners(key=self.key, clock=self._clock)
+        return self._openers.opener_of(address)
 
     def begin_log(self) -> Recorder | None:
         """Begin the log, with what was asked for."""
