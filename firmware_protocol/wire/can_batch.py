@@ -283,6 +283,7 @@ class CanBatchCodec(CanCodec):
         """
         status = found.get(RobotStatus)
         if status is not None:
+            status = status.ordered()
             for node, time in zip(status.system.tolist(), column(RobotStatus, status.rows, "time").tolist(), strict=True):
                 self._times[node] = round(time * 1000)
         ends = np.concatenate([np.array(keys, np.intp), *(batch.place for batch in found.values())])
