@@ -19,12 +19,12 @@ from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
+from simdevice.arena import CONTROL_PERIOD
 from simdevice.avr.board import AvrBoard
 from simdevice.boards import Board
-from simdevice.period import PERIOD, PERIOD_US
 
 if TYPE_CHECKING:
-    from simdevice.board_interface import BoardInterface
+    from simdevice.boards import BoardInterface
     from simdevice.junior.faults import Readings
     from simdevice.junior.motors import Motors
 
@@ -80,7 +80,7 @@ def alone(board: BoardInterface, seconds: float, *, driving: bool) -> tuple[floa
     busy: list[int] = []
     board.power_on()
     start = perf_counter()
-    for period in range(round(seconds / PERIOD)):
+    for period in range(round(seconds / CONTROL_PERIOD)):
         say = b""
         if driving and period == 1:
             say = host.encode(RobotSession(1, 0, 7, 1, 1, 2, 0)) + host.encode(
@@ -90,7 +90,7 @@ def alone(board: BoardInterface, seconds: float, *, driving: bool) -> tuple[floa
             say = host.encode(JuniorWheels(1, period, speed=(0.7, -0.7), duration=1.0, target_system=1, target_component=1))
         elif driving and period % 8 == 0:
             say = host.encode(HOST)
-        board.tick(period * PERIOD_US, say, cast("Readings", still), cast("Motors", still), 0.0)
+        board.tick(round(period * CONTROL_PERIOD * 1e6), say, cast("Readings", still), cast("Motors", still), 0.0)
         if isinstance(board, AvrBoard):
             busy.append(board.busy)
     speed = seconds / (perf_counter() - start)

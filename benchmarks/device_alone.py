@@ -23,9 +23,9 @@ from hil.bridge.bridge import Bridge
 from hil.sumo.bouts import play
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
-from simdevice.kernel.rings import Rings
-from simdevice.period import PERIOD
+from simdevice.kernel.world import KernelWorld
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Overheard:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self.period = PERIOD
+        self.period = world.period
         self.calls: list[tuple[bytes, int]] = []
 
     def now(self) -> float:
@@ -66,7 +66,7 @@ class Overheard:
 
 def said_by_host(opponent: str, count: int) -> list[tuple[bytes, int]]:
     """What a host says in some bouts, and for how many control periods it waits then."""
-    overheard = Overheard(junior_world(opponent=opponent))
+    overheard = Overheard(junior_world(WorldSettings(opponent=opponent)))
     sessions = iter(range(1, 0xFFFF))
     with Bridge(MemoryLink(overheard), overheard, session=sessions.__next__) as bridge, Junior(bridge) as junior:
         junior.find()
@@ -84,8 +84,8 @@ def device(world: World, calls: list[tuple[bytes, int]]) -> float:
     """
     start = perf_counter()
     for inbound, periods in calls:
-        end = world.now() + periods * PERIOD - PERIOD / 2
-        while not world.run(inbound, round((end - world.now()) / PERIOD + 0.5)) and world.now() < end:
+        end = world.now() + (periods - 0.5) * world.period
+        while not world.run(inbound, round((end - world.now()) / world.period + 0.5)) and world.now() < end:
             inbound = b""  # noqa: PLW2901 - received by now
     return world.now() / (perf_counter() - start)
 
@@ -114,6 +114,11 @@ def part(owner: Any, name: str, world: World, calls: list[tuple[bytes, int]]) ->
     return world.now() / spent
 
 
+def in_kernel(world: KernelWorld, calls: list[tuple[bytes, int]]) -> float:
+    """The same, of what runs in C."""
+    return part(world.arrays, "run", world, calls)
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -122,20 +127,21 @@ def main() -> None:
     parser.add_argument("--opponent", default="flat-light")
     options = parser.parse_args()
     opponent = options.opponent
+    period = WorldSettings().period
     said = said_by_host(opponent, options.bouts)
     rows: dict[str, Callable[[], float]] = {
-        DEVICE: lambda: device(junior_world(opponent=opponent), said),
-        KERNEL: lambda: part(Rings, "run", junior_world(opponent=opponent), said),
-        PYTHON: lambda: device(World(opponent=opponent), said),
-        STEPS: lambda: part(pymunk.Space, "step", World(opponent=opponent), said),
+        DEVICE: lambda: device(junior_world(WorldSettings(opponent=opponent)), said),
+        KERNEL: lambda: in_kernel(KernelWorld(WorldSettings(opponent=opponent)), said),
+        PYTHON: lambda: device(World(WorldSettings(opponent=opponent)), said),
+        STEPS: lambda: part(pymunk.Space, "step", World(WorldSettings(opponent=opponent)), said),
         FLOOR: lambda: physics(opponent, 100.0, bare=True),
     }
     measured: dict[str, list[float]] = {name: [] for name in rows}
     for _ in range(options.rounds):
         for name, row in rows.items():
-            measured[name].append(PERIOD / row())
+            measured[name].append(period / row())
     times = {name: statistics.median(values) for name, values in measured.items()}
-    print(f"{opponent}: {options.bouts} bouts, median of {options.rounds} rounds; control period {PERIOD * 1e3:g} ms")
+    print(f"{opponent}: {options.bouts} bouts, median of {options.rounds} rounds; control period {period * 1e3:g} ms")
     for name, time in times.items():
         print(
             f"  {name:36} {time * 1e6:6.2f} us a period {time / times[FLOOR]:6.2f} of a step with nothing moving, "

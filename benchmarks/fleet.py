@@ -30,6 +30,7 @@ from hil.bridge.clock import MonotonicClock
 from simdevice.serving.endpoints import Endpoint, TcpEndpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -79,7 +80,7 @@ class Emulation:
     def __init__(self, pipe: Connection, links: int) -> None:
         self._pipe = pipe
         self._links = links
-        self._crowds = [Crowd(COUNT)] if links == 1 else [Crowd(1, seed=number + 1) for number in range(links)]
+        self._crowds = [Crowd(COUNT)] if links == 1 else [Crowd(1, WorldSettings(seed=number + 1)) for number in range(links)]
         self._servers: list[Server] = []
         self._endpoints: list[Endpoint] = []
         for crowd in self._crowds:

@@ -30,8 +30,8 @@ import hil
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.ring import open_ring
-from simdevice.period import PERIOD
 from simdevice.sumo.match import Match
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -67,12 +67,12 @@ def physics(opponent: str, seconds: float, *, bare: bool) -> float:
     """
     match = Match(opponent)
     start = perf_counter()
-    for step in range(round(seconds / PERIOD)):
+    for step in range(round(seconds / match.period)):
         if step % 800 == 0:
             match.reset(step)
             match.robot.motors.command(700, 700)
         if bare:
-            match.arena.space.step(PERIOD)
+            match.arena.space.step(match.period)
         else:
             match.arena.step()
     return seconds / (perf_counter() - start)
@@ -116,6 +116,7 @@ def main() -> None:
     parser.add_argument("--opponent", default="flat-light")
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
     options = parser.parse_args()
+    period = WorldSettings().period
     opponent, count = options.opponent, options.bouts
     if options.checkout is not None:
         beside(options.checkout, opponent, count, options.rounds)
@@ -127,9 +128,9 @@ def main() -> None:
         FLOOR: max(physics(opponent, 100.0, bare=True) for _ in range(options.rounds)),
     }
     floor = figures[FLOOR]
-    print(f"{opponent}: {count} bouts a round, best of {options.rounds}; control period {PERIOD * 1e3:g} ms")
+    print(f"{opponent}: {count} bouts a round, best of {options.rounds}; control period {period * 1e3:g} ms")
     for name, speed in figures.items():
-        print(f"  {name:44} {speed:6.0f} x real time  {PERIOD / speed * 1e6:6.1f} us a step  {speed / floor:5.2f} of the floor")
+        print(f"  {name:44} {speed:6.0f} x real time  {period / speed * 1e6:6.1f} us a step  {speed / floor:5.2f} of the floor")
     if options.profile:
         profile = cProfile.Profile()
         profile.runcall(bouts, opponent, count, recorded=False)

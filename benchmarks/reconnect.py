@@ -32,6 +32,7 @@ from simdevice.serving.endpoints import Endpoint
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -139,7 +140,8 @@ class Driven:
     """
 
     def __init__(self, wire: str, clock: MonotonicClock) -> None:
-        self._world = junior_world(referee=False, wire=wire)
+        self._world = junior_world(WorldSettings(referee=False, wire=wire))
+        self.period = self._world.period
         self._clock = clock
         self.off: float | None = None
 

@@ -45,6 +45,7 @@ from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import Advice, PalSettings
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -346,7 +347,7 @@ def soak(settings: PalSettings, spec: FaultSpec, seed: int, *, opponent: str = "
         every: Log time between two looks at the memory, in s.
     """
     begun = perf_counter()
-    witness = Witness(junior_world(opponent=opponent, seed=seed, faults=spec))
+    witness = Witness(junior_world(WorldSettings(opponent=opponent, seed=seed, faults=spec)))
     meter = Meter(every)
     line = Line(witness, spec, seed)
     numbers = generator(seed, Branch.SESSION)

@@ -25,9 +25,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.period import PERIOD
 from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.match import Match, opponent_code
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -76,7 +76,7 @@ def best(run: Callable[[], object], steps: int, rounds: int = 3) -> float:
 
 def measure(opponent: str, steps: int) -> dict[str, float]:
     """Time per control period of each layer, in us."""
-    world = junior_world(opponent=opponent)
+    world = junior_world(WorldSettings(opponent=opponent))
     host = MavlinkCodec(system=255, component=190)
     frames = host_frames(host, steps, opponent)
 
@@ -105,7 +105,7 @@ def measure(opponent: str, steps: int) -> dict[str, float]:
         for step in range(steps):
             if step % BOUT_PERIODS == 0:
                 match.reset(step)
-            match.arena.space.step(PERIOD)
+            match.arena.space.step(match.period)
 
     return {
         "World.step, and the host decoding all of it": best(everything, steps),
@@ -122,15 +122,16 @@ def main() -> None:
     parser.add_argument("--opponent", default="flat-light")
     parser.add_argument("--profile", action="store_true", help="print where World.step spends its time")
     options = parser.parse_args()
-    steps = round(options.seconds / PERIOD)
+    period = WorldSettings().period
+    steps = round(options.seconds / period)
     figures = measure(options.opponent, steps)
     floor = figures["the same pymunk world, nothing around it"]
-    print(f"{options.opponent}, {options.seconds:g} s of emulation a round, control period {PERIOD * 1e3:g} ms")
+    print(f"{options.opponent}, {options.seconds:g} s of emulation a round, control period {period * 1e3:g} ms")
     for name, figure in figures.items():
-        speed = PERIOD / figure * 1e6
+        speed = period / figure * 1e6
         print(f"  {name:44s} {figure:7.2f} us a step  {speed:7.0f} x real time  {floor / figure:5.2f} of the floor")
     if options.profile:
-        world = junior_world(opponent=options.opponent)
+        world = junior_world(WorldSettings(opponent=options.opponent))
         frames = host_frames(MavlinkCodec(system=255, component=190), steps, options.opponent)
         profile = cProfile.Profile()
         profile.runcall(lambda: [world.step(frame) for frame in frames])

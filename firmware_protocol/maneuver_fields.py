@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Final, TypedDict
 
 from firmware_protocol.messages import JuniorManeuver, JuniorManeuverResult, JuniorMemoryEntry, ManeuverOption, Reason
 from firmware_protocol.vocabulary import MAX_ACTIONS, Action, ActionTally, Maneuver, Outcome, Stimulus
+
+_OPTIONS: Final = tuple((option.name.lower(), option.value) for option in ManeuverOption if option.name is not None)
+"""Attributes of a maneuver that are options on the wire, and the bit of each."""
 
 
 class ManeuverFields(TypedDict):
@@ -27,16 +30,10 @@ def to_fields(maneuver: Maneuver) -> ManeuverFields:
     Returns:
         Keyword arguments for the message.
     """
-    options = (
-        (ManeuverOption.FLOOR_REFLEX if maneuver.floor_reflex else 0)
-        | (ManeuverOption.END_ON_CHANGE if maneuver.end_on_change else 0)
-        | (ManeuverOption.EYES if maneuver.eyes else 0)
-        | (ManeuverOption.ARMS if maneuver.arms else 0)
-        | (ManeuverOption.HOLD if maneuver.hold else 0)
-    )
+    options = sum(bit for name, bit in _OPTIONS if getattr(maneuver, name))
     codes = tuple(int(action) for action in maneuver.actions)
     padded = codes + (0,) * (MAX_ACTIONS - len(codes))
-    return ManeuverFields(period=maneuver.period, options=int(options), count=len(codes), actions=padded)
+    return ManeuverFields(period=maneuver.period, options=options, count=len(codes), actions=padded)
 
 
 def from_fields(message: JuniorManeuver | JuniorMemoryEntry) -> Maneuver:

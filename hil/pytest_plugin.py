@@ -200,10 +200,11 @@ def junior_pty(junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
 def _world(wanted: WantedJunior) -> World:
     """A new world; an opponent or a fault that does not exist fails the test."""
     from simdevice.sumo.junior_world import junior_world as make_world  # noqa: PLC0415 - pymunk takes a moment to load
+    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
     spec = _faults(wanted)
     try:
-        return make_world(opponent=wanted.opponent, seed=wanted.seed, referee=wanted.referee, faults=spec)
+        return make_world(WorldSettings(opponent=wanted.opponent, seed=wanted.seed, referee=wanted.referee, faults=spec))
     except ValueError as error:
         message = f"mark junior: {error}"
     pytest.fail(message, pytrace=False)

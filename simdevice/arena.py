@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 import pymunk
 
 from simdevice.junior.profile import JUNIOR_OUTLINE
-from simdevice.period import PERIOD
 from simdevice.quantities import GRAVITY
 from simdevice.sumo.ring import SumoRing
 
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
     from simdevice.outline import Outline
     from simdevice.sumo.opponents import OpponentSpec
 
+CONTROL_PERIOD: Final = 0.005
+"""Control period, firmware tick and step of the physics, where nobody asks for another one, in s."""
 _ITERATIONS: Final = 10
 _SLOP: Final = 2e-4
 """Overlap that the solver tolerates between bodies, in m."""
@@ -31,7 +32,6 @@ _HOLD: Final = 0.001
 """The point of the ground that holds the axle sideways follows it within this, in m."""
 _WEAK: Final = 1e-6
 """A push below this is none, in N."""
-_RATE: Final = 1 / PERIOD
 _MOVING: Final = 0.002
 """A dummy that moves faster than this slides, in m/s: kinetic friction holds."""
 
@@ -50,6 +50,7 @@ class Piece:
         angle: Heading in rad, not wrapped.
         cos: Of the heading.
         sin: Of the heading.
+        period: Step of the physics that it is in, in s; 0 while it is in none.
     """
 
     def __init__(self, outline: Outline, mass: float, friction: float) -> None:
@@ -61,6 +62,7 @@ class Piece:
         self.shape.friction = math.sqrt(friction)
         self.x = self.y = self.angle = 0.0
         self.cos, self.sin = 1.0, 0.0
+        self.period = 0.0
 
     def place(self, x: float, y: float, angle: float) -> None:
         """Put it down, at rest; position in m, heading in rad."""
@@ -80,8 +82,9 @@ class Piece:
             self.cos = math.cos(angle)
             self.sin = math.sin(angle)
 
-    def join(self, space: pymunk.Space) -> None:
-        """Enter the physics."""
+    def join(self, space: pymunk.Space, period: float) -> None:
+        """Enter the physics, whose steps have this length in s."""
+        self.period = period
         space.add(self.body, self.shape)
 
     def drive(self) -> None:
@@ -103,7 +106,7 @@ class Dummy(Piece):
         spec: What it is made of.
         still: Greatest force in N and torque in N m of its friction at rest.
         kinetic: Those of its friction while it slides.
-        moving: Square of the way in a period from which on it slides, in m^2.
+        moving: Square of the way in a step from which on it slides, in m^2.
         sliding: It slides.
         slide: The joint that holds it in place; None while it is not in the arena.
         turn: The joint that holds its heading; likewise.
@@ -118,11 +121,12 @@ class Dummy(Piece):
         self.slide: pymunk.PivotJoint | None = None
         self.turn: pymunk.GearJoint | None = None
         self.sliding = False
-        self.moving = (_MOVING * PERIOD) ** 2
+        self.moving = 0.0
 
-    def join(self, space: pymunk.Space) -> None:
-        """Enter the physics, held by friction joints to the ground."""
-        super().join(space)
+    def join(self, space: pymunk.Space, period: float) -> None:
+        """Enter the physics, whose steps have this length in s, held by friction joints to the ground."""
+        super().join(space, period)
+        self.moving = (_MOVING * period) ** 2
         self.slide = pymunk.PivotJoint(space.static_body, self.body, (0.0, 0.0), (0.0, 0.0))
         self.turn = pymunk.GearJoint(space.static_body, self.body, 0.0, 1.0)
         for joint in (self.slide, self.turn):
@@ -190,6 +194,7 @@ class Rover(Piece):
         self.motors = motors
         self.ground = 0.0
         self._half = profile.track / 2
+        self._rate = 0.0
         self._sideways = 2 * profile.tyre_limit
         self.axle: pymunk.GrooveJoint | None = None
         self.last = (0.0, 0.0, 0.0)
@@ -200,9 +205,10 @@ class Rover(Piece):
         super().place(x, y, angle)
         self.last = (self.x, self.y, self.angle)
 
-    def join(self, space: pymunk.Space) -> None:
-        """Enter the physics, on its wheels."""
-        super().join(space)
+    def join(self, space: pymunk.Space, period: float) -> None:
+        """Enter the physics, whose steps have this length in s, on its wheels."""
+        super().join(space, period)
+        self._rate = 1 / period
         self.axle = pymunk.GrooveJoint(self.body, space.static_body, (-_FAR, 0.0), (_FAR, 0.0), (self.x, self.y))
         self.held = (self.x, self.y)
         self.axle.max_bias = 0.0
@@ -229,7 +235,7 @@ class Rover(Piece):
         self.last = (x, y, self.angle)
         self.ground += ahead
         motors = self.motors
-        motors.turn((ahead - lead) * _RATE, (ahead + lead) * _RATE)
+        motors.turn((ahead - lead) * self._rate, (ahead + lead) * self._rate, self.period)
         left = motors.force_left
         right = motors.force_right
         push = left + right
@@ -247,13 +253,16 @@ class Arena:
 
     Args:
         ring: The ring.
+        period: Step of the physics, in s.
 
     Attributes:
         ring: The ring.
+        period: Step of the physics, in s.
         pieces: Everything in it, in the order of entry.
     """
 
-    def __init__(self, ring: SumoRing | None = None) -> None:
+    def __init__(self, ring: SumoRing | None = None, period: float = CONTROL_PERIOD) -> None:
+        self.period = period
         self.ring = ring if ring is not None else SumoRing()
         self.pieces: list[Piece] = []
         self.space = self._empty()
@@ -266,10 +275,10 @@ class Arena:
         x = self.ring.width / 2 + self.ring.rim
         y = self.ring.height / 2 + self.ring.rim
         corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
-        for i in range(4):
-            wall = pymunk.Segment(space.static_body, corners[i - 1], corners[i], 0.01)
+        walls = [pymunk.Segment(space.static_body, corners[i - 1], corners[i], 0.01) for i in range(4)]
+        for wall in walls:
             wall.friction = 1.0
-            space.add(wall)
+        space.add(*walls)
         return space
 
     def clear_memory(self) -> None:
@@ -278,12 +287,16 @@ class Arena:
             piece.leave(self.space)
         self.space = self._empty()
         for piece in self.pieces:
-            piece.join(self.space)
+            piece.join(self.space, self.period)
 
     def add(self, piece: Piece) -> None:
         """Put a piece on the table."""
-        piece.join(self.space)
+        piece.join(self.space, self.period)
         self.pieces.append(piece)
+
+    def others(self, piece: Piece) -> tuple[Piece, ...]:
+        """Everything in it but this piece, in the order of entry."""
+        return tuple(other for other in self.pieces if other is not piece)
 
     def remove(self, piece: Piece) -> None:
         """Take a piece away."""
@@ -295,6 +308,6 @@ class Arena:
         pieces = self.pieces
         for piece in pieces:
             piece.drive()
-        self.space.step(PERIOD)
+        self.space.step(self.period)
         for piece in pieces:
             piece.refresh()

@@ -1,7 +1,9 @@
-"""The board of an emulated robot: it runs the C firmware itself, and stands where the drivers would.
+"""The boards of emulated robots: they run the C firmware itself, and stand where the drivers would.
 
-It and `avr.board` are the only modules that know cffi. One `Board` is one micro-controller: its working memory is a C
-struct, its EEPROM an image of bytes that survives a power cycle.
+Every board is a `BoardInterface` to the device that it sits in: `Board` in this process, `AvrBoard` on an emulated ATmega328P.
+One `Board` is one micro-controller: its working memory is a C struct, its EEPROM an image of bytes that survives a power
+cycle. It lives by itself, a control period at a time (`tick`), or as one of many whose structs the kernel is given
+(`kernel/devices.h`). Loading the firmware's build is done here and in `avr.board` only.
 """
 
 from __future__ import annotations
@@ -27,6 +29,70 @@ _INPUTS: Final = struct.Struct("@" + "".join(code.upper() for _, code in FIELDS[
 travel, ground, start. Counters of way are signed there; here their bits count, since they wrap."""
 _WRAP: Final = 0xFFFFFFFF
 """Encoders and ground odometer count micrometres in 32 bits: after 2147 m they go on from the other end."""
+
+
+class BoardInterface(Protocol):
+    """A micro-controller that runs the firmware: `Board` in this process, `AvrBoard` on an emulated ATmega328P.
+
+    Attributes:
+        wheel_left: Effort the motors are given, in permille, -1000..1000.
+        wheel_right: Likewise.
+        start: The start module says go.
+        reboot: It has reset itself, or asks for it: `restart` it.
+    """
+
+    wheel_left: int
+    wheel_right: int
+    start: bool
+    reboot: bool
+
+    @property
+    def nvm(self) -> bytes:
+        """Image of the EEPROM."""
+        ...
+
+    def power_on(self) -> None:
+        """Cut the power and give it back, and boot: only the EEPROM is kept, and the clock starts at 0."""
+        ...
+
+    def power_off(self) -> None:
+        """Cut the power: nothing drives the wheels. `power_on` gives it back."""
+        ...
+
+    def restart(self) -> None:
+        """Boot after a reset of its own; the clock starts at 0."""
+        ...
+
+    def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:
+        """Run one control period of the firmware.
+
+        Args:
+            micros: Time since power-on, in us.
+            rx: Bytes that have come from the host.
+            sensors: What the drivers read.
+            motors: Encoders and battery.
+            ground: Ground odometer, in m.
+
+        Returns:
+            Bytes for the host.
+        """
+        ...
+
+
+class BoardMaker(Protocol):
+    """Makes a board; `AvrBoard` is one."""
+
+    def __call__(self, *, uid: int, nvm: bytes | None) -> BoardInterface:
+        """Make a board.
+
+        Args:
+            uid: Unique id burnt into it.
+            nvm: Image of its EEPROM; None is blank.
+
+        Raises:
+            ValueError: The image has another size than the EEPROM.
+        """
+        ...
 
 
 class HostLibrary(Protocol):

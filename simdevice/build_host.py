@@ -15,7 +15,7 @@ import cffi
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNEL = Path("simdevice/kernel")
-HEADERS = ("outline.h", "physics.h", "world.h", "devices.h", "loop.h", "table.h")
+HEADERS = ("outline.h", "physics.h", "world.h", "devices.h", "referee.h", "loop.h", "table.h")
 """What Python is told of, in the order in which they need each other."""
 FLAGS = (
     ["/fp:precise"]

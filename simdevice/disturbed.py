@@ -4,24 +4,19 @@ from __future__ import annotations
 
 import contextlib
 from math import inf
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import LinkClosedError, LinkOpenError
 from firmware_protocol.links.faulty import FaultyLink
-from firmware_protocol.links.memory import MemoryLink, Steppable
+from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.codec import SPLITTERS
-from firmware_protocol.wire.fields import MAVLINK
-from simdevice.emulation import run_single_periods
-from simdevice.period import PERIOD
-from simdevice.serving.server import Patient
+from simdevice.emulation import Patient, run_single_periods
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.faulty import FaultCounts
     from firmware_protocol.links.memory import Stamped
-
-_SLACK: Final = PERIOD / 2
-"""Less than a control period by far more than rounding, in s."""
+    from simdevice.emulation import Emulation
 
 
 class DisturbedWorld:
@@ -31,21 +26,20 @@ class DisturbedWorld:
         world: The world.
         spec: What befalls the frames.
         seed: The same seed does the same to the same frames.
-        wire: What goes in and out of the world.
 
     Attributes:
         period: One control period, in s.
         wire: What goes in and out.
     """
 
-    period = PERIOD
-
-    def __init__(self, world: Steppable, spec: FaultSpec, seed: int, *, wire: str = MAVLINK) -> None:
+    def __init__(self, world: Emulation, spec: FaultSpec, seed: int) -> None:
         self._world = world
+        self.period = world.period
+        self._slack = self.period / 2  # less than a control period by far more than rounding
         self._patient = world if isinstance(world, Patient) else None
-        self.wire = wire
+        self.wire = world.wire
         self._dead_from = world.now() + min((cut.at for cut in spec.unplugs if cut.ends == inf), default=inf)
-        self._link = FaultyLink(MemoryLink(world, wire=wire), spec, seed=seed, clock=world, split=SPLITTERS[wire])
+        self._link = FaultyLink(MemoryLink(world, wire=self.wire), spec, seed=seed, clock=world, split=SPLITTERS[self.wire])
 
     @property
     def room(self) -> int | None:
@@ -86,17 +80,17 @@ class DisturbedWorld:
         Raises:
             LinkClosedError: The line is dead for good, as the specification asked for.
         """
-        end = self._world.now() + PERIOD
+        end = self._world.now() + self.period
         out = b""
         try:
             if inbound:
                 self._link.write(inbound)
-            while self._world.now() < end - _SLACK:
-                out += self._link.read(_SLACK)  # the link steps whole periods
+            while self._world.now() < end - self._slack:
+                out += self._link.read(self._slack)  # the link steps whole periods
         except LinkClosedError:
             if self._world.now() >= self._dead_from:
                 raise
-            if self._world.now() < end - _SLACK:
+            if self._world.now() < end - self._slack:
                 self._world.step(b"")
             with contextlib.suppress(LinkOpenError):
                 self._link.open_again(lambda: MemoryLink(self._world, wire=self.wire))

@@ -11,7 +11,7 @@ and on what comes in, in which period, and on nothing else.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
     from firmware_protocol.links.memory import Stamped, Steppable
@@ -80,6 +80,17 @@ class Powered(Emulation, Protocol):
     def switch_on(self) -> None:
         """Give it its power back, if it has none: it boots."""
         ...
+
+
+@runtime_checkable
+class Patient(Protocol):
+    """What says no more than its line takes.
+
+    Attributes:
+        room: Bytes that its line takes in the next control period; None: any number.
+    """
+
+    room: int | None
 
 
 def check_periods(periods: int) -> None:

@@ -98,7 +98,8 @@ class MemoryLink(Link):
         if timeout <= 0:
             return b""
         device, now = self._runnable, self._device.now
-        deadline = now() + timeout - _EPSILON
+        timeout -= _EPSILON
+        deadline = now() + timeout
         inbound = b"".join(self._outbound)
         self._outbound.clear()
         if device is None:
@@ -106,10 +107,12 @@ class MemoryLink(Link):
                 inbound = b""
             return data
         while True:
-            wait = (deadline - now()) / device.period
-            chunks = device.run(inbound, max(1, math.ceil(min(wait, _MOST) - _ROUNDING)))
-            if chunks or now() >= deadline:
-                return chunks[0][1] if len(chunks) == 1 else b"".join(data for _, data in chunks)
+            chunks = device.run(inbound, max(1, math.ceil(min(timeout / device.period, _MOST) - _ROUNDING)))
+            if chunks:
+                return chunks[0][1] if len(chunks) == 1 else b"".join([data for _, data in chunks])
+            timeout = deadline - now()
+            if timeout <= 0:
+                return b""
             inbound = b""
 
     def close(self) -> None:

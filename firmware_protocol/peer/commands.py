@@ -122,6 +122,11 @@ def in_progress(exchange: Exchange[T], ack: CommandAck, time: float) -> bool:
     return True
 
 
+def _confirmed(command: CommandLong, tries: int) -> CommandLong:
+    """A command as it is said at its first, second... try: counted up, as MAVLink wants it."""
+    return command if tries == 1 else replace(command, confirmation=min(tries - 1, 255))
+
+
 class CommandExchange(Exchange[CommandAck]):
     """COMMAND_LONG, answered by COMMAND_ACK, which names the command and whom it is for: so one of a kind at a time.
 
@@ -142,7 +147,7 @@ class CommandExchange(Exchange[CommandAck]):
 
     def messages(self) -> Sequence[Message]:
         """The command, with its confirmation counted up."""
-        return [replace(self._command, confirmation=min(self.tries - 1, 255))]
+        return [_confirmed(self._command, self.tries)]
 
     def answer(self, received: Received) -> bool:
         """Take the acknowledgement."""
@@ -265,7 +270,7 @@ class RequestExchange(Exchange[M], Generic[M]):
 
     def messages(self) -> Sequence[Message]:
         """The request."""
-        return [self._command if self.tries == 1 else replace(self._command, confirmation=min(self.tries - 1, 255))]
+        return [_confirmed(self._command, self.tries)]
 
     def answer(self, received: Received) -> bool:
         """Take the acknowledgement, and the message."""
@@ -310,7 +315,8 @@ class NumberedExchange(Exchange[T]):
         """The message, numbered at the first call."""
         if self.session < 0:
             self.session, self.sequence = self._numbering.take()
-            self.question = replace(cast("Any", self.question), session=self.session, sequence=self.sequence)
+            numbers = {"session": self.session, "sequence": self.sequence}
+            self.question = type(self.question)(**vars(self.question) | numbers)  # in half of the time that `replace` takes
         return [self.question]
 
     def answer(self, received: Received) -> bool:

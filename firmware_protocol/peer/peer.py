@@ -31,13 +31,12 @@ from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionE
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
-from firmware_protocol.peer.recognition import unfit
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
-from firmware_protocol.versions import spoken_minor
+from firmware_protocol.versions import spoken_minor, unfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -338,9 +337,8 @@ class Peer(Requests):
 
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
-        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due)
-        if self.ready:
-            self._timer_due = min(self._timer_due, self._timesync_due)
+        timesync_due = self._timesync_due if self.ready else NEVER
+        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due, timesync_due)
         self._plan()
 
     def _watch_streams(self, now: float) -> None:
@@ -471,11 +469,9 @@ class Peer(Requests):
     def _judge(self, version: AutopilotVersion, now: float) -> None:
         """Can we speak with it?"""
         self.version = version
-        self.failure = unfit(version, self.system, self._uid, self.role)
-        if isinstance(self.failure, WrongRobotError):
-            self._move(Input.STRANGER, now)
-        elif self.failure is not None:
-            self._move(Input.VERSION_BAD, now)
+        self.failure = unfit(version, self.system, self._uid, self.role.name)
+        if self.failure is not None:
+            self._move(Input.STRANGER if isinstance(self.failure, WrongRobotError) else Input.VERSION_BAD, now)
         else:
             role = role_of(version.product_id, self._roles)
             if role != self.role:

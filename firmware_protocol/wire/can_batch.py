@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Received, Rejected
     from firmware_protocol.wire.fields import Message
 
-FEW: Final = 40
+FEW: Final = 80
 """Fewer frames than this in a chunk are done sooner one by one."""
 
 _UP: Final = (layout.REFEREE_UP_FUNCTION, layout.TRANSFER_UP_FUNCTION)

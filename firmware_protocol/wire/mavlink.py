@@ -87,7 +87,7 @@ class MavlinkCodec:
 
     def reset(self) -> None:
         """Begin anew on a link that was opened again: nothing half received, frames counted from 0. Counters go on."""
-        self._sequence = 0
+        self.sequence = 0
         self._buffer = b""
         self._stamp = float("-inf")
         self._junk = b""
@@ -113,9 +113,9 @@ class MavlinkCodec:
         low, high, payload, extra = entry
         full = payload.pack(message)
         body = full.rstrip(b"\0") or full[:1]
-        sequence = self._sequence
+        sequence = self.sequence
         frame = _HEADER.pack(MARKER, len(body), 0, 0, sequence, self.system, self.component, low, high) + body
-        self._sequence = (sequence + 1) & 0xFF
+        self.sequence = (sequence + 1) & 0xFF
         return frame + _CHECKSUM.pack(mcrf4xx(frame[1:] + extra))
 
     def receive(self, data: bytes, now: float) -> list[Received | Rejected]:
@@ -131,13 +131,16 @@ class MavlinkCodec:
         events = self.flush(now) if now - self._stamp > SILENCE and (self._buffer or self._junk) else []
         if data:
             self._stamp = now
-            data = self._buffer + data if self._buffer else bytes(data)
-            plain = self._take_plain(data, events)
-            if plain < len(data):
-                self._scan(data, plain, events, final=False)
-            else:
-                self._buffer = b""
+            self._take_in(self._buffer + data if self._buffer else bytes(data), events)
         return events
+
+    def _take_in(self, data: bytes, events: list[Received | Rejected]) -> None:
+        """Find frames in what has come, and what was held back before it."""
+        plain = self._take_plain(data, events)
+        if plain < len(data):
+            self._scan(data, plain, events, final=False)
+        else:
+            self._buffer = b""
 
     def flush(self, now: float, *, ended: bool = False) -> list[Received | Rejected]:
         """Give up a partial frame if nothing has come for 20 ms. `receive` does it by itself; call this when nothing comes.

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Received, Rejected
     from firmware_protocol.wire.fields import Message
 
-FEW: Final = 20
+FEW: Final = 50
 """Fewer frames than this in a chunk are done sooner one by one."""
 
 _AROUND: Final = HEADER_LENGTH + CHECKSUM_LENGTH
@@ -106,7 +106,7 @@ class MavlinkBatchCodec(MavlinkCodec):
         data = self._buffer + data if self._buffer else bytes(data)
         plain = self._find(data)
         if plain is None:
-            self._scan(data, 0, events, final=False)
+            self._take_in(data, events)
             return arrivals({}, events, range(len(events)), self.kinds, _payload)
         return self._walk(data, plain, events, now)
 
@@ -219,13 +219,13 @@ class MavlinkBatchCodec(MavlinkCodec):
         header = frames[:, :HEADER_LENGTH]
         header[:] = (MARKER, 0, 0, 0, 0, self.system, self.component, number & 0xFF, number >> 8 & 0xFF, number >> 16)
         header[:, 1] = length
-        header[:, 4] = np.arange(self._sequence, self._sequence + len(rows)) & 0xFF
+        header[:, 4] = np.arange(self.sequence, self.sequence + len(rows)) & 0xFF
         frames[:, HEADER_LENGTH:-CHECKSUM_LENGTH] = body
         crc = checksums(frames[:, 1:-CHECKSUM_LENGTH], length + _COVERED, _SEEDS[message])
         each, tail = np.arange(len(rows)), length + HEADER_LENGTH
         frames[each, tail] = crc & 0xFF
         frames[each, tail + 1] = crc >> 8
-        self._sequence = (self._sequence + len(rows)) & 0xFF
+        self.sequence = (self.sequence + len(rows)) & 0xFF
         return frames[np.arange(frames.shape[1]) < (length + _AROUND)[:, None]].tobytes()
 
 

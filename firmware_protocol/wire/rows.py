@@ -186,7 +186,7 @@ def _raw(message: type[Message], name: str, wire: Wire, given: ArrayLike) -> NDA
     if wire.type == "f32":
         with np.errstate(over="ignore"):  # infinity is refused
             floats = values.astype(np.float32)
-        if not _Check(name, wire, wire.minimum, wire.maximum).passes(np.atleast_1d(floats)).all():
+        if not _RangeCheck(name, wire, wire.minimum, wire.maximum).passes(np.atleast_1d(floats)).all():
             raise EncodeError(f"{message.NAME}.{name} = {values} can't be sent: it takes {accepted(wire)}")
         return floats
     low, high = raw_limits(wire)

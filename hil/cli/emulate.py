@@ -6,7 +6,6 @@ import os
 import shlex
 import threading
 from enum import StrEnum
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -103,6 +102,7 @@ def emulate(
     from simdevice.serving.server import Server  # noqa: PLC0415
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
+    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
@@ -113,8 +113,7 @@ def emulate(
     wire = endpoint.wire
     world: World | Crowd
     try:
-        make = junior_world if count == 1 else partial(Crowd, count)
-        world = make(
+        settings = WorldSettings(
             opponent=opponent,
             seed=seed,
             referee=referee,
@@ -125,13 +124,14 @@ def emulate(
             signing_key=key,
             start_held=forget_time,
         )
+        world = junior_world(settings) if count == 1 else Crowd(count, settings)
     except LinkOpenError:
         endpoint.close()
         raise
     except ValueError as error:
         endpoint.close()
         raise common.UsageError(str(error)) from error
-    served = world if faults is None else DisturbedWorld(world, spec, seed, wire=wire)
+    served = world if faults is None else DisturbedWorld(world, spec, seed)
     with interrupts():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from simdevice.board_interface import BoardMaker
+    from simdevice.boards import BoardMaker
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
 
@@ -403,6 +403,7 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: Signin
     """An emulated robot in this process, or several."""
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
+    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
     address.only(*SIM_OPTIONS)
     if address.target != "junior":
@@ -422,29 +423,17 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: Signin
     if key is not None and maker is not None:
         raise AddressError(address.url, "the firmware of this board is built without signing", "Leave --signing-key out")
     count = number_option(address, "count")
-    opponent = address.options.get("opponent", "flat-light")
-    refereed = referee == "1"
+    settings = WorldSettings(
+        opponent=address.options.get("opponent", WorldSettings.opponent),
+        seed=seed,
+        referee=referee == "1",
+        wire=wire,
+        faults=faults,
+        board=maker,
+        signing_key=key,
+    )
     try:
-        if count is None:
-            return junior_world(
-                opponent=opponent,
-                seed=seed,
-                referee=refereed,
-                wire=wire,
-                faults=faults,
-                board=maker,
-                signing_key=key,
-            )
-        return Crowd(
-            count,
-            opponent=opponent,
-            seed=seed,
-            referee=refereed,
-            wire=wire,
-            faults=faults,
-            board=maker,
-            signing_key=key,
-        )
+        return junior_world(settings) if count is None else Crowd(count, settings)
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
 

@@ -8,20 +8,18 @@ from firmware_protocol.wire.can_layout import NODE_MASK
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.boards import Board
 from simdevice.junior.faults import DeviceFaults
-from simdevice.period import PERIOD_US
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.wire.signing import SigningKey
     from simdevice.arena import Piece
-    from simdevice.board_interface import BoardInterface, BoardMaker
-    from simdevice.boards import Host
+    from simdevice.boards import BoardInterface, BoardMaker, Host
     from simdevice.junior.faults import Battery
     from simdevice.junior.hardware import JuniorHardware
 
-_SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
+SYSTEM_BYTE: Final = {MAVLINK: 5, CAN: 0}
 """Where a frame carries the sender's system id, by wire."""
-_SYSTEM_MASK: Final = {MAVLINK: 255, CAN: NODE_MASK}
+SYSTEM_MASK: Final = {MAVLINK: 255, CAN: NODE_MASK}
 """The bits of that byte that are the id."""
 
 
@@ -39,9 +37,8 @@ class VirtualDevice:
         start_held: The start input is held while it is switched on for the first time, and then let go.
 
     Attributes:
-        other: What its eyes and arms may meet.
+        others: What its eyes and arms may meet.
         powered: It is switched on.
-        system: System id it uses on the wire, as its frames say.
     """
 
     def __init__(
@@ -58,10 +55,13 @@ class VirtualDevice:
     ) -> None:
         profile = robot.profile
         self._robot = robot
-        self.other: Piece | None = None
-        self.system = 1
+        self._period_us = round(robot.body.period * 1e6)
+        self.others: tuple[Piece, ...] = ()
+        self._system = 1
         self._wire = wire
-        self._faults = DeviceFaults(faults, self._battery()) if faults is not None and faults.of_device else None
+        self._faults: DeviceFaults | None = None
+        if faults is not None and faults.of_device:
+            self._faults = DeviceFaults(faults, self._battery(), robot.body.period)
         if board is not None:
             self._board: BoardInterface = board(uid=uid, nvm=nvm)
         else:
@@ -85,6 +85,11 @@ class VirtualDevice:
     def wheels(self) -> tuple[float, float]:
         """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
         return self._board.wheel_left / 1000, self._board.wheel_right / 1000
+
+    @property
+    def system(self) -> int:
+        """System id it uses on the wire, as its frames say."""
+        return self._system
 
     @property
     def nvm(self) -> bytes:
@@ -155,7 +160,7 @@ class VirtualDevice:
             sent: Bytes that it has sent in one control period.
         """
         if self._fresh:
-            self.system = sent[_SYSTEM_BYTE[self._wire]] & _SYSTEM_MASK[self._wire]
+            self._system = sent[SYSTEM_BYTE[self._wire]] & SYSTEM_MASK[self._wire]
             self._fresh = False
 
     def step(self, inbound: bytes, *, lifted: bool = False) -> bytes:
@@ -173,7 +178,7 @@ class VirtualDevice:
         robot = self._robot
         board = self._board
         sensors = robot.sensors
-        sensors.sample(None if lifted else self.other)
+        sensors.sample(() if lifted else self.others)
         motors = robot.motors
         faults = self._faults
         if faults is None:
@@ -189,7 +194,7 @@ class VirtualDevice:
                 self.power_cycle()
             sent = board.tick(self._micros, inbound, faults.read(sensors), motors, robot.body.ground)
             left, right = faults.wheels(board.wheel_left, board.wheel_right)
-        self._micros += PERIOD_US
+        self._micros += self._period_us
         if not lifted:
             motors.command(left, right)
         if sent:

@@ -10,7 +10,6 @@ from math import inf
 from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.faults.spells import SENSORS, SIDES
-from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 _NEVER: Final = 1e9
 """Later than anything happens, in s."""
-_SLACK: Final = PERIOD / 1000
+_SLACK: Final = 5e-6
 """A fault begins in the first control period that is not before its time, whatever products of periods round to, in s."""
 
 
@@ -84,6 +83,7 @@ class DeviceFaults:
     Args:
         spec: What goes wrong; what befalls lines is left alone.
         battery: Its battery.
+        period: One control period, in s.
 
     Attributes:
         effort: Share of a commanded effort that the left, right motor gives.
@@ -91,9 +91,10 @@ class DeviceFaults:
         restored: Its power has come back in this control period.
     """
 
-    def __init__(self, spec: FaultSpec, battery: Battery) -> None:
+    def __init__(self, spec: FaultSpec, battery: Battery, period: float) -> None:
         self._spec = spec
         self._battery = battery
+        self._period = period
         self._ticks = 0
         self._readings = FaultyReadings()
         self._stuck: dict[str, StuckSensor] = {}
@@ -108,7 +109,7 @@ class DeviceFaults:
 
     def advance(self) -> None:
         """A control period begins."""
-        now = self._ticks * PERIOD + _SLACK
+        now = self._ticks * self._period + _SLACK
         self._ticks += 1
         while self._changes and now >= self._changes[-1]:
             self._changes.pop()
@@ -125,7 +126,7 @@ class DeviceFaults:
         times = [*self._changes[-1:], *(spell.at for spell in self._brownouts[:1]), *([self._dark_until] if self.dark else ())]
         if self.restored:
             return 0
-        return max(0, int(min([*times, _NEVER]) / PERIOD) - self._ticks - 1)
+        return max(0, int(min([*times, _NEVER]) / self._period) - self._ticks - 1)
 
     def skip(self, periods: int) -> None:
         """Let control periods pass in which nothing changes.

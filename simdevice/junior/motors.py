@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simdevice.period import PERIOD
-
 if TYPE_CHECKING:
     import numpy as np
 
@@ -79,12 +77,13 @@ class Motors:
         """A factor about 1."""
         return 1.0 + self._profile.command_noise * float(self.noise.standard_normal())
 
-    def turn(self, left: float, right: float) -> None:
+    def turn(self, left: float, right: float, period: float) -> None:
         """Work out the forces of one period.
 
         Args:
             left: Speed of the ground under the left wheel, in m/s, forward positive.
             right: Likewise.
+            period: How long it is, in s.
         """
         free = self._free
         stall = self._stall
@@ -106,10 +105,10 @@ class Motors:
             wanted_right = -limit
         self.force_left = wanted_left
         self.force_right = wanted_right
-        self.travel_left += left * PERIOD
-        self.travel_right += right * PERIOD
+        self.travel_left += left * period
+        self.travel_right += right * period
         current = self._idle + self.current_per_force * (abs(wanted_left) + abs(wanted_right))
-        self.charge += current * PERIOD
+        self.charge += current * period
         self.voltage = max(self._empty, self._full - self.charge * self.fall) - current * self._resistance
         self._share = self.voltage * self.per_volt
 

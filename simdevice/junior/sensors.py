@@ -13,7 +13,7 @@ import numpy as np
 from simdevice.outline import NOTHING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -31,6 +31,22 @@ _STILL: Final = 2e-5
 """The eyes and arms are not measured anew before the other has moved by this, in m ..."""
 _STEADY: Final = 2e-4
 """... or has turned by about this, in rad, as seen from the robot."""
+
+
+class _Sight:
+    """What was measured last of another piece.
+
+    Attributes:
+        seen_from: The robot's place in the frame of the other, in m, and its heading's cosine and sine there.
+        distances: Of the left, right eye, in m; infinite where it does not see it.
+        gaps: How far ahead of the axle it is in the strip of the left, right arm, in m; infinite where it is not.
+    """
+
+    __slots__ = ("distances", "gaps", "seen_from")
+
+    def __init__(self) -> None:
+        self.seen_from = (NOTHING, NOTHING, 0.0, 0.0)
+        self.distances = self.gaps = (NOTHING, NOTHING)
 
 
 def draw_noise(profile: JuniorProfile, generator: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -120,7 +136,7 @@ class Sensors:
         edge = math.hypot(*profile.floor_position) + profile.floor_spot
         self.floor_beyond_x = ring.width / 2 - edge
         self.floor_beyond_y = ring.height / 2 - edge
-        self._seen_from = (NOTHING, NOTHING, 0.0, 0.0)
+        self._sights: list[_Sight] = []
         self.eye_left = self.eye_right = profile.eye_ambient
         self.floor_left = self.floor_right = profile.floor_on
         self.arm_left = self.arm_right = 0
@@ -138,21 +154,22 @@ class Sensors:
 
     def _forget(self) -> None:
         """Nothing is seen and nothing touched."""
-        self._seen_from = (NOTHING, NOTHING, 0.0, 0.0)
+        self._sights = []
         self.arm_left = self.arm_right = 0
         self.distance_left = self.distance_right = NOTHING
 
-    def sample(self, other: Piece | None) -> None:
+    def sample(self, others: Sequence[Piece]) -> None:
         """Take a reading of everything.
 
         Args:
-            other: What stands on the table besides this robot.
+            others: What stands on the table besides this robot, each time in the same order; nothing: what was seen is
+                forgotten.
         """
         body = self._body
-        if other is None:
-            self._forget()
+        if others:
+            self._look(others)
         else:
-            self._look(other)
+            self._forget()
         left, right, floor_left, floor_right = next(self._readings)
         distance = self.distance_left
         if distance < NOTHING:
@@ -177,8 +194,28 @@ class Sensors:
         share = max(0.0, min(1.0, 0.5 - self._ring.clearance(x, y) / self._floor_spot))
         return min(ADC_MAX, int(count + share * self.floor_step))
 
-    def _look(self, other: Piece) -> None:
-        """Measure the other body: distances of the eyes, contacts of the arms."""
+    def _look(self, others: Sequence[Piece]) -> None:
+        """Measure the other bodies: distances of the eyes, contacts of the arms."""
+        sights = self._sights
+        while len(sights) < len(others):
+            sights.append(_Sight())
+        changed = False
+        for other, sight in zip(others, sights, strict=True):
+            changed |= self._measure(other, sight)
+        if not changed:
+            return
+        self.distance_left = min([sight.distances[0] for sight in sights])
+        self.distance_right = min([sight.distances[1] for sight in sights])
+        left, right = self.release if self.arm_left else self.press, self.release if self.arm_right else self.press
+        self.arm_left = int(any(self.behind < sight.gaps[0] <= left for sight in sights))
+        self.arm_right = int(any(self.behind < sight.gaps[1] <= right for sight in sights))
+
+    def _measure(self, other: Piece, sight: _Sight) -> bool:
+        """Measure another body.
+
+        Returns:
+            False where it is as it was: at rest, or pushing.
+        """
         body = self._body
         dx = body.x - other.x
         dy = body.y - other.y
@@ -189,22 +226,21 @@ class Sensors:
         y = dy * turn_cos - dx * turn_sin
         cos = body.cos * turn_cos + body.sin * turn_sin
         sin = body.sin * turn_cos - body.cos * turn_sin
-        last_x, last_y, last_cos, last_sin = self._seen_from
+        last_x, last_y, last_cos, last_sin = sight.seen_from
         if (
             -_STILL < x - last_x < _STILL
             and -_STILL < y - last_y < _STILL
             and -_STEADY < cos - last_cos < _STEADY
             and -_STEADY < sin - last_sin < _STEADY
         ):
-            return  # as it was: at rest, or pushing
-        self._seen_from = (x, y, cos, sin)
+            return False
+        sight.seen_from = (x, y, cos, sin)
         outline = other.outline
         reach = outline.radius
         ahead = -(x * cos + y * sin)
-        self.distance_left = self.distance_right = NOTHING
+        sight.distances = sight.gaps = (NOTHING, NOTHING)
         if ahead < -reach:  # the other is wholly behind the axle: out of sight and of reach
-            self.arm_left = self.arm_right = 0
-            return
+            return True
         eye_x = x + cos * self._eye_x
         eye_y = y + sin * self._eye_x
         farthest = self._reach + reach
@@ -215,15 +251,12 @@ class Sensors:
             seen = outline.nearest_seen
             a, b, c, d = cos * outer_cos, sin * outer_sin, sin * outer_cos, cos * outer_sin
             e, f, g, h = cos * inner_cos, sin * inner_sin, sin * inner_cos, cos * inner_sin
-            distance = seen(eye_x + side_x, eye_y + side_y, (a - b, c + d, e - f, g + h), self.steepest)
-            if distance <= self._reach:
-                self.distance_left = distance
-            distance = seen(eye_x - side_x, eye_y - side_y, (e + f, g - h, a + b, c - d), self.steepest)
-            if distance <= self._reach:
-                self.distance_right = distance
-        if ahead - reach > self.release:
-            self.arm_left = self.arm_right = 0
-            return
-        left, right = outline.gaps(x, y, cos, sin, self._arm_span)
-        self.arm_left = 1 if self.behind < left <= (self.release if self.arm_left else self.press) else 0
-        self.arm_right = 1 if self.behind < right <= (self.release if self.arm_right else self.press) else 0
+            left = seen(eye_x + side_x, eye_y + side_y, (a - b, c + d, e - f, g + h), self.steepest)
+            right = seen(eye_x - side_x, eye_y - side_y, (e + f, g - h, a + b, c - d), self.steepest)
+            sight.distances = (
+                left if left <= self._reach else NOTHING,
+                right if right <= self._reach else NOTHING,
+            )
+        if ahead - reach <= self.release:
+            sight.gaps = outline.gaps(x, y, cos, sin, self._arm_span)
+        return True

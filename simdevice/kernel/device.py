@@ -2,28 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from simdevice.boards import Board
 from simdevice.junior.device import VirtualDevice
+from simdevice.kernel.arrays import MANY
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
-    from simdevice.boards import Host
     from simdevice.junior.faults import Battery
     from simdevice.junior.hardware import JuniorHardware
-    from simdevice.kernel.rings import Rings
-
-_MANY: Final = 2**31
-"""Control periods: more than anybody asks for."""
+    from simdevice.kernel.ring import KernelRing
 
 
 class KernelDevice(VirtualDevice):
     """An emulated Junior that sits in a piece of the kernel's world; see `VirtualDevice` for the rest.
 
     Args:
-        rings: The kernel's arrays.
-        piece: Which piece it sits in.
+        ring: Its ring.
+        piece: Which piece of the arrays it sits in.
 
     Attributes:
         faulty: Faults befall it: `begin` is to be asked before control periods.
@@ -32,23 +29,22 @@ class KernelDevice(VirtualDevice):
     def __init__(
         self,
         robot: JuniorHardware,
-        rings: Rings,
+        ring: KernelRing,
         piece: int,
         *,
         uid: int,
         wire: str,
         nvm: bytes | None = None,
-        host: Host | None = None,
         faults: FaultSpec | None = None,
         start_held: bool = False,
     ) -> None:
-        self._rings = rings
+        self._ring = ring
         self._piece = piece
         self.faulty = faults is not None and bool(faults.of_device)
-        super().__init__(robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, start_held=start_held)
+        super().__init__(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
         assert isinstance(self._board, Board)
         self._struct = self._board.robot
-        rings.devices.robot[piece] = self._struct
+        ring.devices.robot[piece] = self._struct
         self.set_running(running=True)
 
     def _battery(self) -> Battery:
@@ -57,18 +53,18 @@ class KernelDevice(VirtualDevice):
 
     def feed(self, voltage: float | None) -> None:
         """Have its battery give another voltage, see `Motors.feed`."""
-        self._rings.feed(self._piece, voltage)
+        self._ring.feed(self._piece, voltage)
 
     @property
     def robot(self) -> JuniorHardware:
-        """Its hardware on the table, as of now."""
-        self._rings.watch()
+        """Its hardware on the match, as of now."""
+        self._ring.watch()
         return self._robot
 
     @property
     def wheels(self) -> tuple[float, float]:
         """Effort that the firmware commands of the left, right wheel, -1..1; a wheel may give less of it."""
-        if not self.powered or self._rings.devices.dark[self._piece]:
+        if not self.powered or self._ring.devices.dark[self._piece]:
             return 0.0, 0.0
         left, right = self._struct.io.wheel
         return left / 1000, right / 1000
@@ -76,7 +72,12 @@ class KernelDevice(VirtualDevice):
     @property
     def uptime(self) -> float:
         """Time since power-on, in s."""
-        return float(self._rings.devices.micros[self._piece] * 1e-6)
+        return float(self._ring.devices.micros[self._piece] * 1e-6)
+
+    @property
+    def system(self) -> int:
+        """System id it uses on the wire, as its frames say."""
+        return int(self._ring.devices.system[self._piece])
 
     def set_start(self, *, go: bool) -> None:
         """Switch the start module's signal, as the referee's remote control does."""
@@ -86,17 +87,17 @@ class KernelDevice(VirtualDevice):
 
     def set_running(self, *, running: bool) -> None:
         """Let it live in the kernel's control periods, or not."""
-        self._rings.devices.running[self._piece] = running
+        self._ring.devices.running[self._piece] = running
 
     def _begin(self) -> None:
         """The board has booted."""
         super()._begin()
-        self._rings.power_on(self._piece)
+        self._ring.power_on(self._piece)
 
     def switch_off(self) -> None:
         """Cut the power: the wheels are off, nothing is heard, the EEPROM is kept."""
         self.powered = False
-        self._rings.stop_wheels(self._piece)
+        self._ring.stop_wheels(self._piece)
         self._board.power_off()
         self.set_running(running=False)
 
@@ -113,34 +114,18 @@ class KernelDevice(VirtualDevice):
         """
         faults = self._faults
         if faults is None or not self.powered:
-            return _MANY
+            return MANY
         faults.advance()
-        self._rings.befall(self._piece, faults)
+        self._ring.befall(self._piece, faults)
         if faults.restored:
             self.power_cycle()
         return faults.quiet() + 1
 
-    def end(self, periods: int, stop: int) -> bytes:
+    def skip(self, periods: int) -> None:
         """Control periods are over.
 
         Args:
-            periods: How many.
-            stop: Why they are over, as the kernel says.
-
-        Returns:
-            What it has sent in the last one.
+            periods: How many, 1 or more.
         """
-        if not self.powered:
-            return b""
-        faults = self._faults
-        if faults is not None:
-            faults.skip(periods - 1)
-            if faults.dark:
-                return b""
-        sent = b""
-        if stop & self._rings.sent_something:
-            sent = self._rings.sent(self._struct)
-            self.heard(sent)
-        if stop & self._rings.rebooted:
-            self._fresh = True
-        return sent
+        if self._faults is not None and self.powered:
+            self._faults.skip(periods - 1)

@@ -54,11 +54,16 @@ uint8_t devices_tick(kernel_devices *devices, uint32_t device, int16_t *wheels)
     for (side = 0; side < 2; side++) { /* half to even, as Python's round */
         wheels[side] = (int16_t)nearbyint(robot->io.wheel[side] * devices->effort[2 * device + (uint32_t)side]);
     }
+    if (sent > 0 && devices->fresh[device]) {
+        devices->system[device] = robot->io.tx[devices->system_at] & devices->system_mask;
+        devices->fresh[device] = 0;
+    }
     if (!robot->io.reboot) {
         return 0;
     }
     host_restart(robot);
     robot->io.tx_len = sent;
     devices->micros[device] = 0;
+    devices->fresh[device] = 1;
     return 1;
 }

@@ -5,11 +5,14 @@
 #include "host.h"
 
 typedef struct {
-    uint32_t period_us;
+    uint32_t period_us, system_at; /* where a frame carries the sender's system id, ... */
+    uint8_t system_mask;           /* ... and which bits of that byte are the id */
     host_robot **robot;
     uint64_t *micros;      /* since power-on */
     const uint8_t **rx;    /* what arrives in the next period */
     uint32_t *rx_len;
+    uint8_t *fresh;        /* it has sent nothing since it booted */
+    uint8_t *system;       /* id that it uses on the wire, as its frames say */
     uint8_t *running;      /* it is there, and switched on */
     uint8_t *dark;         /* its power has failed */
     double *effort;        /* share of a commanded effort that reaches the motor; left, right */

@@ -1,24 +1,39 @@
-/* The one place that knows both: whole control periods of robots in their rings. */
+/* The one place that knows them all: whole control periods of robots in their rings, and of their referees. */
 #ifndef KERNEL_LOOP_H
 #define KERNEL_LOOP_H
 
 #include "devices.h"
-#include "world.h"
+#include "referee.h"
 
-enum { KERNEL_SENT = 1, KERNEL_DECIDED = 2, KERNEL_REBOOTED = 4 };
+enum { KERNEL_SAID = 1, KERNEL_DECIDED = 2, KERNEL_REBOOTED = 4, KERNEL_DUE = 8, KERNEL_NOISE = 16 };
 
 typedef struct {
     kernel_world *world;
     kernel_devices *devices; /* device n sits in piece n */
+    kernel_referees *referees;
     uint32_t rings;
-    uint8_t *living;         /* for each ring: time passes in it */
-    uint8_t *stop;           /* for each ring: why there is something to see to, of the above */
+
+    /* For each ring. */
+    uint64_t *ticks;         /* control periods that it has lived for */
+    uint8_t *living;         /* time passes in it */
+    uint8_t *plugged;        /* its Junior hears, and is heard */
+    uint32_t *room;          /* bytes that its line takes in a control period; UINT32_MAX: any number */
+    const uint8_t **answer;  /* what its referee answers in the next control period */
+    uint32_t *answer_len;
+    uint8_t *stop;           /* why there is something to see to, of the above */
+    uint32_t *end;           /* where in `said` its words of the last control period end; those of the next begin there */
+
+    uint8_t *said;           /* all words of the last control period, ring by ring: a Junior's, its referee's answers, a report */
 } kernel_loop;
 
-/* Lives for at most so many control periods: sensors, firmware, wheels, physics. Returns how many it has lived for; fewer
- * where a ring's `stop` says why: what its Junior has sent in the last period is in its tx, its bout has been decided, it has
- * booted again. Fewer without any of that: noise has been used up, and more is wanted for the next period. */
-uint32_t kernel_run(kernel_loop *loop, uint32_t periods);
+/* Something may be meant for a referee: sets those rings' `stop`, and returns 1. */
+uint8_t kernel_asked(kernel_loop *loop, const uint8_t *rx, uint32_t rx_len);
+
+/* Lives for at most so many control periods, 1 to 2^24 - 1: sensors, firmware, wheels, physics, referees. rx arrives at every
+ * Junior in the first of them. Returns 2^56 times why, 2^32 times how many it has lived for, and how many bytes have been said.
+ * Why: what is in any ring's `stop`; 0 where all periods are over. KERNEL_DUE: a referee's report is to be made and to follow
+ * what its ring has said. KERNEL_NOISE: noise has been used up, and more is wanted for the next period. */
+uint64_t kernel_run(kernel_loop *loop, const uint8_t *rx, uint32_t rx_len, uint32_t periods);
 
 /* For measuring: periods of the first ring's physics and nothing else. */
 void kernel_physics_alone(kernel_loop *loop, uint32_t periods);

@@ -13,19 +13,22 @@ static uint8_t within(double difference, double bound)
     return -bound < difference && difference < bound;
 }
 
-static void forget(kernel_world *world, uint32_t piece)
+void world_forget(kernel_world *world, uint32_t piece)
 {
-    world->seen_x[piece] = world->seen_y[piece] = INFINITY;
-    world->seen_cos[piece] = world->seen_sin[piece] = 0.0;
+    uint32_t pair;
+
+    for (pair = piece * world->pieces; pair < (piece + 1) * world->pieces; pair++) {
+        world->seen_x[pair] = world->seen_y[pair] = INFINITY;
+        world->seen_cos[pair] = world->seen_sin[pair] = 0.0;
+    }
     world->arm[2 * piece] = world->arm[2 * piece + 1] = 0;
     world->distance[2 * piece] = world->distance[2 * piece + 1] = INFINITY;
 }
 
 /* Distances of the eyes; the robot is at (x, y) in the frame of the other, with its heading's cosine and sine there. */
-static void look(kernel_world *world, uint32_t piece, const kernel_outline *outline, double x, double y, double c, double s)
+static void look(
+    const kernel_profile *profile, const kernel_outline *outline, double x, double y, double c, double s, double *distance)
 {
-    const kernel_profile *profile = &world->profile;
-    double *distance = &world->distance[2 * piece];
     double eye_x = x + c * profile->eye_x, eye_y = y + s * profile->eye_x, farthest = profile->reach + outline->radius;
     double side_x, side_y, cone[4], left, right;
     double outer_cos = profile->cone[0], outer_sin = profile->cone[1];
@@ -54,7 +57,8 @@ static void look(kernel_world *world, uint32_t piece, const kernel_outline *outl
     }
 }
 
-static void measure(kernel_world *world, uint32_t piece, uint32_t other)
+/* Measures another piece. Returns 0 where it is as it was: at rest, or pushing. */
+static uint8_t measure_one(kernel_world *world, uint32_t piece, uint32_t other, uint32_t pair)
 {
     const kernel_profile *profile = &world->profile;
     const kernel_outline *outline = world->outline[other];
@@ -63,32 +67,57 @@ static void measure(kernel_world *world, uint32_t piece, uint32_t other)
     double x = dx * turn_cos + dy * turn_sin, y = dy * turn_cos - dx * turn_sin;
     double c = world->cos[piece] * turn_cos + world->sin[piece] * turn_sin;
     double s = world->sin[piece] * turn_cos - world->cos[piece] * turn_sin;
-    uint8_t *arm = &world->arm[2 * piece];
-    double ahead, gaps[2];
+    double *seen = &world->seen[2 * pair], *gap = &world->gap[2 * pair], ahead;
+
+    if (within(x - world->seen_x[pair], STILL) && within(y - world->seen_y[pair], STILL) &&
+        within(c - world->seen_cos[pair], STEADY) && within(s - world->seen_sin[pair], STEADY)) {
+        return 0;
+    }
+    world->seen_x[pair] = x;
+    world->seen_y[pair] = y;
+    world->seen_cos[pair] = c;
+    world->seen_sin[pair] = s;
+    ahead = -(x * c + y * s);
+    seen[0] = seen[1] = gap[0] = gap[1] = INFINITY;
+    if (ahead < -outline->radius) { /* wholly behind the axle: out of sight and of reach */
+        return 1;
+    }
+    look(profile, outline, x, y, c, s, seen);
+    if (ahead - outline->radius <= profile->release) {
+        outline_gaps(outline, x, y, c, s, profile->arm_span, gap);
+    }
+    return 1;
+}
+
+static void measure(kernel_world *world, uint32_t piece)
+{
+    const kernel_profile *profile = &world->profile;
+    uint32_t first = piece - piece % world->pieces, pair = piece * world->pieces, k;
+    uint8_t *arm = &world->arm[2 * piece], changed = 0, touched;
+    double *distance = &world->distance[2 * piece], bound;
     int side;
 
-    if (within(x - world->seen_x[piece], STILL) && within(y - world->seen_y[piece], STILL) &&
-        within(c - world->seen_cos[piece], STEADY) && within(s - world->seen_sin[piece], STEADY)) {
-        return; /* as it was: at rest, or pushing */
+    for (k = 0; k < world->pieces; k++) {
+        if (first + k != piece) {
+            changed |= measure_one(world, piece, first + k, pair + k);
+        }
     }
-    world->seen_x[piece] = x;
-    world->seen_y[piece] = y;
-    world->seen_cos[piece] = c;
-    world->seen_sin[piece] = s;
-    ahead = -(x * c + y * s);
-    world->distance[2 * piece] = world->distance[2 * piece + 1] = INFINITY;
-    if (ahead < -outline->radius) { /* wholly behind the axle: out of sight and of reach */
-        arm[0] = arm[1] = 0;
+    if (!changed) {
         return;
     }
-    look(world, piece, outline, x, y, c, s);
-    if (ahead - outline->radius > profile->release) {
-        arm[0] = arm[1] = 0;
-        return;
-    }
-    outline_gaps(outline, x, y, c, s, profile->arm_span, gaps);
     for (side = 0; side < 2; side++) {
-        arm[side] = profile->behind < gaps[side] && gaps[side] <= (arm[side] ? profile->release : profile->press);
+        bound = arm[side] ? profile->release : profile->press;
+        distance[side] = INFINITY;
+        touched = 0;
+        for (k = 0; k < world->pieces; k++) {
+            if (first + k != piece) {
+                double gap = world->gap[2 * (pair + k) + (uint32_t)side];
+
+                distance[side] = least(distance[side], world->seen[2 * (pair + k) + (uint32_t)side]);
+                touched |= profile->behind < gap && gap <= bound;
+            }
+        }
+        arm[side] = touched;
     }
 }
 
@@ -112,7 +141,7 @@ static uint16_t floor_count(const kernel_world *world, uint32_t piece, uint16_t 
     return read < ADC_MAX ? (uint16_t)read : ADC_MAX;
 }
 
-void world_sense(kernel_world *world, uint32_t piece, uint32_t other, uint8_t held_up)
+void world_sense(kernel_world *world, uint32_t piece, uint8_t held_up)
 {
     const kernel_profile *profile = &world->profile;
     uint32_t at = world->reading_at[piece]++, count = world->readings[piece];
@@ -121,9 +150,9 @@ void world_sense(kernel_world *world, uint32_t piece, uint32_t other, uint8_t he
     uint16_t left = floor[at], right = floor[count + at];
 
     if (held_up) {
-        forget(world, piece);
+        world_forget(world, piece);
     } else {
-        measure(world, piece, other);
+        measure(world, piece);
     }
     world->eye[2 * piece] = eye_count(profile, eye[at], world->distance[2 * piece]);
     world->eye[2 * piece + 1] = eye_count(profile, eye[count + at], world->distance[2 * piece + 1]);

@@ -1,4 +1,4 @@
-/* The arithmetic is that of simdevice/{motors,arena,sumo}.py, operation by operation, and is to stay so. */
+/* The arithmetic is that of simdevice/{junior/motors,arena,sumo/match}.py, operation by operation, and is to stay so. */
 #include "world.h"
 
 #include <math.h>
@@ -146,7 +146,7 @@ static uint8_t inside(const kernel_world *world, uint32_t piece)
 
 static uint8_t judge(kernel_world *world, uint32_t ring)
 {
-    uint8_t lost = !inside(world, 2 * ring), won = !inside(world, 2 * ring + 1);
+    uint8_t lost = !inside(world, world->pieces * ring), won = !inside(world, world->pieces * ring + 1);
 
     if (won || lost) {
         world->outcome[ring] = won && lost ? DRAW : won ? WIN : LOSS;
@@ -158,19 +158,19 @@ static uint8_t judge(kernel_world *world, uint32_t ring)
 
 uint8_t world_step(kernel_world *world, uint32_t ring)
 {
-    uint32_t piece;
+    uint32_t first = world->pieces * ring, end = first + world->pieces, piece;
 
     if (world->lifted[ring] > 0) {
         world->lifted[ring]--;
         return 0;
     }
-    for (piece = 2 * ring; piece < 2 * ring + 2; piece++) {
+    for (piece = first; piece < end; piece++) {
         if (world->kind[piece] == KERNEL_ROVER) {
             drive(world, piece);
         }
     }
     world->physics.space_step(world->space[ring], world->period);
-    for (piece = 2 * ring; piece < 2 * ring + 2; piece++) {
+    for (piece = first; piece < end; piece++) {
         refresh(world, piece);
     }
     if (world->outcome[ring] != UNDECIDED) {

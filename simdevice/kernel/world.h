@@ -1,15 +1,16 @@
 /* Rings with what stands in them, as arrays: it knows bodies, motors and sensors, and no firmware.
  *
- * Ring n holds two pieces: 2 n is a Junior, 2 n + 1 its opponent, a dummy or another Junior. Where a piece has something on
- * its left and its right, the left one is at 2 piece, the right one at 2 piece + 1. SI units; times are in s.
- * Bodies, joints and spaces are Chipmunk's. */
+ * Ring n holds `pieces` of them, from `pieces` n on: the first is a Junior, the second its opponent, a dummy or another Junior.
+ * Where a piece has something on its left and its right, the left one is at 2 piece, the right one at 2 piece + 1; what it
+ * knows of another one in its ring, the k-th, is at `pieces` piece + k. SI units; times are in s.
+ * Bodies, joints and spaces are Chipmunk's, made by whoever fills the arrays; its functions are in physics.h. */
 #ifndef KERNEL_WORLD_H
 #define KERNEL_WORLD_H
 
 #include "outline.h"
 #include "physics.h"
 
-typedef struct { /* what all Juniors have in common, as simdevice/{motors,sensors}.py work it out of a profile */
+typedef struct { /* what all Juniors have in common, as simdevice/junior/{motors,sensors}.py work it out of a profile */
     double half_track, free_speed, stall_force, tyre_limit, slip, idle_current, current_per_force, fall, resistance;
     double per_volt, wheel_gain[2], command_noise;
     double eye_x, eye_y, cone[4], steepest, reach, eye_offset, eye_scale;
@@ -22,6 +23,7 @@ enum { KERNEL_DUMMY, KERNEL_ROVER };
 typedef struct {
     kernel_physics physics;
     kernel_profile profile;
+    uint32_t pieces;
     double period, time_limit, half_x, half_y; /* a ring's half width and height */
 
     /* For each ring. */
@@ -50,8 +52,9 @@ typedef struct {
     uint32_t *errors, *error_at;     /* how many there are, and which is the next */
 
     /* For each piece that is a Junior: sensors. */
-    double *seen_x, *seen_y, *seen_cos, *seen_sin;
-    double *distance;                /* left, right */
+    double *seen_x, *seen_y, *seen_cos, *seen_sin; /* of each other piece: where from it was measured last */
+    double *seen, *gap;              /* of each other piece: of its eyes, of its arms; left, right */
+    double *distance;                /* of the nearest thing that an eye sees; left, right */
     uint16_t *eye, *floor;           /* ADC counts; left, right */
     uint8_t *arm;                    /* left, right */
     const double **eye_noise;        /* ADC counts of an empty field: those of the left eye, then those of the right one */
@@ -59,8 +62,11 @@ typedef struct {
     uint32_t *readings, *reading_at; /* how many there are, and which is the next */
 } kernel_world;
 
-/* Takes a reading of a Junior's sensors; held up, it senses nothing of the other. There must be a reading left. */
-void world_sense(kernel_world *world, uint32_t piece, uint32_t other, uint8_t held_up);
+/* Takes a reading of a Junior's sensors; held up, it senses nothing of the others. There must be a reading left. */
+void world_sense(kernel_world *world, uint32_t piece, uint8_t held_up);
+
+/* A Junior has seen and touched nothing. */
+void world_forget(kernel_world *world, uint32_t piece);
 
 /* Sets a Junior's wheels, in permille. There must be two deviates left. */
 void world_command(kernel_world *world, uint32_t piece, int16_t left, int16_t right);

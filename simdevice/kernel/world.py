@@ -7,62 +7,101 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.messages import BoutOutcome
-from simdevice.boards import board_host
 from simdevice.emulation import check_periods
+from simdevice.kernel.arrays import ANY_ROOM, MANY, Arrays
 from simdevice.kernel.device import KernelDevice
-from simdevice.kernel.rings import Rings
-from simdevice.period import PERIOD
-from simdevice.sumo.referee import Referee
+from simdevice.kernel.referee import KernelReferee
+from simdevice.kernel.ring import KernelRing
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
     from simdevice.junior.hardware import JuniorHardware
     from simdevice.sumo.match import Match
-
-_JUNIOR = 0
-_SECOND = 1
+    from simdevice.sumo.settings import WorldSettings
 
 
 class KernelWorld(World):
-    """Junior, its opponent and the referee, in the kernel; arguments and attributes as of `World`, without a choice of board.
+    """Junior, its opponent and the referee, in the kernel; without a choice of board.
 
     Who has asked for `match` once sees everything on it move and may move it, at the price of most of the speed. While one
     thread lets it live, others may look at its wheels and do nothing to it.
+
+    Args:
+        settings: What it begins with; None are the defaults.
+        arrays: The kernel's arrays, where it shares them with others of like settings: who made them lets all live together.
+            None: it has its own.
+        number: Which of their rings is this one's.
+
+    Attributes:
+        period: One control period, in s.
+        device: Junior.
+        arrays: The kernel's arrays that it is in.
+        number: Which of their rings is its own.
+        referee: The referee, if any.
+        wire: What goes in and out.
+        room: Bytes that the line takes in the next control period, as far as whoever serves it knows; None: any number.
+
+    Raises:
+        ValueError: There is no opponent of this name, or the image has a wrong size.
     """
 
     device: KernelDevice
 
+    def __init__(self, settings: WorldSettings | None = None, arrays: Arrays | None = None, number: int = 0) -> None:
+        self.arrays = arrays if arrays is not None else Arrays(1)
+        self.number = number
+        self._clock, self._live = self.arrays.loop.ticks, self.arrays.live if arrays is None else self._not_alone
+        super().__init__(settings)
+        self.arrays.rings.append(self)
+        self._attend()
+
     @property
     def match(self) -> Match:
         """Bodies and rules, as of now."""
-        self._rings.watch()
+        self._ring.watch()
         return self._match
 
     def _prepare(self) -> None:
-        """Make the kernel's arrays."""
-        self._rings = Rings(board_host(), self._match)
+        """Find its place in the kernel's arrays."""
+        self._ring = KernelRing(self.arrays, self.number, self._match, self.wire)
 
-    def _make_referee(self, signing: Signing | None) -> Referee:
+    def _make_referee(self, signing: Signing | None) -> KernelReferee:
         """Make the referee, who looks at what the kernel moves."""
-        return Referee(self._match, self._placed, look=self._rings.show, wire=self.wire, signing=signing)
+        ring = self._ring
+        return KernelReferee(self.arrays, self.number, self._match, self._placed, ring.show, wire=self.wire, signing=signing)
 
-    def _make_device(
-        self, robot: JuniorHardware, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
-    ) -> KernelDevice:
+    def _make_device(self, robot: JuniorHardware, uid: int, settings: WorldSettings) -> KernelDevice:
         """Make a robot that lives in the kernel."""
-        piece = _JUNIOR if robot is self._match.robot else _SECOND
-        return KernelDevice(robot, self._rings, piece, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
+        piece = self._ring.first + (robot is not self._match.robot)
+        return KernelDevice(
+            robot,
+            self._ring,
+            piece,
+            uid=uid,
+            nvm=settings.nvm,
+            wire=settings.wire,
+            faults=settings.faults,
+            start_held=settings.start_held,
+        )
 
     def _placed(self) -> None:
         """Everybody has been put down: tell the kernel where."""
         super()._placed()
-        self._rings.take()
+        self._ring.take()
         if isinstance(self._second, KernelDevice):
             self._second.set_running(running=self._keeper.playing)
+            self._attend()
+
+    def _attend(self) -> None:
+        """Have the loop ask before control periods, where faults befall Junior or a second one has a keeper."""
+        if (self.device.faulty or self._second is not None) and self not in self.arrays.attended:
+            self.arrays.attended.append(self)
+
+    def now(self) -> float:
+        """Time of the emulation, in s."""
+        return self._clock[self.number] * self.period  # type: ignore[no-any-return]
 
     def step(self, inbound: bytes) -> bytes:
         """One control period for everything; see `World.step`."""
@@ -70,58 +109,51 @@ class KernelWorld(World):
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
-        check_periods(periods)
-        if not self._rings.watched:
-            return self._run(inbound, periods)
-        self._rings.take_robots()
-        chunks = self._run(inbound, periods)
-        self._rings.show_robots()
-        return chunks
+        if not 0 < periods <= MANY:
+            check_periods(periods)
+            periods = MANY
+        said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
+        return [(self._clock[self.number] * self.period, said)] if said else []
 
-    def _run(self, inbound: bytes, periods: int) -> list[Stamped]:
-        """The same, where nobody sees the table."""
-        rings, device = self._rings, self.device
-        referee = self.referee if device.powered else None
-        if self.room is not None:
-            device.limit(self.room)
-        answers = self._arrive(inbound, referee) if inbound else b""
-        end = self._ticks + periods
-        while True:
-            most = end - self._ticks
-            if device.faulty:
-                most = min(most, device.begin())
-            quiet = most
-            if referee is not None:
-                quiet = 0 if answers else referee.quiet()
-                most = min(most, quiet + 1)
-            if self._keeper.speaking:
-                most = 1
-                rings.receive(_SECOND, self._keeper.due())
-            done, stop = rings.run(most)
-            self._ticks += done
-            sent = device.end(done, stop) if stop or device.faulty else b""
-            if stop & rings.decided:
-                self._match.outcome = BoutOutcome(rings.outcome)
-                quiet = 0
-            if referee is not None:
-                referee.skip(done - (done > quiet))
-                if sent:
-                    referee.follow(device.system)
-                if done > quiet:
-                    sent += answers
-                    sent += referee.report(self.now(), None if self.room is None else self.room - len(sent))
-                    answers = b""
-            if sent:
-                return [(self._ticks * PERIOD, sent)]
-            if stop or self._ticks >= end:
-                return []
+    def _not_alone(self, _inbound: bytes, _periods: int) -> bytes:
+        """What shares its arrays lives with the others."""
+        raise RuntimeError("one robot of several can't live alone: let the crowd live")
 
-    def _arrive(self, inbound: bytes, referee: Referee | None) -> bytes:
-        """Take bytes from the host.
+    def _live_within(self, room: int, inbound: bytes, periods: int) -> bytes:
+        """Live, and say no more than this many bytes."""
+        self.device.limit(room)
+        self.arrays.loop.room[self.number] = max(room, 0)
+        said = self._live(inbound, periods)
+        self.arrays.loop.room[self.number] = ANY_ROOM
+        return said
+
+    # --- what the loop asks now and then -----------------------------------------------------------------------------
+
+    def begin(self) -> int:
+        """Control periods begin: faults befall Junior, and a second one hears its keeper.
 
         Returns:
-            The referee's answers.
+            How many may pass before this is to be asked again, 1 or more.
         """
-        answers = referee.receive(inbound, self.now()) if referee is not None else b""
-        self._rings.receive(_JUNIOR, inbound)
-        return answers
+        most = self.device.begin()
+        if self._keeper.speaking:
+            self._ring.receive(self._ring.first + 1, self._keeper.due())
+            return 1
+        return most
+
+    def skip(self, periods: int) -> None:
+        """So many control periods, 1 or more, have passed since."""
+        self.device.skip(periods)
+
+    def answer(self, inbound: bytes) -> None:
+        """Let the referee look at what has arrived, and see to it that the answer follows."""
+        if self.referee is not None:
+            self._ring.answer(self.referee.receive(inbound, self.now()))
+
+    def draw(self) -> None:
+        """See that both Juniors have noise for a control period."""
+        self._ring.draw_all()
+
+    def report(self) -> bytes:
+        """What the referee reports; it is due."""
+        return self.referee.say(self.now()) if isinstance(self.referee, KernelReferee) else b""

@@ -1,4 +1,4 @@
-"""Serves an emulated robot in real time: one control period every 5 ms of a clock, bytes through an endpoint.
+"""Serves an emulated robot in real time: one control period after the other by a clock, bytes through an endpoint.
 
 Clock and waiting are arguments, so that the loop can be tested without any time passing.
 """
@@ -6,10 +6,10 @@ Clock and waiting are arguments, so that the loop can be tested without any time
 from __future__ import annotations
 
 import select
-from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.links.memory import Runnable
-from simdevice.period import PERIOD
+from simdevice.emulation import Patient
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,22 +27,17 @@ _PACE: Final = 0.001
 
 
 class Servable(Protocol):
-    """What can be served."""
+    """What can be served.
+
+    Attributes:
+        period: One control period, in s.
+    """
+
+    period: float
 
     def step(self, inbound: bytes) -> bytes:
         """Advance by one control period."""
         ...
-
-
-@runtime_checkable
-class Patient(Protocol):
-    """What can be served, and says no more than its line takes.
-
-    Attributes:
-        room: Bytes that its line takes in the next control period; None: any number.
-    """
-
-    room: int | None
 
 
 def wait_readable(files: list[int], timeout: float) -> None:
@@ -91,7 +86,7 @@ class Server:
         self._endpoint = endpoint
         self._clock = clock
         self._wait = wait
-        self._period = PERIOD / speed
+        self._period = world.period / speed
         self._next = clock.now() + self._period
         self.steps = 0
         self.overruns = 0
@@ -140,7 +135,7 @@ class Server:
         """Serve until told to stop.
 
         Args:
-            stopped: Asked before every turn, at least every 5 ms; an Event's `is_set` will do.
+            stopped: Asked before every turn, at least once a control period; an Event's `is_set` will do.
         """
         while not stopped():
             self.turn()

@@ -7,31 +7,27 @@ unplugged from the line (they live on, and hear nothing) or lose their power, an
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, ParamSet
 from firmware_protocol.wire.can_layout import LAST_NODE
-from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.boards import NVM_SIZE
-from simdevice.emulation import run_single_periods
+from simdevice.emulation import check_periods, run_single_periods
 from simdevice.junior.device import VirtualDevice
-from simdevice.period import PERIOD
-from simdevice.sumo.junior_world import junior_world
+from simdevice.kernel.arrays import Arrays
+from simdevice.kernel.world import KernelWorld
 from simdevice.sumo.match import Match
+from simdevice.sumo.settings import WorldSettings
+from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board_interface import BoardMaker
-    from simdevice.boards import Host
-    from simdevice.junior.profile import JuniorProfile
-    from simdevice.sumo.world import World
 
 LAST_SYSTEM: Final = 254
 """Greatest system id of a robot on a MAVLink network."""
@@ -50,11 +46,13 @@ class Member:
     """One robot of a crowd.
 
     Attributes:
+        number: Which it is, from 0.
         world: Its ring.
         begins: Control period of the crowd at which it is switched on first.
         plugged: It hears the host, and is heard.
     """
 
+    number: int
     world: World
     begins: int
     plugged: bool = True
@@ -86,17 +84,7 @@ class Crowd:
 
     Args:
         count: How many.
-        opponent: Name of everybody's opponent.
-        seed: Seed of everything random.
-        referee: There is a referee in every ring.
-        profile: The devices' numbers.
-        nvm: Images of their EEPROMs, one after the other, as `nvm` gave them; None are new robots.
-        host: Build of the firmware that they run; None is the one that comes with the package.
-        wire: What goes in and out: MAVLink, or CAN frames in serial form.
-        faults: What goes wrong with each of the robots; faults of the line are `DisturbedWorld`'s business.
-        board: Makes their boards, as `AvrBoard` does; None are boards in this process.
-        signing_key: Key that all of them sign with; None: each has the one in its image, if any.
-        start_held: All are switched on with their start inputs held.
+        settings: What each begins with; `nvm` holds their images one after the other. None are the defaults.
 
     Attributes:
         period: One control period, in s.
@@ -107,65 +95,63 @@ class Crowd:
         ValueError: So many can't share a line, there is no opponent of this name, or the images have a wrong size.
     """
 
-    period = PERIOD
-
-    def __init__(
-        self,
-        count: int,
-        *,
-        opponent: str = "flat-light",
-        seed: int = 1,
-        referee: bool = True,
-        profile: JuniorProfile | None = None,
-        nvm: bytes | None = None,
-        host: Host | None = None,
-        wire: str = MAVLINK,
-        faults: FaultSpec | None = None,
-        board: BoardMaker | None = None,
-        signing_key: SigningKey | None = None,
-        start_held: bool = False,
-    ) -> None:
-        most = LAST_NODE if wire == CAN else LAST_SYSTEM
+    def __init__(self, count: int, settings: WorldSettings | None = None) -> None:
+        settings = settings if settings is not None else WorldSettings()
+        self.period, self.wire = settings.period, settings.wire
+        nvm = settings.nvm
+        most = LAST_NODE if self.wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
             raise ValueError(f"1 to {most} robots can share this line, not {count}")
         if nvm is not None and len(nvm) != count * NVM_SIZE:
             raise ValueError(f"the EEPROMs of {count} robots hold {count * NVM_SIZE} bytes, the image {len(nvm)}")
-        self.wire = wire
-        self._ticks = 0
+        self._stepped = 0
         self._orders: deque[Callable[[], None]] = deque()
         self.members: dict[int, Member] = {}
+        self._arrays = Arrays(count) if settings.board is None and settings.host is None else None
         for number in range(count):
             system = NEW_SYSTEM + number
             image = nvm[number * NVM_SIZE : (number + 1) * NVM_SIZE] if nvm is not None else None
             if image is None and system != NEW_SYSTEM:
                 image = image_of(system)
-            world = junior_world(
-                opponent=opponent,
-                seed=seed + number,
-                referee=referee,
-                profile=profile,
-                nvm=image,
-                host=host,
-                wire=wire,
-                faults=faults,
-                board=board,
-                signing_key=signing_key,
-                start_held=start_held,
-            )
-            self.members[system] = Member(world, number * _STAGGER % _STAGGER_WITHIN)
+            own = replace(settings, seed=settings.seed + number, nvm=image)
+            world = World(own) if self._arrays is None else KernelWorld(own, self._arrays, number)
+            self.members[system] = Member(number, world, number * _STAGGER % _STAGGER_WITHIN)
+        self._waiting = sorted(self.members.values(), key=lambda member: -member.begins)
+        if self._arrays is not None:
+            for member in self._waiting:
+                self._arrays.loop.living[member.number] = 0
 
     @property
     def nvm(self) -> bytes:
         """Images of all EEPROMs, one after the other."""
         return b"".join(member.world.nvm for member in self.members.values())
 
+    @property
+    def _ticks(self) -> int:
+        """Control periods that the first robot has lived for."""
+        return int(self._arrays.loop.ticks[0]) if self._arrays is not None else self._stepped
+
     def now(self) -> float:
         """Time of the emulation, in s."""
-        return self._ticks * PERIOD
+        return self._ticks * self.period
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until somebody sends something; see `Emulation.run`."""
-        return run_single_periods(self, inbound, periods)
+        if self._arrays is None:
+            return run_single_periods(self, inbound, periods)
+        check_periods(periods)
+        end = self._ticks + periods
+        while True:
+            self._obey()
+            now = self._ticks
+            self._switch_on_whose_time_has_come(now)
+            until = min(end, self._waiting[-1].begins) if self._waiting else end
+            said = self._arrays.live(inbound, until - now)
+            if said:
+                return [(self.now(), said)]
+            if self._ticks < until or until == end:
+                return []
+            inbound = b""
 
     def step(self, inbound: bytes) -> bytes:
         """One control period for everybody.
@@ -176,17 +162,31 @@ class Crowd:
         Returns:
             Everything sent to the host in this period.
         """
-        while self._orders:
-            self._orders.popleft()()
+        if self._arrays is not None:
+            return b"".join([data for _, data in self.run(inbound, 1)])
+        self._obey()
+        self._switch_on_whose_time_has_come(self._stepped)
         sent = []
         for member in self.members.values():
-            if self._ticks < member.begins:
+            if member.begins > self._stepped:
                 continue
             out = member.world.step(inbound if member.plugged else b"")
             if member.plugged and out:
                 sent.append(out)
-        self._ticks += 1
+        self._stepped += 1
         return b"".join(sent)
+
+    def _obey(self) -> None:
+        """Do as was asked from outside."""
+        while self._orders:
+            self._orders.popleft()()
+
+    def _switch_on_whose_time_has_come(self, now: int) -> None:
+        """Let time begin for those who are switched on in this control period."""
+        while self._waiting and self._waiting[-1].begins <= now:
+            member = self._waiting.pop()
+            if self._arrays is not None:
+                self._arrays.loop.living[member.number] = 1
 
     def unplug(self, system: int) -> None:
         """Take a robot off the line: it lives on and hears nothing.
@@ -203,6 +203,8 @@ class Crowd:
     def _order(self, member: Member, *, plugged: bool) -> None:
         def carry_out() -> None:
             member.plugged = plugged
+            if self._arrays is not None:
+                self._arrays.loop.plugged[member.number] = plugged
 
         self._orders.append(carry_out)
 

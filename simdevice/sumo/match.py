@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from simdevice.arena import Arena, Dummy, Piece
+from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece
 from simdevice.junior.hardware import JuniorHardware
 from simdevice.junior.profile import JuniorProfile
-from simdevice.period import PERIOD
+from simdevice.junior.sensors import Sensors
 from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 
 if TYPE_CHECKING:
@@ -88,6 +88,7 @@ class Match:
         seed: Seed of everything that is random.
         profile: Junior's numbers, and those of a second Junior.
         ring: The ring.
+        period: One control period, in s.
 
     Attributes:
         arena: The physics.
@@ -109,10 +110,11 @@ class Match:
         seed: int = 1,
         profile: JuniorProfile | None = None,
         ring: SumoRing | None = None,
+        period: float = CONTROL_PERIOD,
     ) -> None:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
-        self.arena = Arena(ring)
+        self.arena = Arena(ring, period)
         self.half_x, self.half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
         self.robot = JuniorHardware(self._profile, self.arena.ring, stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS))
         self.arena.add(self.robot.body)
@@ -136,9 +138,14 @@ class Match:
         return self.second.body
 
     @property
+    def period(self) -> float:
+        """One control period, in s."""
+        return self.arena.period
+
+    @property
     def elapsed(self) -> float:
         """Time since the bout began, in s; of one that is over, the time it took."""
-        return self.steps * PERIOD
+        return self.steps * self.period
 
     @property
     def clearance(self) -> float:
@@ -222,7 +229,7 @@ class Match:
         self.reset(seed)
         robot = self.robot
         while self.outcome is BoutOutcome.UNDECIDED:
-            robot.sensors.sample(None if self.lifted else self.opponent)
+            robot.sensors.sample(() if self.lifted else (self.opponent,))
             left, right = controller(robot.sensors, self.elapsed)
             robot.motors.command(round(1000 * left), round(1000 * right))
             self.step()

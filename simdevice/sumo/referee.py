@@ -33,7 +33,6 @@ from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH
 from firmware_protocol.wire.payload import PAYLOADS
-from simdevice.period import PERIOD
 from simdevice.sumo.match import opponent_code
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ LONGEST: Final = 60.0
 """Greatest interval that can be asked for, in s."""
 _MINE: Final = frozenset((CommandLong.ID, RefereeReset.ID, RobotSession.ID))
 """Messages that a referee answers."""
-_IDENTIFIERS: Final = range(REFEREE_DOWN_FUNCTION << FUNCTION_SHIFT, (REFEREE_DOWN_FUNCTION + 1) << FUNCTION_SHIFT)
+IDENTIFIERS: Final = range(REFEREE_DOWN_FUNCTION << FUNCTION_SHIFT, (REFEREE_DOWN_FUNCTION + 1) << FUNCTION_SHIFT)
 """Under which a referee is spoken to on a CAN bus."""
 _HALF: Final = 0x8000
 """Sequence numbers this far ahead or more are taken to be behind (serial number arithmetic, RFC 1982)."""
@@ -74,6 +73,7 @@ class Referee:
     Attributes:
         bout: Number of the bout, from 1; 0 before the first reset.
         phase: Of the bout.
+        longest: Room that the line is to have for a state, in bytes.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Referee:
         self._system = 1
         self._wire = wire
         self._signing = signing
-        self._longest = HEADER_LENGTH + PAYLOADS[RefereeState.ID].length + CHECKSUM_LENGTH + SIGNATURE_LENGTH * bool(signing)
+        self.longest = HEADER_LENGTH + PAYLOADS[RefereeState.ID].length + CHECKSUM_LENGTH + SIGNATURE_LENGTH * bool(signing)
         self._codec = open_codec(wire, system=self._system, component=REFEREE_COMPONENT, signing=signing)
         self._last: tuple[int, int] | None = None
         self._reported = -1
@@ -104,6 +104,7 @@ class Referee:
     @property
     def phase(self) -> Phase:
         """Phase of the bout."""
+        self._look()
         if self.bout == 0:
             return Phase.IDLE
         return Phase.RUNNING if self._match.outcome is BoutOutcome.UNDECIDED else Phase.OVER
@@ -111,6 +112,7 @@ class Referee:
     @property
     def outcome(self) -> BoutOutcome:
         """Of the bout; before the first reset nothing is decided."""
+        self._look()
         return self._match.outcome if self.bout else BoutOutcome.UNDECIDED
 
     def follow(self, system: int) -> None:
@@ -170,7 +172,7 @@ class Referee:
         """Report at another interval, in us; 0 is the usual one. Never is not allowed: nobody would know how a bout ends."""
         if not 0 <= interval <= LONGEST * 1e6:
             return CommandResult.DENIED
-        self._periods = max(1, round(interval * 1e-6 / PERIOD)) if interval else REPORT_PERIODS
+        self._periods = max(1, round(interval * 1e-6 / self._match.period)) if interval else REPORT_PERIODS
         self._countdown = min(self._countdown, self._periods)
         return CommandResult.ACCEPTED
 
@@ -190,19 +192,6 @@ class Referee:
         self._last = identity
         return _ack(message, event)
 
-    def quiet(self) -> int:
-        """For how many control periods `report` will say nothing, if nothing is decided: `skip` may pass over that many."""
-        spoken = self._match.outcome is self._decided and self.bout == self._reported
-        return max(0, self._countdown - 1) if spoken else 0
-
-    def skip(self, periods: int) -> None:
-        """Let control periods pass without a report.
-
-        Args:
-            periods: How many; at most as `quiet` said.
-        """
-        self._countdown -= periods
-
     def report(self, now: float, room: int | None = None) -> bytes:
         """What is to be sent after a period: the state when it is due, or when something was decided.
 
@@ -216,7 +205,11 @@ class Referee:
         self._countdown -= 1
         if self._countdown > 0 and self._match.outcome is self._decided and self.bout == self._reported:
             return b""
-        if room is not None and room < self._longest:
+        return self._say(now, room)
+
+    def _say(self, now: float, room: int | None) -> bytes:
+        """Send the state, now that it is due."""
+        if room is not None and room < self.longest:
             return b""
         if self._countdown <= 0:
             self._countdown = self._periods
@@ -251,7 +244,7 @@ class Referee:
 
 def _for_referee(data: bytes) -> bytes:
     """The CAN frames among these that are for a referee."""
-    return b"".join([record for record in split_records(data) if int.from_bytes(record[:4], "little") in _IDENTIFIERS])
+    return b"".join([record for record in split_records(data) if int.from_bytes(record[:4], "little") in IDENTIFIERS])
 
 
 def _for_others(data: bytes) -> bool:

@@ -4,22 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.signing import Signing, virtual_time
 from simdevice.emulation import check_periods
 from simdevice.junior.device import VirtualDevice
-from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.second import Keeper
-from simdevice.period import PERIOD
 from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.referee import Referee
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
-    from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.links.memory import Stamped
-    from firmware_protocol.wire.signing import SigningKey
-    from simdevice.board_interface import BoardMaker
-    from simdevice.boards import Host
     from simdevice.junior.hardware import JuniorHardware
 
 
@@ -29,17 +23,7 @@ class World:
     It is a `Clock` (`now`), and what an in-process link can step.
 
     Args:
-        opponent: Name of the opponent.
-        seed: Seed of everything random.
-        referee: There is a referee on the wire; without one it is as with a physical robot.
-        profile: The device's numbers.
-        nvm: Image of Junior's EEPROM, as `device.nvm` gave it; None is a new robot.
-        host: Build of the firmware that Junior runs; None is the one that comes with the package.
-        wire: What goes in and out: MAVLink, or CAN frames in serial form.
-        faults: What goes wrong with Junior, by the world's time; faults of a line are `DisturbedWorld`'s business.
-        board: Makes Junior's board, as `AvrBoard` does; None is one in this process. A second Junior always has the latter.
-        signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
-        start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
+        settings: What it begins with; None are the defaults.
 
     Attributes:
         period: One control period, in s.
@@ -52,37 +36,20 @@ class World:
         ValueError: There is no opponent of this name, or the image has a wrong size.
     """
 
-    period = PERIOD
-
-    def __init__(
-        self,
-        *,
-        opponent: str = "flat-light",
-        seed: int = 1,
-        referee: bool = True,
-        profile: JuniorProfile | None = None,
-        nvm: bytes | None = None,
-        host: Host | None = None,
-        wire: str = MAVLINK,
-        faults: FaultSpec | None = None,
-        board: BoardMaker | None = None,
-        signing_key: SigningKey | None = None,
-        start_held: bool = False,
-    ) -> None:
+    def __init__(self, settings: WorldSettings | None = None) -> None:
+        self._settings = settings = settings if settings is not None else WorldSettings()
+        self.period = settings.period
+        self.wire = settings.wire
         self.room: int | None = None
-        self._seed = seed
-        self._profile = profile if profile is not None else JuniorProfile()
         self._ticks = 0
-        self._match = Match(opponent, seed, self._profile)
+        self._match = Match(settings.opponent, settings.seed, settings.profile, period=settings.period)
         self._prepare()
-        self.wire = wire
-        self._faults = faults
-        self.device = self._device(self._match.robot, nvm, host, wire, board, start_held=start_held)
+        self.device = self._device(self._match.robot)
         signing = None
-        if signing_key is not None:
-            self.device.give_key(signing_key)
-            signing = Signing(signing_key, lambda: virtual_time(self.now()))
-        self.referee = self._make_referee(signing) if referee else None
+        if settings.signing_key is not None:
+            self.device.give_key(settings.signing_key)
+            signing = Signing(settings.signing_key, lambda: virtual_time(self.now()))
+        self.referee = self._make_referee(signing) if settings.referee else None
         self._second: VirtualDevice | None = None
         self._keeper = Keeper()
         self._placed()
@@ -94,43 +61,43 @@ class World:
         """Make the referee."""
         return Referee(self._match, self._placed, wire=self.wire, signing=signing)
 
-    def _device(
-        self,
-        robot: JuniorHardware,
-        nvm: bytes | None = None,
-        host: Host | None = None,
-        wire: str = MAVLINK,
-        board: BoardMaker | None = None,
-        *,
-        start_held: bool = False,
-    ) -> VirtualDevice:
-        """Put a board into a robot."""
-        first = robot is self._match.robot
-        identity = stream(self._seed, Purpose.IDENTITY).integers(1, 2**62)
-        uid = self._profile.uid if first and self._profile.uid else int(identity) + (not first)
-        faults = self._faults if first else None
-        if board is not None or host is not None:
-            return VirtualDevice(
-                robot, uid=uid, nvm=nvm, host=host, wire=wire, faults=faults, board=board, start_held=start_held
-            )
-        return self._make_device(robot, uid, nvm, wire, faults, start_held=start_held)
+    def _device(self, robot: JuniorHardware) -> VirtualDevice:
+        """Put a board into a robot; a second Junior has one of the usual kind."""
+        settings = self._settings
+        identity = int(stream(settings.seed, Purpose.IDENTITY).integers(1, 2**62))
+        if robot is self._match.robot:
+            return self._make_device(robot, settings.profile.uid or identity, settings)
+        return self._make_device(robot, identity + 1, WorldSettings())
 
-    def _make_device(
-        self, robot: JuniorHardware, uid: int, nvm: bytes | None, wire: str, faults: FaultSpec | None, *, start_held: bool
-    ) -> VirtualDevice:
-        """Make a robot with a board in this process."""
-        return VirtualDevice(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
+    def _make_device(self, robot: JuniorHardware, uid: int, settings: WorldSettings) -> VirtualDevice:
+        """Make a robot.
+
+        Args:
+            robot: Its hardware on the match.
+            uid: Unique id of its board.
+            settings: What is said there of its board.
+        """
+        return VirtualDevice(
+            robot,
+            uid=uid,
+            nvm=settings.nvm,
+            host=settings.host,
+            wire=settings.wire,
+            faults=settings.faults,
+            board=settings.board,
+            start_held=settings.start_held,
+        )
 
     def _placed(self) -> None:
         """Everybody has been put down: see who meets whom, and send a second Junior off."""
         match = self._match
-        self.device.other = match.opponent
+        self.device.others = match.arena.others(match.robot.body)
         if match.second is None or match.opponent is not match.second.body:
             self._keeper.rest()
             return
         if self._second is None:
             self._second = self._device(match.second)
-        self._second.other = match.robot.body
+        self._second.others = match.arena.others(match.second.body)
         self._keeper.begin()
 
     @property
@@ -140,7 +107,7 @@ class World:
 
     def now(self) -> float:
         """Time of the emulation, in s."""
-        return self._ticks * PERIOD
+        return self._ticks * self.period
 
     @property
     def nvm(self) -> bytes:
@@ -179,12 +146,12 @@ class World:
         """
         device = self.device
         referee = self.referee if device.powered else None
-        answers = referee.receive(inbound, self._ticks * PERIOD) if inbound and referee is not None else b""
+        answers = referee.receive(inbound, self._ticks * self.period) if inbound and referee is not None else b""
         lifted = self._match.lifted > 0
         if self.room is not None:
             device.limit(self.room)
         sent = device.step(inbound, lifted=lifted)
-        if self._second is not None and self._second.other is not None and self._keeper.playing:
+        if self._second is not None and self._keeper.playing:
             self._second.step(self._keeper.due(), lifted=lifted)
         self._match.step()
         self._ticks += 1
@@ -192,4 +159,4 @@ class World:
             return sent
         referee.follow(device.system)
         sent += answers
-        return sent + referee.report(self._ticks * PERIOD, None if self.room is None else self.room - len(sent))
+        return sent + referee.report(self._ticks * self.period, None if self.room is None else self.room - len(sent))

@@ -22,6 +22,7 @@ from hil.sumo.connecting import connect
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -54,7 +55,7 @@ class Plug:
         self._usb = kind in {"usb", "slcan"}
         self.ports: list[SerialPort] = []
         self._endpoint: Endpoint = open_endpoint(self._text)
-        self._world = junior_world(referee=False, wire=self._endpoint.wire)
+        self._world = junior_world(WorldSettings(referee=False, wire=self._endpoint.wire))
         if "://" in self._text:  # a port taken by chance is kept
             self._text = self._endpoint.url.replace("udpout", "udp")
         self._serve()

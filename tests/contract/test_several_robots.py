@@ -13,6 +13,7 @@ from firmware_protocol.errors import PeerError, PeerLostError
 from firmware_protocol.events import PeerBack, PeerLost
 from simdevice.serving.opening import open_endpoint
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,7 +52,7 @@ class Watched(Stepped):
 @pytest.fixture
 def served(request: pytest.FixtureRequest) -> Iterator[tuple[str, Watched]]:
     endpoint = open_endpoint(str(request.param))
-    watched = Watched(Crowd(COUNT, seed=3, wire=endpoint.wire))
+    watched = Watched(Crowd(COUNT, WorldSettings(seed=3, wire=endpoint.wire)))
     with in_thread(watched, endpoint, speed=SPEED):
         yield endpoint.url, watched
 

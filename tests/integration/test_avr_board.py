@@ -38,6 +38,7 @@ from simdevice.avr import build as avr_build
 from simdevice.avr.board import CYCLES, AvrBoard, battery_counts, declarations, whole_frames
 from simdevice.avr.build import SHIM
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -226,7 +227,7 @@ def test_frames_come_whole() -> None:
 
 
 def test_a_world_with_this_board_power_cycles_and_reboots() -> None:
-    world = junior_world(board=AvrBoard)
+    world = junior_world(WorldSettings(board=AvrBoard))
     for _ in range(20):
         world.step(b"")
     assert world.device.uptime == pytest.approx(0.1)

@@ -22,6 +22,7 @@ from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perfor
 from simdevice.avr.board import AvrBoard
 from simdevice.avr.build import FIRMWARE, AvrFirmware, build
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -105,7 +106,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Workshop:
 
 
 def subject(firmware: AvrFirmware | None = None) -> Subject:
-    world = junior_world(board=functools.partial(AvrBoard, firmware=firmware))
+    world = junior_world(WorldSettings(board=functools.partial(AvrBoard, firmware=firmware)))
     numbers = count(4711)
     return Subject(MemoryLink(world), world, session=lambda: next(numbers))
 

@@ -15,6 +15,7 @@ from hil.sumo.deploying import deploy, read_memory
 from hil.sumo.junior import Junior
 from simdevice.avr.board import AvrBoard
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +34,7 @@ def test_coached_deployed_switched_off_and_won_from_memory(
     coach = ["coach", "sim://junior?board=avr&opponent=flat-light", "--budget", "120", "--seed", "2", "--held-out", "0"]
     assert run([*coach, "--no-log", "--quiet", "--advice-out", str(learnt)]) == 0, capsys.readouterr().err
 
-    world = junior_world(opponent="flat-light", seed=4, referee=False, board=AvrBoard)
+    world = junior_world(WorldSettings(opponent="flat-light", seed=4, referee=False, board=AvrBoard))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         done = deploy(junior, load_advice(learnt))

@@ -32,6 +32,7 @@ from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -179,7 +180,7 @@ class Rig:
 
     def __init__(self, **options: object) -> None:
         self.made: list[Twins] = []
-        self.world = junior_world(board=self.board, **options)  # type: ignore[arg-type]
+        self.world = junior_world(WorldSettings(board=self.board, **options))  # type: ignore[arg-type]
 
     def board(self, *, uid: int, nvm: bytes | None) -> Twins:
         self.made.append(Twins(uid=uid, nvm=nvm))

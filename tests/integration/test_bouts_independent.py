@@ -12,6 +12,7 @@ from firmware_protocol.vocabulary import Action, Maneuver
 from hil.bridge.bridge import Bridge
 from hil.sumo.ring import Encounter, open_ring
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,7 +77,7 @@ def test_the_time_of_a_bout_and_the_verdict_stand_when_it_is_over() -> None:
 @pytest.mark.parametrize("metres", [2147.4836, 4294.967, -2147.4837])
 def test_a_robot_may_go_farther_than_its_encoders_count(metres: float) -> None:
     """They count micrometres in 32 bits, and wrap."""
-    world = junior_world(seed=1)
+    world = junior_world(WorldSettings(seed=1))
     motors, body = world.device.robot.motors, world.device.robot.body
     motors.travel_left = motors.travel_right = body.ground = metres
     with hil.Junior(Bridge(MemoryLink(world), world, session=lambda: 1)) as junior:

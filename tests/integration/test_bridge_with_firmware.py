@@ -34,6 +34,7 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,7 +54,7 @@ class Ring:
     """A bridge to an emulated Junior."""
 
     def __init__(self, faults: str = "", seed: int = 3) -> None:
-        self.world: World = junior_world(seed=seed)
+        self.world: World = junior_world(WorldSettings(seed=seed))
         self.link: Link = MemoryLink(self.world)
         if faults:
             spec = FaultSpec.parse(faults)

@@ -26,6 +26,7 @@ from pal_advisor.maneuvers import PalSettings
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -65,7 +66,7 @@ def test_a_wire_that_does_not_exist_is_refused() -> None:
 def served(request: pytest.FixtureRequest) -> Iterator[str]:
     endpoint = open_endpoint(str(request.param))
     stop = threading.Event()
-    world = junior_world(seed=3, wire=endpoint.wire)
+    world = junior_world(WorldSettings(seed=3, wire=endpoint.wire))
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     yield endpoint.url
@@ -103,7 +104,7 @@ class TroubledLink(MemoryLink):
 
 
 def test_trouble_on_the_bus_reaches_the_log(tmp_path: Path) -> None:
-    world = junior_world(wire=CAN)
+    world = junior_world(WorldSettings(wire=CAN))
     path = tmp_path / "trouble.mcap"
     with Recorder(path, run={}, config={}, link="can", lockstep=True) as recorder:
         bridge = Bridge(TroubledLink(world, wire=CAN), world, taps=[recorder])

@@ -21,6 +21,7 @@ from hil.bridge.clock import MonotonicClock
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Rejected
@@ -42,7 +43,7 @@ def test_the_page_says_this_mask() -> None:
 
 
 def test_a_candump_log_is_decoded(tmp_path: Path) -> None:
-    world, codec = junior_world(wire=CAN), CanCodec(system=255, component=190)
+    world, codec = junior_world(WorldSettings(wire=CAN)), CanCodec(system=255, component=190)
     events: list[Received | Rejected] = []
     log = tmp_path / "candump.log"
     with can.CanutilsLogWriter(log, channel="can0") as writer:
@@ -74,7 +75,7 @@ def test_the_monitor_shows_a_bus() -> None:
     pytest.importorskip("curses")
     port = 20000 + os.getpid() % 20000
     endpoint = open_endpoint(f"can://udp_multicast/239.74.163.2?port={port}")
-    world = junior_world(wire=CAN)
+    world = junior_world(WorldSettings(wire=CAN))
     stop = threading.Event()
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()

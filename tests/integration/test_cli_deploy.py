@@ -30,6 +30,7 @@ from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.serving.server import Server, wait_readable
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from simdevice.sumo.world import World
@@ -56,7 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def deployed() -> bytes:
     """The EEPROM of a robot that has been given the advice."""
-    world = junior_world(seed=4)
+    world = junior_world(WorldSettings(seed=4))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
@@ -65,7 +66,7 @@ def deployed() -> bytes:
 
 def switched_on(nvm: bytes) -> World:
     """A robot with this EEPROM in a ring."""
-    world = junior_world(seed=4, referee=False, nvm=nvm)
+    world = junior_world(WorldSettings(seed=4, referee=False, nvm=nvm))
     world.match.reset(11, None)
     return world
 
@@ -126,7 +127,7 @@ def test_a_memory_that_does_not_hold_what_was_written_falls_short(
 
 
 def test_the_robot_stands_still_in_the_countdown_then_plays_and_stops_when_the_host_closes() -> None:
-    world = junior_world(seed=4)
+    world = junior_world(WorldSettings(seed=4))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
@@ -146,7 +147,7 @@ def test_the_robot_stands_still_in_the_countdown_then_plays_and_stops_when_the_h
 
 
 def test_a_robot_that_is_left_plays_on() -> None:
-    world = junior_world(seed=4)
+    world = junior_world(WorldSettings(seed=4))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         deploy(junior, PUSH)
@@ -160,7 +161,7 @@ def test_a_robot_that_is_left_plays_on() -> None:
 
 
 def test_a_robot_that_ends_its_contest_itself_is_seen_to() -> None:
-    world = junior_world(seed=4, referee=False)
+    world = junior_world(WorldSettings(seed=4, referee=False))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         junior.set_parameter("CONTEST_MAX", 3)
@@ -170,7 +171,7 @@ def test_a_robot_that_ends_its_contest_itself_is_seen_to() -> None:
 
 
 def test_what_another_robot_on_the_link_says_does_not_end_a_contest() -> None:
-    crowd = Crowd(2, seed=4, referee=False)
+    crowd = Crowd(2, WorldSettings(seed=4, referee=False))
     with Junior(Bridge(MemoryLink(crowd), crowd, open_sessions=False)) as junior:
         junior.find(1)
         junior.set_parameter("CONTEST_MAX", 2)
@@ -187,7 +188,7 @@ def test_what_another_robot_on_the_link_says_does_not_end_a_contest() -> None:
 
 
 def test_a_heartbeat_from_before_the_start_does_not_end_a_contest(monkeypatch: pytest.MonkeyPatch) -> None:
-    world = junior_world(seed=4, referee=False)
+    world = junior_world(WorldSettings(seed=4, referee=False))
     with Junior(Bridge(MemoryLink(world), world)) as junior:
         junior.find()
         junior.set_parameter("CONTEST_MAX", 2)
@@ -211,7 +212,7 @@ def test_a_robot_that_is_out_of_reach_is_not_stopped_by_leaving_it() -> None:
         """A world that hears, and after a while is not heard any more."""
 
         def __init__(self) -> None:
-            self.world = junior_world(seed=4, referee=False)
+            self.world = junior_world(WorldSettings(seed=4, referee=False))
             self.mute = False
 
         def now(self) -> float:
@@ -253,6 +254,8 @@ def test_a_contest_without_a_link_goes_as_one_with_a_silent_link() -> None:
 
     class Watched:
         """Notes what the world does while it is served."""
+
+        period = linked.period
 
         def step(self, inbound: bytes) -> bytes:
             sent = linked.step(inbound)

@@ -21,6 +21,7 @@ from simdevice.serving.endpoints import Endpoint, PtyEndpoint
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -49,7 +50,7 @@ def here(monkeypatch: pytest.MonkeyPatch, *ports: SerialPort) -> None:
 def served(endpoint: Endpoint, key: SigningKey | None = None) -> Iterator[str]:
     """An emulated robot in real time."""
     stop = threading.Event()
-    world = junior_world(wire=endpoint.wire, signing_key=key)
+    world = junior_world(WorldSettings(wire=endpoint.wire, signing_key=key))
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:

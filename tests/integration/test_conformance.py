@@ -27,6 +27,7 @@ from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perfor
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from mutants import Build
@@ -92,7 +93,7 @@ def test_the_emulated_robot_passes_and_no_wheel_turns_unasked() -> None:
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
 @pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "point-light")])
 def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str) -> None:
-    world = junior_world(seed=seed, opponent=opponent, referee=seed != 2, wire=wire)
+    world = junior_world(WorldSettings(seed=seed, opponent=opponent, referee=seed != 2, wire=wire))
     robot = subject(world)
     robot.greet()
     told: list[Verdict] = []
@@ -106,7 +107,7 @@ def test_it_passes_moving_wherever_it_stands(seed: int, opponent: str, wire: str
 
 def contents(nvm: bytes) -> tuple[list[ParamValue], list[JuniorMemoryEntry]]:
     """What a robot with this EEPROM says that it holds."""
-    robot = subject(junior_world(nvm=nvm))
+    robot = subject(junior_world(WorldSettings(nvm=nvm)))
     robot.greet()
     entries = [dataclasses.replace(entry, session=0, sequence=0) for entry in robot.read_memory()]
     return robot.list_parameters(), entries
@@ -127,7 +128,7 @@ def taught() -> bytes:
 
 def test_parameters_and_memory_are_left_as_they_were_found() -> None:
     nvm = taught()
-    world = junior_world(nvm=nvm)
+    world = junior_world(WorldSettings(nvm=nvm))
     robot = subject(world)
     robot.greet()
     verdicts = perform(robot, CHECKS, LAST, moving=True)
@@ -142,7 +143,7 @@ def test_parameters_and_memory_are_left_as_they_were_found() -> None:
 
 def test_an_interrupted_run_leaves_the_robot_as_it_was_found() -> None:
     nvm = taught()
-    world = junior_world(nvm=nvm)
+    world = junior_world(WorldSettings(nvm=nvm))
     robot = subject(world)
     robot.greet()
     send, left = robot._link.write, count(400)
@@ -174,7 +175,7 @@ def test_checks_have_names_demands_and_rules_of_the_protocol_page() -> None:
 
 
 def test_a_robot_that_is_heard_before_its_heartbeat_is_not_another_one() -> None:
-    world = junior_world(referee=False)
+    world = junior_world(WorldSettings(referee=False))
     robot = subject(world)
     while world.now() < 0.5:
         world.step(b"")  # its first heartbeat goes by unheard
@@ -214,7 +215,7 @@ def test_a_broken_firmware_fails_the_check_that_names_its_fault_and_no_other(
     mutant: Mutant, builds: dict[Mutant, Build]
 ) -> None:
     key = KEY if mutant.keyed else None
-    robot = subject(junior_world(host=builds[mutant], wire=mutant.wire, signing_key=key), key)
+    robot = subject(junior_world(WorldSettings(host=builds[mutant], wire=mutant.wire, signing_key=key)), key)
     robot.greet()
     assert failed(perform(robot, NEAR_KEYS if mutant.keyed else CHECKS, LAST, moving=True)) == [mutant.caught_by], (
         f"it {mutant.fault}"
@@ -271,7 +272,7 @@ def test_a_failed_check_is_the_exit_status(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, builds: dict[Mutant, Build]
 ) -> None:
     (mutant,) = (mutant for mutant in MUTANTS if mutant.caught_by == "watchdog-stops")
-    world = junior_world(host=builds[mutant])
+    world = junior_world(WorldSettings(host=builds[mutant]))
     numbers = count(1)
 
     class Opener(AddressOpener):

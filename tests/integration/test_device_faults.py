@@ -26,9 +26,9 @@ from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.ring import open_ring
 from hil.sumo.robots import Robots
 from pal_advisor.maneuvers import PalSettings
-from simdevice.period import PERIOD
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -53,7 +53,7 @@ class Watched:
     """A world with faults that remembers when it last heard the host, and when its wheels were turned on."""
 
     def __init__(self, faults: str) -> None:
-        self.world: World = junior_world(seed=5, faults=FaultSpec.parse(faults))
+        self.world: World = junior_world(WorldSettings(seed=5, faults=FaultSpec.parse(faults)))
         self.heard = 0.0
         self.moved = 0.0
 
@@ -70,7 +70,7 @@ class Watched:
 
     def pass_time(self, seconds: float) -> None:
         """The host is silent."""
-        for _ in range(round(seconds / PERIOD)):
+        for _ in range(round(seconds / self.world.period)):
             self.step(b"")
 
     def connect(self, faults: str = "") -> hil.Junior:
@@ -100,14 +100,14 @@ def driven(request: pytest.FixtureRequest) -> Iterator[tuple[Watched, hil.Junior
 def test_the_watchdog_stops_it(driven: tuple[Watched, hil.Junior]) -> None:
     watched, _ = driven
     watched.pass_time(1.0)
-    assert watched.heard < watched.moved <= watched.heard + WATCHDOG + PERIOD + 1e-9
+    assert watched.heard < watched.moved <= watched.heard + WATCHDOG + watched.world.period + 1e-9
 
 
 def test_the_emergency_stop_stops_it_at_once_and_holds(driven: tuple[Watched, hil.Junior]) -> None:
     watched, junior = driven
     junior.bridge.send(CommandLong(1, 1, Command.FLIGHT_TERMINATION, param1=1.0))
-    junior.step(PERIOD)
-    assert watched.now() - watched.moved <= PERIOD + 1e-9
+    junior.step(watched.world.period)
+    assert watched.now() - watched.moved <= watched.world.period + 1e-9
     with pytest.raises(RefusedError, match="emergency stop"):
         junior.drive(0.5, 0.5)
     assert watched.world.device.wheels == (0.0, 0.0)
@@ -132,14 +132,14 @@ def test_a_brown_out_leaves_it_disarmed_and_the_host_told(dark: str) -> None:
     with pytest.raises(PeerLostError):  # noqa: PT012 - whichever of them notices
         while watched.now() < 10:
             junior.perform("FB FF L R")
-    assert watched.moved <= 2.0 + PERIOD  # nothing turned since
+    assert watched.moved <= 2.0 + watched.world.period  # nothing turned since
     watched.pass_time(2.0)
     while watched.now() < 12 and not junior.peer.ready:
         junior.step(0.05)
     assert junior.finish(junior.peer.request(Heartbeat)).custom_mode == State.DISARMED
     with pytest.raises(RefusedError, match="not armed"):
         junior.drive(0.5, 0.5)
-    assert watched.moved <= 2.0 + PERIOD
+    assert watched.moved <= 2.0 + watched.world.period
     assert junior.status().boot_count == 2
     junior.arm()  # a person's, or a program's, decision
     assert junior.perform("FB FF").done == 2
@@ -250,7 +250,7 @@ def test_a_robot_rehearses_a_failure_and_the_log_says_so(tmp_path: Path) -> None
 
 
 def test_two_robots_that_rehearse_at_once_are_both_in_the_log(tmp_path: Path) -> None:
-    crowd = Crowd(2, seed=4)
+    crowd = Crowd(2, WorldSettings(seed=4))
     recorder = Recorder(tmp_path / "log.mcap", run={}, config={}, link="sim://junior?count=2", lockstep=True)
     networks = Networks()
     networks.add("line", Bridge(MemoryLink(crowd), crowd, taps=[recorder]))

@@ -23,7 +23,6 @@ from hil.connecting.connecting import connect_as
 from hil.sumo.advice_file import save_advice
 from hil.sumo.connecting import connect_all
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
-from simdevice.period import PERIOD
 from simdevice.serving.admission import HELD
 from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
 from simdevice.sumo.junior_world import junior_world
@@ -58,6 +57,8 @@ class Speaker:
         returns: What comes of what is sent to it.
         every: Control periods from one time to the next.
     """
+
+    period = 0.005
 
     def __init__(
         self, says: Callable[[], bytes] = lambda: b"", returns: Callable[[bytes], bytes] = lambda _: b"", every: int = EVERY
@@ -218,12 +219,13 @@ def test_every_command_says_who_has_the_port(capsys: pytest.CaptureFixture[str])
 
 def test_every_command_says_that_the_server_has_another_client(capsys: pytest.CaptureFixture[str]) -> None:
     endpoint = TcpEndpoint("127.0.0.1", 0)
-    with in_thread(junior_world(), endpoint), hil.connect(endpoint.url) as holder:
+    world = junior_world()
+    with in_thread(world, endpoint), hil.connect(endpoint.url) as holder:
         for verb in VERBS:
             said = told(verb, endpoint.url, capsys)
             assert f"at the other end it was said: {HELD}" in said, f"hil {verb}: {said}"
             assert "Close the program that has it" in said
-            holder.wait(PERIOD)
+            holder.wait(world.period)
 
 
 def test_no_port_there_is_said_alike(capsys: pytest.CaptureFixture[str]) -> None:

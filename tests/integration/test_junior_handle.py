@@ -9,13 +9,14 @@ from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import State
 from hil.bridge.bridge import Bridge
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 
 class Mute:
     """A world whose robot hears, and from some time on is not heard."""
 
     def __init__(self) -> None:
-        self.world = junior_world(seed=2)
+        self.world = junior_world(WorldSettings(seed=2))
         self.mute = False
 
     def now(self) -> float:

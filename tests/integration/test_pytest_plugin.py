@@ -20,6 +20,7 @@ from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.endpoints import TcpEndpoint
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from hil import Junior
@@ -197,7 +198,7 @@ def test_a_robot_at_a_link_that_signs(pytester: pytest.Pytester) -> None:
             assert junior.bridge.signed > 0
     """)
     endpoint = TcpEndpoint(port=0)
-    world, stop = junior_world(signing_key=key), threading.Event()
+    world, stop = junior_world(WorldSettings(signing_key=key)), threading.Event()
     thread = threading.Thread(target=simdevice.serving.server.serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()
     try:

@@ -24,6 +24,7 @@ from firmware_protocol.roles.junior import perform
 from firmware_protocol.wire.mavlink import MavlinkCodec, split_frames
 from hil.bridge.bridge import Bridge
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +47,7 @@ class Watched:
     """
 
     def __init__(self) -> None:
-        self.world = junior_world(seed=5)
+        self.world = junior_world(WorldSettings(seed=5))
         self.sessions = count(1)
         self.heard = 0.0
         self.moved: list[float] = []

@@ -36,6 +36,7 @@ from firmware_protocol.wire.fields import Message
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from simdevice.sumo.world import World
@@ -97,7 +98,7 @@ def test_a_robot_and_its_referee_are_heard() -> None:
 
 
 def test_without_a_referee_it_is_as_with_a_physical_robot() -> None:
-    heard = Host(junior_world(referee=False)).run(0.5)
+    heard = Host(junior_world(WorldSettings(referee=False))).run(0.5)
     assert {(event.system, event.component) for event in heard} == {(1, 1)}
 
 
@@ -136,7 +137,7 @@ def test_the_firmware_sees_feels_and_notes_the_border() -> None:
 
 
 def test_what_is_not_fitted_is_not_told() -> None:
-    host = Host(junior_world(profile=JuniorProfile(encoders=False, ground_odometer=False)))
+    host = Host(junior_world(WorldSettings(profile=JuniorProfile(encoders=False, ground_odometer=False))))
     host.arm()
     last = only(JuniorSensors, host.run(0.4, host.wheels(0.5, 0.5, 0.2)))[-1]
     assert not last.flags & (SensorFlag.GROUND_ODOMETER | SensorFlag.TRAVEL_FROM_ENCODERS)
@@ -165,7 +166,7 @@ def test_the_referee_resets_once_for_each_number() -> None:
 def test_the_start_pose_follows_from_the_seed_of_the_bout_alone() -> None:
     poses = []
     for world_seed, waste in ((1, 0.0), (2, 1.0)):
-        host = Host(junior_world(seed=world_seed))
+        host = Host(junior_world(WorldSettings(seed=world_seed)))
         host.run(waste)
         state = only(RefereeState, host.run(0.01, host.reset(9)))[0]
         poses.append((state.junior, state.junior_heading, state.opponent, state.opponent_heading))
@@ -175,7 +176,7 @@ def test_the_start_pose_follows_from_the_seed_of_the_bout_alone() -> None:
 def test_a_bout_does_not_remember_the_one_before() -> None:
     bouts = []
     for waste in (0, 3):
-        host = Host(junior_world(opponent="corner-light"))
+        host = Host(junior_world(WorldSettings(opponent="corner-light")))
         host.arm()
         for seed in range(waste):
             host.run(1.0, host.reset(seed, OpponentCode.FLAT_HEAVY), host.wheels(1.0, 0.9, 0.5))
@@ -254,10 +255,10 @@ def test_a_reboot_keeps_the_eeprom_and_restarts_the_clock() -> None:
     status = only(RobotStatus, host.run(1.2))[-1]
     assert status.boot_count == 2
     # The image of the EEPROM makes the same robot in another run.
-    again = junior_world(nvm=world.device.nvm)
+    again = junior_world(WorldSettings(nvm=world.device.nvm))
     assert only(RobotStatus, Host(again).run(1.2))[-1].boot_count == 3
     with pytest.raises(ValueError, match="1024"):
-        junior_world(nvm=b"short")
+        junior_world(WorldSettings(nvm=b"short"))
 
 
 def test_a_power_cut_stops_the_wheels() -> None:
@@ -272,7 +273,7 @@ def test_a_power_cut_stops_the_wheels() -> None:
 
 def test_same_seed_same_bytes_other_seed_other_bytes() -> None:
     def play(seed: int) -> bytes:
-        host = Host(junior_world(opponent="corner-light", seed=seed))
+        host = Host(junior_world(WorldSettings(opponent="corner-light", seed=seed)))
         host.arm()
         host.run(0.02, host.reset(4))
         for _ in range(8):
@@ -285,7 +286,11 @@ def test_same_seed_same_bytes_other_seed_other_bytes() -> None:
 
 def test_each_robot_has_an_identity_of_its_own() -> None:
     ids = []
-    for world in (junior_world(seed=1), junior_world(seed=2), junior_world(profile=JuniorProfile(uid=99))):
+    for world in (
+        junior_world(WorldSettings(seed=1)),
+        junior_world(WorldSettings(seed=2)),
+        junior_world(WorldSettings(profile=JuniorProfile(uid=99))),
+    ):
         heard = Host(world).run(0.05, CommandLong(1, 1, Command.REQUEST_MESSAGE, param1=float(AutopilotVersion.ID)))
         ids.append(only(AutopilotVersion, heard)[0].uid)
     assert len(set(ids)) == 3
@@ -295,7 +300,7 @@ def test_each_robot_has_an_identity_of_its_own() -> None:
 def test_a_second_junior_plays_from_its_memory_without_a_host() -> None:
     outcomes = []
     for seed in range(6):
-        host = Host(junior_world(opponent="junior"))
+        host = Host(junior_world(WorldSettings(opponent="junior")))
         host.run(0.02, host.reset(seed))
         states = only(RefereeState, host.run(15.1))
         moved = sum(math.dist(a.opponent, b.opponent) for a, b in pairwise(states))

@@ -25,6 +25,7 @@ from firmware_protocol.messages import ROBOT_COMPONENT, Heartbeat, State
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -56,7 +57,7 @@ class Observed(Stepped):
     """
 
     def __init__(self) -> None:
-        self.world = junior_world(seed=5)
+        self.world = junior_world(WorldSettings(seed=5))
         super().__init__(self.world)
         self.listened = 0.0
         self.moved = 0.0

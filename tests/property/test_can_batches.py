@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from batch_words import all_in_words, told
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import EncodeError
@@ -125,7 +125,7 @@ SPOKEN = st.tuples(
 )
 
 
-@given(
+RUNS = (
     st.lists(SPOKEN, max_size=12),
     st.lists(
         st.tuples(
@@ -139,7 +139,9 @@ SPOKEN = st.tuples(
     st.sampled_from([ALL, SOME]),
     st.randoms(use_true_random=False),
 )
-def test_hostile_frames(
+
+
+def compare(
     spoken: list[tuple[tuple[int, int], type[Message], str]],
     changes: list[tuple[int, str, bytes]],
     cuts: list[tuple[int, float]],
@@ -179,6 +181,24 @@ def test_hostile_frames(
         chunks.append((b"".join(records[at : at + size]), now))
         at, now = at + size, now + wait
     same(kinds, [*chunks, (b"".join(records[at:]), now)])
+
+
+@given(*RUNS)
+def test_hostile_frames(spoken: Any, changes: Any, cuts: Any, kinds: Any, random: Any) -> None:  # noqa: ANN401 - as `compare`
+    compare(spoken, changes, cuts, kinds, random)
+
+
+@pytest.mark.nightly
+@settings(max_examples=5000)
+@given(*RUNS)
+def test_very_many_hostile_frames(
+    spoken: Any,  # noqa: ANN401 - as `compare`
+    changes: Any,  # noqa: ANN401
+    cuts: Any,  # noqa: ANN401
+    kinds: Any,  # noqa: ANN401
+    random: Any,  # noqa: ANN401
+) -> None:
+    compare(spoken, changes, cuts, kinds, random)
 
 
 @given(st.binary(max_size=400), st.sampled_from([(255, 190), (9, 1)]))

@@ -16,6 +16,7 @@ from firmware_protocol.events import Received
 from firmware_protocol.generate.vectors import Vector, vectors
 from firmware_protocol.messages import (
     MESSAGES,
+    AutopilotVersion,
     Heartbeat,
     RobotAck,
     RobotStatus,
@@ -118,18 +119,37 @@ PIECES = st.one_of(
 )
 
 
-@given(
+CHUNKS = (
     st.lists(PIECES, max_size=60),
     st.lists(st.tuples(st.integers(0, 3000), st.sampled_from([0.0, 0.001, 0.03])), max_size=4),
     st.sampled_from([ALL, SOME]),
 )
-def test_hostile_bytes(pieces: list[bytes], cuts: list[tuple[int, float]], kinds: tuple[type[Message], ...]) -> None:
+
+
+def compare(pieces: list[bytes], cuts: list[tuple[int, float]], kinds: tuple[type[Message], ...]) -> None:
     data = b"".join(pieces)
     chunks, at, now = [], 0, 0.0
     for size, wait in cuts:
         chunks.append((data[at : at + size], now))
         at, now = at + size, now + wait
     same(kinds, [*chunks, (data[at:], now)])
+
+
+@given(*CHUNKS)
+def test_hostile_bytes(pieces: list[bytes], cuts: list[tuple[int, float]], kinds: tuple[type[Message], ...]) -> None:
+    compare(pieces, cuts, kinds)
+
+
+@pytest.mark.nightly
+@settings(max_examples=5000)
+@given(*CHUNKS)
+def test_very_many_hostile_bytes(pieces: list[bytes], cuts: list[tuple[int, float]], kinds: tuple[type[Message], ...]) -> None:
+    compare(pieces, cuts, kinds)
+
+
+def test_what_was_held_back_keeps_the_stamp_of_its_chunk() -> None:
+    waiting = b"\xfd\x4e" + FRAMES[0][2:7] + AutopilotVersion.ID.to_bytes(3, "little")
+    assert same((Heartbeat,), [(waiting + FRAMES[1], 0.0), (FRAMES[2], 0.03)]) == 2
 
 
 @settings(max_examples=40)

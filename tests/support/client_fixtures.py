@@ -19,6 +19,7 @@ from hil.bridge.clock import MonotonicClock
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import serve
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -80,7 +81,7 @@ def coach(served: Served, folder: Path, *options: str) -> Program:
 
 def _serve(link: str) -> Iterator[Served]:
     endpoint = open_endpoint(link)
-    world = junior_world(referee=False)
+    world = junior_world(WorldSettings(referee=False))
     stop = threading.Event()
     thread = threading.Thread(target=serve, args=(world, endpoint, MonotonicClock(), stop.is_set))
     thread.start()

@@ -34,6 +34,7 @@ from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.second import REFLEXES
 from simdevice.kernel.world import KernelWorld
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Twins:
     """The two, and what is done to both.
 
     Args:
-        arguments: As `World` takes them.
+        arguments: As `WorldSettings` takes them.
         watched: Somebody holds on to the kernel's table, so that it is kept up to date.
 
     Attributes:
@@ -71,8 +72,8 @@ class Twins:
     heard: Chunks = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.oracle = World(**self.arguments)
-        self.kernel = KernelWorld(**self.arguments)
+        self.oracle = World(WorldSettings(**self.arguments))
+        self.kernel = KernelWorld(WorldSettings(**self.arguments))
 
     def live(self, inbound: bytes, periods: int) -> None:
         """Let both live for so many control periods, and compare all that they say and when."""
@@ -98,7 +99,7 @@ class Twins:
         assert self.kernel.now() == self.oracle.now()
         assert self.kernel.nvm == self.oracle.nvm
         assert looks(self.kernel) == looks(self.oracle)
-        self.kernel._rings.watched = self.watched
+        self.kernel._ring.watched = self.watched
 
 
 def looks(world: World) -> dict[str, object]:
@@ -148,7 +149,8 @@ class Player:
             "wire": self._wire,
             "faults": None if faults is None else FaultSpec.parse(faults),
             "start_held": rng.random() < 0.1,
-            "profile": self._profile() if rng.random() < 0.5 else None,
+            "profile": self._profile() if rng.random() < 0.5 else JuniorProfile(),
+            "period": rng.choice((0.005, 0.005, 0.005, 0.004)),
         }, watched=rng.random() < 0.2)  # fmt: skip
 
     def _profile(self) -> JuniorProfile:

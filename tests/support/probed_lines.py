@@ -8,7 +8,6 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.link import Link
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from firmware_protocol.wire.codec import open_codec
-from simdevice.period import PERIOD
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -118,7 +117,7 @@ class Rated(Link):
         data, self._answer = self._answer, b""
         end = self.clock.now() + timeout
         while not data and self.clock.now() < end:
-            self.clock.advance(PERIOD)
+            self.clock.advance(0.005)
             data = self._says(self.clock.now(), self.rates[-1])
         return data
 

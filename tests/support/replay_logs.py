@@ -24,6 +24,7 @@ from hil.mcaplog.making.slimming import slim
 from simdevice.serving.endpoints import TcpEndpoint
 from simdevice.serving.opening import open_endpoint
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -48,7 +49,7 @@ class Robot(Stepped):
     """
 
     def __init__(self, wire: str) -> None:
-        self.world: World = junior_world(wire=wire, seed=4)
+        self.world: World = junior_world(WorldSettings(wire=wire, seed=4))
         super().__init__(self.world)
 
     @property

@@ -95,6 +95,7 @@ class ScriptedRobot:
         refuse: Reason for refusing numbered messages, by class.
     """
 
+    period: float = field(default=PERIOD, init=False)
     system: int = 1
     version: tuple[int, int] = (2, 0)
     boots: int = 1

@@ -11,6 +11,7 @@ from hil.bridge.clock import MonotonicClock
 from simdevice.serving.opening import open_endpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -34,6 +35,7 @@ class Stepped:
 
     def __init__(self, world: Servable) -> None:
         self._served = world
+        self.period = world.period
         self._stepped = threading.Condition()
 
     def step(self, inbound: bytes) -> bytes:
@@ -87,5 +89,5 @@ def served(link: str, world: World | None = None) -> Iterator[str]:
         The address at which it answers.
     """
     endpoint = open_endpoint(link)
-    with in_thread(world or junior_world(wire=endpoint.wire), endpoint):
+    with in_thread(world or junior_world(WorldSettings(wire=endpoint.wire)), endpoint):
         yield endpoint.url

@@ -38,6 +38,7 @@ from hil.connecting.discovery import Finding, Status, probe, survey
 from hil.connecting.listening import Listener, Signed
 from hil.connecting.places import Place, named
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -77,7 +78,7 @@ def messages(data: bytes) -> list[tuple[int, Message]]:
 
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
 def test_a_robot_is_found_and_told(wire: str) -> None:
-    world = junior_world(wire=wire)
+    world = junior_world(WorldSettings(wire=wire))
     finding = look(world, wire=wire)
     assert finding.status is Status.ROBOT
     (robot,) = finding.robots
@@ -117,7 +118,7 @@ def test_a_robot_that_does_not_say_its_version_is_still_found() -> None:
 
 def signing_line(key: SigningKey | None, ours: SigningKey | None) -> tuple[Finding, World]:
     """Look with a key of ours at a robot with one."""
-    world = junior_world(signing_key=key, referee=False)
+    world = junior_world(WorldSettings(signing_key=key, referee=False))
     place = Place("address", "tcp://test:1", "tcp://test:1")
     return probe(place, 5.0, lambda url: (MemoryLink(world, url), world), key=ours), world
 
@@ -146,7 +147,7 @@ def test_a_robot_with_another_key_and_one_with_none() -> None:
 
 
 def test_on_a_bus_a_key_changes_nothing() -> None:
-    world = junior_world(wire=CAN)
+    world = junior_world(WorldSettings(wire=CAN))
     place = Place("address", "can://test", "can://test")
     finding = probe(place, 5.0, lambda url: (MemoryLink(world, url, wire=CAN), world), key=KEY)
     assert (finding.status, finding.robots[0].signed) == (Status.ROBOT, Signed.NOT)
@@ -208,14 +209,14 @@ def place(driven: Driven) -> tuple[float, float, float]:
 
 @pytest.mark.parametrize(("wire", "overheard"), [(MAVLINK, False), (CAN, True)])
 def test_a_robot_that_somebody_drives_goes_on_driving(wire: str, overheard: bool) -> None:  # noqa: FBT001
-    driven = Driven(junior_world(wire=wire), driver(), overheard=overheard)
+    driven = Driven(junior_world(WorldSettings(wire=wire)), driver(), overheard=overheard)
     while driven.now() < 0.5:
         driven.step(b"")
     finding = look(driven, wire=wire)
     (robot,) = finding.robots
     assert (robot.armed, robot.state, robot.firmware) == (True, State.DRIVING, None)
     assert "armed: somebody may be driving it" in str(robot)
-    alone = Driven(junior_world(wire=wire), driver(), overheard=overheard)
+    alone = Driven(junior_world(WorldSettings(wire=wire)), driver(), overheard=overheard)
     while alone.now() < driven.now():
         alone.step(b"")
     assert place(driven) == place(alone)  # to the last digit: the look has changed nothing

@@ -48,7 +48,7 @@ def test_the_host_takes_more_for_one_that_comes_late(step: int) -> None:
 
 def frame(sequence: int) -> bytes:
     codec = MavlinkCodec(system=7, component=1)
-    codec._sequence = sequence & 255
+    codec.sequence = sequence & 255
     return codec.encode(Ping(time_usec=1, seq=sequence))
 
 

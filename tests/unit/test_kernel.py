@@ -23,40 +23,40 @@ from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.firmware.build_host import INCLUDES, ROOT
 from firmware_protocol.firmware.fit import check_digest
 from firmware_protocol.firmware.headers import make_headers
-from firmware_protocol.messages import BoutOutcome, Command, CommandLong, ParamSet, RobotAlive
+from firmware_protocol.messages import (
+    REFEREE_COMPONENT,
+    BoutOutcome,
+    Command,
+    CommandLong,
+    OpponentCode,
+    ParamSet,
+    RefereeReset,
+    RobotAlive,
+)
+from firmware_protocol.wire.codec import open_codec
+from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink import MavlinkCodec
+from firmware_protocol.wire.signing import SigningKey
 from simdevice._host import lib
 from simdevice.boards import board_host
-from simdevice.disturbed import DisturbedWorld
 from simdevice.kernel import chipmunk
 from simdevice.kernel.built_from import KERNEL, digest
 from simdevice.kernel.world import KernelWorld
 from simdevice.outline import Outline
-from simdevice.period import PERIOD
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.opponents import OPPONENTS
+from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from simdevice.emulation import Emulation, Powered
 
 CODEC = MavlinkCodec(system=255, component=190)
 
 
 # --- when it comes back ----------------------------------------------------------------------------------------------
-
-
-def test_everything_emulated_keeps_the_one_contract() -> None:
-    robots: list[Powered] = [World(), KernelWorld()]
-    line: list[Emulation] = [*robots, Crowd(2), DisturbedWorld(KernelWorld(), FaultSpec(), 1)]
-    for emulation in line:
-        assert emulation.period == PERIOD
-        chunks = emulation.run(b"", 400)
-        assert [time for time, _ in chunks] == [emulation.now()]
-        assert chunks[0][1]
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
@@ -68,28 +68,22 @@ def test_it_comes_back_when_something_is_sent_and_not_before(make: type[World]) 
         sent = by_steps.step(b"")
         steps += 1
     assert at_once.run(b"", steps - 1) == []
-    assert at_once.now() == pytest.approx(steps * PERIOD)
+    assert at_once.now() == pytest.approx(steps * at_once.period)
     assert at_once.run(b"", 1) == [(by_steps.now(), sent)]
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
-def test_no_control_periods_are_none_that_can_be_asked_for(make: type[World]) -> None:
-    with pytest.raises(ValueError, match="1 or more control periods, not 0"):
-        make().run(b"", 0)
-
-
-@pytest.mark.parametrize("make", [World, KernelWorld])
 def test_it_comes_back_when_a_bout_is_decided_though_nobody_says_so(make: type[World]) -> None:
-    world = make(referee=False)
+    world = make(WorldSettings(referee=False))
     while world.match.outcome is BoutOutcome.UNDECIDED:
         assert world.now() < 15.1
         world.run(b"", 10_000)
-    assert world.now() == pytest.approx(15.0 + 4 * PERIOD)  # a draw, after everybody has been put down
+    assert world.now() == pytest.approx(15.0 + 4 * world.period)  # a draw, after everybody has been put down
 
 
 @pytest.mark.parametrize("make", [World, KernelWorld])
 def test_it_comes_back_when_the_robot_boots_again(make: type[World]) -> None:
-    world = make(referee=False)
+    world = make(WorldSettings(referee=False))
     world.run(CODEC.encode(CommandLong(1, 1, Command.PREFLIGHT_REBOOT, param1=1.0)), 200)
     for _ in range(100):
         if not world.device.uptime:
@@ -100,20 +94,49 @@ def test_it_comes_back_when_the_robot_boots_again(make: type[World]) -> None:
 
 def test_a_board_of_another_kind_is_run_by_the_python_world() -> None:
     assert type(junior_world()) is KernelWorld
-    assert type(junior_world(host=board_host())) is World
+    assert type(junior_world(WorldSettings(host=board_host()))) is World
 
 
-def test_a_crowd_says_the_same_in_the_kernel() -> None:
-    kernel, oracle = Crowd(3, seed=5), Crowd(3, seed=5, host=board_host())
+@pytest.mark.parametrize(
+    "settings",
+    [
+        WorldSettings(seed=5),
+        WorldSettings(seed=5, wire=CAN),
+        WorldSettings(seed=5, opponent="junior"),
+        WorldSettings(seed=5, faults=FaultSpec.parse("wheel:left:0.37@0.4+0.9,brownout:1.1+0.4,stuck:eye_right@0.3+2")),
+        WorldSettings(seed=5, signing_key=SigningKey(bytes(range(32)))),
+        WorldSettings(seed=5, referee=False),
+    ],
+    ids=["mavlink", "can", "second junior", "faults", "signed", "no referee"],
+)
+def test_a_crowd_says_the_same_in_the_kernel(settings: WorldSettings) -> None:
+    kernel, oracle = Crowd(3, settings), Crowd(3, dataclasses.replace(settings, host=board_host()))
+    codec = open_codec(settings.wire, system=255, component=190)
+    done = {
+        200: lambda crowd: crowd.switch_off(2),
+        300: lambda crowd: crowd.switch_on(2),
+        350: lambda crowd: crowd.unplug(3),
+        420: lambda crowd: crowd.plug(3),
+    }
     for number in range(600):
-        data = CODEC.encode(RobotAlive(7)) if number % 8 == 0 else b""
+        data = codec.encode(RobotAlive(7)) if number % 8 == 0 else b""
         if number == 100:
-            data += CODEC.encode(ParamSet(2, 1, "SYS_ID", 9.0))
-        if number in {200, 300}:
+            data += codec.encode(ParamSet(2, 1, "SYS_ID", 9.0))
+        if number in {130, 360}:
+            keep = OpponentCode.KEEP
+            resets = [RefereeReset(number, 77, number, system, REFEREE_COMPONENT, keep) for system in (1, 3, 9)]
+            data += b"".join(map(codec.encode, resets))
+        if number in done:
             for crowd in (kernel, oracle):
-                (crowd.switch_off if number == 200 else crowd.switch_on)(2)
-        assert kernel.step(data) == oracle.step(data)
+                done[number](crowd)
+        assert kernel.step(data) == oracle.step(data), number
     assert kernel.nvm == oracle.nvm
+
+
+def test_one_robot_of_a_crowd_cannot_live_alone() -> None:
+    crowd = Crowd(2)
+    with pytest.raises(RuntimeError, match="let the crowd live"):
+        crowd.members[1].world.step(b"")
 
 
 # --- who looks -------------------------------------------------------------------------------------------------------
@@ -126,16 +149,16 @@ def test_who_moves_what_is_on_the_table_moves_it_in_the_kernel(watched: bool) ->
     for world in (twins.oracle, twins.kernel):
         world.match.robot.body.place(0.0, -0.1, 1.2)
         world.match.opponent.place(0.1, 0.05, 0.3)
-    twins.kernel._rings.watched = True
+    twins.kernel._ring.watched = True
     twins.live(b"", 50)
     for world in (twins.oracle, twins.kernel):
         world.match.reset(8)
-    twins.kernel._rings.watched = True
+    twins.kernel._ring.watched = True
     twins.live(b"", 50)
 
 
 def test_what_is_held_on_to_is_kept_up_to_date() -> None:
-    world = KernelWorld(seed=3)
+    world = KernelWorld(WorldSettings(seed=3))
     body, sensors = world.match.robot.body, world.device.robot.sensors
     body.place(0.2, 0.1, 0.0)
     world.match.opponent.place(0.05, 0.1, 0.0)
@@ -178,7 +201,8 @@ def test_any_change_is_noticed(tmp_path: Path, name: str) -> None:
 
 def test_neither_the_world_nor_the_devices_know_the_other() -> None:
     tables = ("table.h", "table.c", "table_contact.c", "table_grid.c", "table_ring.c")
-    for name in ("order.h", "physics.h", "outline.h", "outline.c", "world.h", "world.c", "sensors.c", *tables):
+    worlds = ("world.h", "world.c", "sensors.c", "referee.h", "referee.c")
+    for name in ("order.h", "physics.h", "outline.h", "outline.c", *worlds, *tables):
         text = (KERNEL / name).read_text(encoding="utf-8")
         assert "host" not in text, name
         assert "devices" not in text, name

@@ -45,6 +45,7 @@ from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.connecting.lines import capacity_of, need_full_rate, pace_of
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Event
@@ -251,7 +252,7 @@ def test_a_vehicle_that_may_be_no_junior_is_asked_for_nothing_that_it_has() -> N
 
 
 def test_an_emulated_referee_reports_as_often_as_it_is_asked_to() -> None:
-    world = junior_world(seed=1)
+    world = junior_world(WorldSettings(seed=1))
     host, ears = MavlinkCodec(system=255, component=190), MavlinkCodec(system=1, component=1)
 
     def reports(inbound: bytes = b"") -> tuple[int, list[int]]:
@@ -272,7 +273,7 @@ def test_an_emulated_referee_reports_as_often_as_it_is_asked_to() -> None:
 
 
 def test_a_robot_on_a_paced_port_waits_for_room_instead_of_losing_what_it_says() -> None:
-    world = junior_world(seed=1)
+    world = junior_world(WorldSettings(seed=1))
     ears = MavlinkCodec(system=255, component=190)
     heard: dict[type[Message], int] = {}
     waiting = 0.0

@@ -19,6 +19,7 @@ from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks, RobotAddress
 from hil.sumo.robots import Robots
 from simdevice.sumo.crowd import Crowd
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -387,7 +388,7 @@ def test_emulated_robots_are_counted_by_themselves() -> None:
 @pytest.mark.parametrize("loss", ["unplug", "switch_off"])
 @pytest.mark.parametrize("wire", ["mavlink", "can"])
 def test_nine_of_ten_do_not_notice_that_the_tenth_is_gone(loss: str, wire: str) -> None:
-    crowd = Crowd(10, seed=3, wire=wire)
+    crowd = Crowd(10, WorldSettings(seed=3, wire=wire))
     networks = Networks()
     networks.add("line", Bridge(MemoryLink(crowd, wire=wire), crowd, session=lambda: 77))
     with Robots(networks) as robots:

@@ -23,6 +23,7 @@ from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -74,7 +75,7 @@ def boots(heard: list[Received], system: int) -> list[int]:
 
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
 def test_all_say_who_they_are_within_a_second_and_not_all_at_once(wire: str) -> None:
-    line = Line(Crowd(10, seed=4, wire=wire))
+    line = Line(Crowd(10, WorldSettings(seed=4, wire=wire)))
     heard = line.run(1.0)
     assert systems(heard) == systems(heard, 25) == set(range(1, 11))
     beats = [event.time for event in heard if isinstance(event.message, Heartbeat)]
@@ -82,7 +83,7 @@ def test_all_say_who_they_are_within_a_second_and_not_all_at_once(wire: str) -> 
 
 
 def test_the_first_lives_as_it_would_alone_and_the_others_differ() -> None:
-    crowd, alone = Crowd(3, seed=4), junior_world(seed=4)
+    crowd, alone = Crowd(3, WorldSettings(seed=4)), junior_world(WorldSettings(seed=4))
     codec = open_codec(MAVLINK, system=HOST_SYSTEM, component=HOST_COMPONENT)
     raw: dict[int, list[bytes]] = {1: [], 2: [], 3: []}
     expected = b""
@@ -96,7 +97,7 @@ def test_the_first_lives_as_it_would_alone_and_the_others_differ() -> None:
 
 
 def test_the_same_seed_gives_the_same_bytes() -> None:
-    crowds = [Crowd(3, seed=9), Crowd(3, seed=9)]
+    crowds = [Crowd(3, WorldSettings(seed=9)), Crowd(3, WorldSettings(seed=9))]
     question = open_codec(MAVLINK, system=255, component=190).encode(CommandLong(2, 1, Command.REQUEST_MESSAGE, 0, 148.0))
     first, second = ([crowd.step(question if tick == 99 else b"") for tick in range(400)] for crowd in crowds)
     assert first == second
@@ -160,25 +161,25 @@ def test_one_that_is_switched_off_from_the_start_joins_when_it_is_switched_on() 
 def test_their_eeproms_go_into_one_image_and_back() -> None:
     crowd = Crowd(3)
     assert len(crowd.nvm) == 3 * 1024
-    again = Crowd(3, nvm=crowd.nvm)
+    again = Crowd(3, WorldSettings(nvm=crowd.nvm))
     assert systems(Line(again).run(1.0)) == {1, 2, 3}
     with pytest.raises(ValueError, match="4096 bytes, the image 3072"):
-        Crowd(4, nvm=crowd.nvm)
+        Crowd(4, WorldSettings(nvm=crowd.nvm))
 
 
 def test_rings_without_a_referee() -> None:
-    heard = Line(Crowd(2, referee=False)).run(1.0)
+    heard = Line(Crowd(2, WorldSettings(referee=False))).run(1.0)
     assert not any(isinstance(event.message, RefereeState) for event in heard)
 
 
 @pytest.mark.parametrize(("count", "wire", "most"), [(0, MAVLINK, 254), (255, MAVLINK, 254), (128, CAN, 127)])
 def test_more_than_there_are_ids_is_refused(count: int, wire: str, most: int) -> None:
     with pytest.raises(ValueError, match=f"1 to {most} robots can share this line, not {count}"):
-        Crowd(count, wire=wire)
+        Crowd(count, WorldSettings(wire=wire))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "wire"), [(254, MAVLINK), (127, CAN)])
 def test_every_id_can_be_used(count: int, wire: str) -> None:
-    heard = Line(Crowd(count, wire=wire, referee=False)).run(1.0, alive=False)
+    heard = Line(Crowd(count, WorldSettings(wire=wire, referee=False))).run(1.0, alive=False)
     assert systems(heard) == set(range(1, count + 1))

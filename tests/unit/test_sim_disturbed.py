@@ -7,14 +7,13 @@ import pytest
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.links import FaultSpec
 from simdevice.disturbed import DisturbedWorld
-from simdevice.period import PERIOD
 from simdevice.sumo.junior_world import junior_world
 
 
 def sent(spec: str, seconds: float = 10.0, seed: int = 1) -> tuple[bytes, float]:
     """What a world says on its own, and its time afterwards."""
     world = DisturbedWorld(junior_world(), FaultSpec.parse(spec), seed)
-    return b"".join(world.step(b"") for _ in range(round(seconds / PERIOD))), world.now()
+    return b"".join(world.step(b"") for _ in range(round(seconds / world.period))), world.now()
 
 
 def test_a_good_line_changes_nothing() -> None:
@@ -46,8 +45,8 @@ def test_a_line_that_comes_back_was_silent_meanwhile_and_lost_no_time() -> None:
     world = DisturbedWorld(junior_world(), FaultSpec.parse("unplug:1+2"), 1)
     said = [world.step(b"") for _ in range(1000)]
     assert world.now() == pytest.approx(5.0)
-    silent = [k * PERIOD for k, data in enumerate(said) if not data]
-    heard = [k * PERIOD for k, data in enumerate(said) if data]
+    silent = [k * world.period for k, data in enumerate(said) if not data]
+    heard = [k * world.period for k, data in enumerate(said) if data]
     assert not [time for time in heard if 1.0 < time < 2.95]
     assert heard[-1] > 4.9
     assert max(silent) > 2.9

@@ -20,8 +20,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.junior.profile import JuniorProfile
-from simdevice.period import PERIOD
 from simdevice.sumo.junior_world import junior_world
+from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from simdevice.junior.hardware import JuniorHardware
@@ -32,7 +32,7 @@ class Bench:
     """A world with faults, and what comes out of it."""
 
     def __init__(self, faults: str, seed: int = 3) -> None:
-        self.world: World = junior_world(seed=seed, faults=FaultSpec.parse(faults))
+        self.world: World = junior_world(WorldSettings(seed=seed, faults=FaultSpec.parse(faults)))
         self.codec = MavlinkCodec(system=255, component=190)
         self.came: list[tuple[float, object]] = []
 
@@ -42,7 +42,7 @@ class Bench:
 
     def run(self, seconds: float, inbound: bytes = b"") -> None:
         """Let time pass; the host's bytes come first."""
-        for _ in range(round(seconds / PERIOD)):
+        for _ in range(round(seconds / self.world.period)):
             data, inbound = self.world.step(inbound), b""
             for event in self.codec.receive(data, self.world.now()):
                 if isinstance(event, Received) and event.component == 1:
@@ -104,7 +104,7 @@ def test_a_wheel_fails_and_recovers_under_way() -> None:
     bench.drive(-0.4, -0.4)
     commanded, given = set(), []
     for _ in range(40):
-        bench.run(PERIOD)
+        bench.run(bench.world.period)
         commanded.add(bench.world.device.wheels)
         given.append(round(bench.robot.motors.commanded[0]))
     assert commanded == {(-0.4, -0.4)}
@@ -181,7 +181,7 @@ def test_the_same_faults_do_the_same(faults: str) -> None:
 
 
 def test_a_second_junior_is_spared() -> None:
-    world = junior_world(opponent="junior", seed=1, faults=FaultSpec.parse("wheel:left,wheel:right"))
+    world = junior_world(WorldSettings(opponent="junior", seed=1, faults=FaultSpec.parse("wheel:left,wheel:right")))
     for _ in range(400):
         world.step(b"")
     second = world.match.second

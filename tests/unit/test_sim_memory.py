@@ -9,7 +9,6 @@ import pytest
 from simdevice.arena import Arena, Dummy
 from simdevice.junior.motors import Motors
 from simdevice.junior.profile import JuniorProfile
-from simdevice.period import PERIOD
 from simdevice.quantities import GRAVITY
 from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
@@ -48,9 +47,9 @@ def test_what_moves_faster_than_two_millimetres_a_second_slides(speed: float, *,
     dummy.place(0.0, 0.0, 0.0)
     for _ in range(3):
         if turning:
-            dummy.body.angle += speed * PERIOD / dummy.spec.grip
+            dummy.body.angle += speed * arena.period / dummy.spec.grip
         else:
-            dummy.body.position += (speed * PERIOD, 0.0)
+            dummy.body.position += (speed * arena.period, 0.0)
         dummy.refresh()
     assert dummy.sliding is slides
     dummy.refresh()
@@ -77,7 +76,7 @@ def test_a_slow_push_between_both_frictions_goes_on(name: str) -> None:
 def test_each_wheels_travel_includes_its_slip(left: int, right: int) -> None:
     motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(left, right)
-    motors.turn(0.0, 0.0)
+    motors.turn(0.0, 0.0, 0.005)
 
     def slip(effort: int) -> float:
         """Speed at which a stalled robot's wheel slips, in m/s: where its motor gives what the tyre holds."""
@@ -85,7 +84,7 @@ def test_each_wheels_travel_includes_its_slip(left: int, right: int) -> None:
         beyond = max(0.0, abs(effort) / 1000 - most)
         return math.copysign(beyond * EXACT.free_speed, effort)
 
-    assert motors.travel_left / PERIOD == pytest.approx(slip(left))
-    assert motors.travel_right / PERIOD == pytest.approx(slip(right))
+    assert motors.travel_left / 0.005 == pytest.approx(slip(left))
+    assert motors.travel_right / 0.005 == pytest.approx(slip(right))
     assert slip(1000) > 0.1
     assert slip(300) == 0.0

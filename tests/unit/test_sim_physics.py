@@ -10,7 +10,6 @@ import pytest
 from simdevice.arena import Arena, Dummy, Rover
 from simdevice.junior.motors import Motors
 from simdevice.junior.profile import JuniorProfile
-from simdevice.period import PERIOD
 from simdevice.quantities import GRAVITY
 from simdevice.sumo.match import Match, Purpose, stream
 from simdevice.sumo.opponents import OPPONENTS
@@ -35,7 +34,7 @@ def rover(profile: JuniorProfile = EXACT) -> tuple[Arena, Rover, Motors]:
 def test_a_motor_has_a_linear_torque_speed_curve_up_to_what_the_tyre_holds(effort: int, speed: float, force: float) -> None:
     motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(effort, -effort)
-    motors.turn(speed, -speed)
+    motors.turn(speed, -speed, 0.005)
     assert motors.force_left == pytest.approx(force, abs=1e-9)
     assert motors.force_right == pytest.approx(-force, abs=1e-9)
 
@@ -43,9 +42,9 @@ def test_a_motor_has_a_linear_torque_speed_curve_up_to_what_the_tyre_holds(effor
 def test_a_slipping_wheel_runs_ahead_of_the_ground() -> None:
     motors = Motors(EXACT, stream(1, Purpose.MOTORS))
     motors.command(1000, 1000)
-    motors.turn(0.0, 0.0)
+    motors.turn(0.0, 0.0, 0.005)
     # 3.0 (1 - v / 0.4) = 1.962 N
-    assert motors.travel_left / PERIOD == pytest.approx(0.4 * (1 - 1.962 / 3.0))
+    assert motors.travel_left / 0.005 == pytest.approx(0.4 * (1 - 1.962 / 3.0))
 
 
 def test_free_speed_is_reached_within_a_decimetre() -> None:
@@ -77,7 +76,7 @@ def test_tyres_hold_sideways_up_to_their_friction() -> None:
             before = body.body.force
             body.drive()
             body.body.force = before
-            arena.space.step(PERIOD)
+            arena.space.step(arena.period)
             body.refresh()
         assert (body.y > 1e-3) is moves
 
@@ -137,7 +136,7 @@ def test_the_error_of_a_command_is_drawn_when_it_changes() -> None:
     forces = []
     for effort in (300, 300, 400, 300):
         motors.command(effort, 0)
-        motors.turn(0.0, 0.0)
+        motors.turn(0.0, 0.0, 0.005)
         forces.append(motors.force_left)
     assert forces[0] == pytest.approx(forces[1], rel=1e-2)
     assert abs(forces[3] / forces[0] - 1) > 1e-3
@@ -146,13 +145,13 @@ def test_the_error_of_a_command_is_drawn_when_it_changes() -> None:
 
 def test_the_battery_sags_under_load_and_runs_down_to_its_end() -> None:
     motors = Motors(JuniorProfile(), stream(1, Purpose.MOTORS))
-    motors.turn(0.0, 0.0)
+    motors.turn(0.0, 0.0, 0.005)
     idle = motors.voltage
     motors.command(1000, 1000)
-    motors.turn(0.0, 0.0)
+    motors.turn(0.0, 0.0, 0.005)
     assert 0.05 < idle - motors.voltage < 0.15
     motors.charge = 2 * JuniorProfile().capacity
-    motors.turn(0.0, 0.0)
+    motors.turn(0.0, 0.0, 0.005)
     assert motors.voltage == pytest.approx(7.0, abs=0.1)
 
 

@@ -30,7 +30,7 @@ def test_the_threshold_of_a_new_robot_is_the_range() -> None:
     for range_ in (0.39, 0.40, 0.41):
         # The nearest point that the left eye sees lies straight ahead of it, at the border of its cone.
         block.place(0.045 + range_ + 0.02, 0.0, math.pi)
-        robot.sensors.sample(block)
+        robot.sensors.sample([block])
         assert robot.sensors.distance_left == pytest.approx(range_)
         seen[range_] = robot.sensors.eye_left >= 250
     assert seen == {0.39: True, 0.40: True, 0.41: False}
@@ -41,7 +41,7 @@ def test_counts_rise_as_something_comes_nearer() -> None:
     counts = []
     for step in range(45):
         block.place(0.045 + 0.02 + 0.015 + 0.01 * step, 0.0, math.pi)
-        robot.sensors.sample(block)
+        robot.sensors.sample([block])
         counts.append(robot.sensors.eye_left)
     assert all(near > far for near, far in pairwise(counts))
     assert counts[0] < 1023
@@ -53,7 +53,7 @@ def test_each_eye_looks_to_its_own_side() -> None:
     for degrees, expected in bearings.items():
         angle = math.radians(degrees)
         post.place(0.045 + 0.3 * math.cos(angle), 0.3 * math.sin(angle), 0.0)
-        robot.sensors.sample(post)
+        robot.sensors.sample([post])
         sensors = robot.sensors
         assert (int(sensors.distance_left < NOTHING), int(sensors.distance_right < NOTHING)) == expected, degrees
 
@@ -63,17 +63,37 @@ def test_an_arm_presses_at_1_mm_and_releases_at_2_5_mm() -> None:
     readings = []
     for gap in (3.0, 2.0, 1.1, 0.9, 2.0, 2.4, 2.6, 2.0):
         block.place(0.060 + gap * 1e-3 + 0.02, 0.0, math.pi)
-        robot.sensors.sample(block)
+        robot.sensors.sample([block])
         readings.append((robot.sensors.arm_left, robot.sensors.arm_right))
     assert readings == [(0, 0), (0, 0), (0, 0), (1, 1), (1, 1), (1, 1), (0, 0), (0, 0)]
+
+
+def test_of_several_others_an_eye_sees_the_nearest_and_an_arm_feels_any() -> None:
+    robot, block = setting()
+    post = Dummy(OPPONENTS["point-light"], 0.3)
+    block.place(0.045 + 0.3 + 0.02, 0.0, math.pi)
+    post.place(0.060 + 0.02, 0.03, 0.0)
+    alone = {}
+    for name, others in {"block": (block,), "post": (post,), "both": (block, post), "turned": (post, block)}.items():
+        sensors = setting()[0].sensors
+        sensors.sample(others)
+        alone[name] = (sensors.distance_left, sensors.distance_right, sensors.arm_left, sensors.arm_right)
+    assert alone["both"] == alone["turned"]
+    assert alone["both"][:2] == tuple(map(min, alone["block"][:2], alone["post"][:2]))
+    assert (alone["block"][2:], alone["both"][2:]) == ((0, 0), (1, 0))
+    robot.sensors.sample((block, post))
+    post.place(0.2, -0.2, 0.0)
+    robot.sensors.sample((block, post))
+    assert robot.sensors.arm_left == 0, "one that moves on is felt no more, though the other has not moved"
+    assert robot.sensors.distance_left == pytest.approx(0.3, abs=1e-3)
 
 
 def test_an_arm_feels_what_is_in_its_span_only() -> None:
     robot, post = setting(opponent="point-light")
     for y, expected in ((0.0, (1, 1)), (0.03, (1, 0)), (-0.03, (0, 1)), (0.075, (0, 0))):
-        robot.sensors.sample(None)
+        robot.sensors.sample(())
         post.place(0.060 + 0.02, y, 0.0)
-        robot.sensors.sample(post)
+        robot.sensors.sample([post])
         assert (robot.sensors.arm_left, robot.sensors.arm_right) == expected, y
 
 
@@ -82,7 +102,7 @@ def test_what_touches_the_back_presses_no_arm(opponent: str) -> None:
     robot, other = setting(opponent=opponent)
     for turn in range(0, 360, 5):
         other.place(-0.060 - 0.035, 0.0, math.radians(turn))
-        robot.sensors.sample(other)
+        robot.sensors.sample([other])
         assert not robot.sensors.arm_left
         assert not robot.sensors.arm_right
 
@@ -93,11 +113,11 @@ def test_floor_sensors_read_high_off_the_ring() -> None:
     readings = {}
     for x in (0.0, 0.270, 0.280):
         body.place(x, 0.0, 0.0)
-        robot.sensors.sample(None)
+        robot.sensors.sample(())
         readings[x] = (robot.sensors.floor_left > 500, robot.sensors.floor_right > 500)
     assert readings == {0.0: (False, False), 0.270: (False, False), 0.280: (True, True)}
     body.place(0.0, 0.18, 0.0)
-    robot.sensors.sample(None)
+    robot.sensors.sample(())
     assert (robot.sensors.floor_left > 500, robot.sensors.floor_right > 500) == (True, False)
 
 
@@ -108,7 +128,7 @@ def test_noise_is_small_and_repeatable() -> None:
     for robot in (first, second):
         row = []
         for _ in range(50):
-            robot.sensors.sample(None)
+            robot.sensors.sample(())
             row.append((robot.sensors.eye_left, robot.sensors.floor_right))
         rows.append(row)
     assert rows[0] == rows[1]

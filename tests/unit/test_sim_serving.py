@@ -32,6 +32,8 @@ def test_a_line_passes_a_byte_per_ten_bit_times() -> None:
 class Recorder:
     """A world that notes when it was stepped and what it was given."""
 
+    period = 0.005
+
     def __init__(self, clock: ManualClock) -> None:
         self.clock = clock
         self.times: list[float] = []

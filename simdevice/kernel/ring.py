@@ -1,122 +1,74 @@
-"""The kernel's arrays, and their owner in Python: what is placed is taken over, what is looked at is shown.
-
-Piece 0 is Junior, piece 1 its opponent; device n sits in piece n. See `world.h` and `devices.h`.
-"""
+"""One ring of the kernel's arrays: what is placed on its table is taken over, what is looked at is shown."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome
 from simdevice.arena import Dummy, Rover
+from simdevice.junior.device import SYSTEM_BYTE, SYSTEM_MASK
 from simdevice.junior.sensors import draw_noise
-from simdevice.kernel.chipmunk import FUNCTIONS, body_address, joint_address, space_address
-from simdevice.outline import NOTHING
-from simdevice.period import PERIOD, PERIOD_US
-from simdevice.sumo.match import TIME_LIMIT
+from simdevice.kernel.arrays import PIECES, SENSORS
+from simdevice.kernel.chipmunk import body_address, joint_address, space_address
+from simdevice.sumo.match import TIME_LIMIT, opponent_code
 
 if TYPE_CHECKING:
     from simdevice.arena import Piece
-    from simdevice.boards import Host
     from simdevice.junior.faults import DeviceFaults
     from simdevice.junior.hardware import JuniorHardware
+    from simdevice.kernel.arrays import Arrays
     from simdevice.outline import Outline
     from simdevice.sumo.match import Match
 
-_PIECES: Final = 2
-_SENSORS: Final = 6
-"""Eyes, floor sensors, arms."""
 _ERRORS: Final = 256
 """Errors of wheel commands drawn at a time."""
 _COMMANDS: Final = 2
 """Most of them that a command takes."""
 
 
-class KernelLibrary(Protocol):
-    """What the kernel can do; `loop.h` and `world.h` tell."""
-
-    KERNEL_DUMMY: int
-    KERNEL_ROVER: int
-    KERNEL_SENT: int
-    KERNEL_DECIDED: int
-    KERNEL_REBOOTED: int
-
-    def kernel_run(self, loop: object, periods: int) -> int:
-        """Live for at most so many control periods."""
-        ...
-
-    def kernel_physics_alone(self, loop: object, periods: int) -> None:
-        """Step the physics and nothing else."""
-        ...
-
-    def world_command(self, world: object, piece: int, left: int, right: int) -> None:
-        """Set a Junior's wheels, in permille."""
-        ...
-
-    def world_power_on(self, world: object, piece: int) -> None:
-        """A Junior's board boots."""
-        ...
-
-
-class Rings:
-    """One ring in the kernel's arrays.
+class KernelRing:
+    """One ring in the kernel's arrays; piece 0 is Junior, piece 1 its opponent, and device n sits in piece n.
 
     Args:
-        host: The build of the firmware and the kernel.
+        arrays: The kernel's arrays.
+        number: Which of their rings it is.
         match: Where everybody is placed.
-
-    Attributes:
-        loop: The struct `kernel_loop`.
-        devices: The struct `kernel_devices`.
-        lib: The kernel's functions and constants.
-        sent_something: Bit of `run`'s answer: Junior has sent something.
-        decided: Likewise: the bout has been decided.
-        rebooted: Likewise: Junior has booted again.
-        watched: Somebody holds on to the table: what is on it is to be shown after each run, and taken before the next.
+        wire: What its devices speak.
     """
 
-    def __init__(self, host: Host, match: Match) -> None:
-        self.lib = cast("KernelLibrary", host.lib)
-        self._ffi = ffi = host.ffi
+    def __init__(self, arrays: Arrays, number: int, match: Match, wire: str) -> None:
+        self._arrays = arrays
+        self.number = number
+        self.first = PIECES * number
+        self.lib = arrays.lib
+        self._ffi = arrays.ffi
         self._match = match
-        self.watched = False
         self._profile = match.robot.profile
         self._kept: dict[object, object] = {}
         self._outlines: dict[int, tuple[Outline, Any]] = {}
-        self._world = self._made("kernel_world")
-        self.devices = self._made("kernel_devices")
-        self.loop = self._made("kernel_loop")
-        self.loop.world, self.loop.devices, self.loop.rings = self._world, self.devices, 1
-        self.loop.living[0] = 1
-        self._run, self._stop = self.lib.kernel_run, self.loop.stop
-        self.sent_something, self.decided = self.lib.KERNEL_SENT, self.lib.KERNEL_DECIDED
-        self.rebooted = self.lib.KERNEL_REBOOTED
-        self.devices.period_us = PERIOD_US
-        world = self._world
-        world.period, world.time_limit = PERIOD, TIME_LIMIT
+        self._world, self.devices = arrays.world, arrays.devices
+        world, devices = self._world, self.devices
+        devices.period_us = round(match.period * 1e6)
+        devices.system_at, devices.system_mask = SYSTEM_BYTE[wire], SYSTEM_MASK[wire]
+        world.period, world.time_limit = match.period, TIME_LIMIT
         world.half_x, world.half_y = match.half_x, match.half_y
-        for field, address in FUNCTIONS.items():
-            function = ffi.cast(ffi.typeof(getattr(world.physics, field)), address)
-            setattr(world.physics, field, function)
         self._describe(match.robot)
-        for piece in range(_PIECES):
-            for side in range(2):
-                self.devices.effort[2 * piece + side] = 1.0
+        for piece in range(self.first, self.first + PIECES):
+            devices.fresh[piece] = devices.system[piece] = 1
+            devices.effort[2 * piece] = devices.effort[2 * piece + 1] = 1.0
             self.feed(piece, None)
 
-    def _made(self, name: str) -> Any:  # noqa: ANN401 - a struct of cffi
-        """A struct whose pointers point to arrays, all zero, that are long enough for whatever they hold of a piece."""
-        ffi = self._ffi
-        struct = ffi.new(f"{name} *")
-        self._kept[name] = struct
-        for field, kind in ffi.typeof(name).fields:
-            if kind.type.kind == "pointer" and kind.type.item.kind != "struct":
-                array = ffi.new(ffi.getctype(kind.type.item, "[]"), _PIECES * _SENSORS)
-                self._kept[name, field] = array
-                setattr(struct, field, array)
-        return struct
+    @property
+    def watched(self) -> bool:
+        """Somebody holds on to the match: what is on it is shown after each run, and taken before the next."""
+        return self in self._arrays.watched
+
+    @watched.setter
+    def watched(self, watched: bool) -> None:
+        if watched != self.watched:
+            (self._arrays.watched.append if watched else self._arrays.watched.remove)(self)
 
     def _describe(self, robot: JuniorHardware) -> None:
         """Hand over the numbers of a robot."""
@@ -136,11 +88,13 @@ class Rings:
     def take(self) -> None:
         """Take over from the table how everybody stands; who has been given other noise begins a bout."""
         match, world = self._match, self._world
-        world.space[0] = self._pointer(space_address(match.arena.space))
-        world.lifted[0], world.steps[0], world.outcome[0] = match.lifted, match.steps, int(match.outcome)
-        for piece, one in enumerate((match.robot.body, match.opponent)):
+        number = self.number
+        world.space[number] = self._pointer(space_address(match.arena.space))
+        world.lifted[number], world.steps[number], world.outcome[number] = match.lifted, match.steps, int(match.outcome)
+        self._arrays.referees.opponent[number] = opponent_code(match.name)
+        for piece, one in enumerate((match.robot.body, match.opponent), self.first):
             self._place(piece, one)
-        for piece, robot in enumerate((match.robot, match.second)):
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is not None and self._kept.get(("noise", piece)) is not robot.motors.noise:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
@@ -148,7 +102,7 @@ class Rings:
     def take_robots(self) -> None:
         """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
         world, match = self._world, self._match
-        for piece, robot in enumerate((match.robot, match.second)):
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is not None:
                 motors = robot.motors
                 world.travel[2 * piece], world.travel[2 * piece + 1] = motors.travel_left, motors.travel_right
@@ -180,11 +134,9 @@ class Rings:
         world = self._world
         for wheel in (2 * piece, 2 * piece + 1):
             world.command[wheel], world.effort[wheel] = 0, 0.0
-            world.arm[wheel], world.distance[wheel] = 0, NOTHING
+        self.lib.world_forget(world, piece)
         world.charge[piece], world.voltage[piece] = 0.0, world.full[piece]
         world.share[piece] = world.voltage[piece] * world.profile.per_volt
-        world.seen_x[piece] = world.seen_y[piece] = NOTHING
-        world.seen_cos[piece] = world.seen_sin[piece] = 0.0
         world.readings[piece] = world.reading_at[piece] = world.errors[piece] = world.error_at[piece] = 0
 
     def _pointer(self, address: int) -> Any:  # noqa: ANN401 - a pointer of cffi
@@ -215,7 +167,7 @@ class Rings:
     def draw(self, piece: int) -> None:
         """See that a Junior has noise for a control period and for a command besides."""
         world, match = self._world, self._match
-        robot = match.second if piece else match.robot
+        robot = match.robot if piece == self.first else match.second
         if robot is None:
             return
         if world.reading_at[piece] >= world.readings[piece]:
@@ -230,46 +182,31 @@ class Rings:
             world.error[piece] = self._borrowed("errors", piece, errors, "double[]")
             world.errors[piece], world.error_at[piece] = len(errors), 0
 
+    def draw_all(self) -> None:
+        """See that every Junior has noise for a control period."""
+        for piece in range(self.first, self.first + PIECES):
+            self.draw(piece)
+
     def _borrowed(self, what: str, piece: int, array: np.ndarray[Any, Any], kind: str) -> Any:  # noqa: ANN401 - of cffi
         """A pointer to an array of numpy, which is kept until the next one of its kind."""
         pointer = self._ffi.from_buffer(kind, array)
         self._kept[what, piece] = pointer
         return pointer
 
-    @property
-    def outcome(self) -> int:
-        """Of the bout, as `BoutOutcome` numbers it."""
-        return int(self._world.outcome[0])
-
-    def run(self, periods: int) -> tuple[int, int]:
-        """Live for at most so many control periods, at least one.
-
-        Args:
-            periods: How many, 1 or more.
-
-        Returns:
-            How many it were, and why it ended before: constants of the kernel.
-        """
-        while not (done := self._run(self.loop, periods)):
-            for piece in range(_PIECES):
-                self.draw(piece)
-        return done, self._stop[0]
-
     def show(self) -> None:
         """Let the table see what a referee looks at: poses, and how the bout stands."""
         match, world = self._match, self._world
         unpack = self._ffi.unpack
         body, other = match.robot.body, match.opponent
-        body.x, other.x = unpack(world.x, _PIECES)
-        body.y, other.y = unpack(world.y, _PIECES)
-        body.angle, other.angle = unpack(world.angle, _PIECES)
-        body.cos, other.cos = unpack(world.cos, _PIECES)
-        body.sin, other.sin = unpack(world.sin, _PIECES)
-        match.steps, match.lifted = world.steps[0], world.lifted[0]
-        match.outcome = BoutOutcome(world.outcome[0])
+        for name in ("x", "y", "angle", "cos", "sin"):
+            values = unpack(getattr(world, name) + self.first, PIECES)
+            setattr(body, name, values[0])
+            setattr(other, name, values[1])
+        match.steps, match.lifted = world.steps[self.number], world.lifted[self.number]
+        match.outcome = BoutOutcome(world.outcome[self.number])
 
     def watch(self) -> None:
-        """Somebody looks at the table, and may hold on to it from now on."""
+        """Somebody looks at the match, and may hold on to it from now on."""
         if not self.watched:
             self.watched = True
             self.show_robots()
@@ -278,13 +215,13 @@ class Rings:
         """Let the robots on the table show what their wheels, batteries and sensors are at."""
         self.show()
         match, world = self._match, self._world
-        for piece, one in enumerate((match.robot.body, match.opponent)):
+        for piece, one in enumerate((match.robot.body, match.opponent), self.first):
             if isinstance(one, Dummy):
                 one.sliding = bool(world.sliding[piece])
             elif isinstance(one, Rover):
                 one.last = (world.last_x[piece], world.last_y[piece], world.last_angle[piece])
                 one.held = (world.held_x[piece], world.held_y[piece])
-        for piece, robot in enumerate((match.robot, match.second)):
+        for piece, robot in enumerate((match.robot, match.second), self.first):
             if robot is None:
                 continue
             left, right = 2 * piece, 2 * piece + 1
@@ -299,15 +236,16 @@ class Rings:
             sensors.arm_left, sensors.arm_right = world.arm[left], world.arm[right]
             sensors.distance_left, sensors.distance_right = world.distance[left], world.distance[right]
 
-    def sent(self, robot: Any) -> bytes:  # noqa: ANN401 - a struct of cffi
-        """What a robot has sent in the last control period."""
-        count = robot.io.tx_len
-        return self._ffi.buffer(robot.io.tx, count)[:] if count else b""
-
     def receive(self, piece: int, data: bytes) -> None:
         """Let a robot receive bytes in the next control period."""
         self.devices.rx[piece] = self._kept["rx", piece] = self._ffi.from_buffer("uint8_t[]", data)
         self.devices.rx_len[piece] = len(data)
+
+    def answer(self, data: bytes) -> None:
+        """Let its referee answer in the next control period."""
+        loop = self._arrays.loop
+        loop.answer[self.number] = self._kept["answer"] = self._ffi.from_buffer("uint8_t[]", data)
+        loop.answer_len[self.number] = len(data)
 
     def feed(self, piece: int, voltage: float | None) -> None:
         """Have a battery give another voltage, see `Motors.feed`."""
@@ -323,9 +261,9 @@ class Rings:
         devices.dark[piece] = faults.dark
         devices.effort[2 * piece], devices.effort[2 * piece + 1] = faults.effort
         for number, (stuck, value) in enumerate(faults.stuck):
-            devices.stuck[_SENSORS * piece + number] = stuck
+            devices.stuck[SENSORS * piece + number] = stuck
             if value is not None:
-                devices.reading[_SENSORS * piece + number] = value
+                devices.reading[SENSORS * piece + number] = value
 
     def stop_wheels(self, piece: int) -> None:
         """Take a robot's command away, as when its power is cut."""
@@ -335,4 +273,5 @@ class Rings:
     def power_on(self, piece: int) -> None:
         """A robot's board has booted."""
         self.devices.micros[piece] = 0
+        self.devices.fresh[piece] = 1
         self.lib.world_power_on(self._world, piece)
