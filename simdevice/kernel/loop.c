@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+static const uint32_t MANY = 0xFFFFFF; /* control periods: as many as the answer has room for */
+
 /* A period takes one reading; it commands the wheels once, or twice where power is cut between two periods. */
 static uint8_t has_noise(const kernel_loop *loop, uint32_t piece)
 {
@@ -138,6 +140,7 @@ uint64_t kernel_run(kernel_loop *loop, const uint8_t *rx, uint32_t rx_len, uint3
     uint32_t done, ring, at = 0;
     uint8_t stop = 0;
 
+    periods = periods < MANY ? periods : MANY;
     for (done = 0; done < periods && !stop; done++) {
         if (!have_noise(loop)) {
             stop = KERNEL_NOISE;

@@ -29,7 +29,7 @@ typedef struct {
 /* Something may be meant for a referee: sets those rings' `stop`, and returns 1. */
 uint8_t kernel_asked(kernel_loop *loop, const uint8_t *rx, uint32_t rx_len);
 
-/* Lives for at most so many control periods, 1 to 2^24 - 1: sensors, firmware, wheels, physics, referees. rx arrives at every
+/* Lives for at most so many control periods (and 2^24 - 1): sensors, firmware, wheels, physics, referees. rx arrives at every
  * Junior in the first of them. Returns 2^56 times why, 2^32 times how many it has lived for, and how many bytes have been said.
  * Why: what is in any ring's `stop`; 0 where all periods are over. KERNEL_DUE: a referee's report is to be made and to follow
  * what its ring has said. KERNEL_NOISE: noise has been used up, and more is wanted for the next period. */

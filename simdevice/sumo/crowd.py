@@ -18,7 +18,7 @@ from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.boards import NVM_SIZE
 from simdevice.emulation import check_periods, run_single_periods
 from simdevice.junior.device import VirtualDevice
-from simdevice.kernel.arrays import Arrays
+from simdevice.kernel.arrays import MANY, Arrays
 from simdevice.kernel.world import KernelWorld
 from simdevice.sumo.match import Match
 from simdevice.sumo.settings import WorldSettings
@@ -146,7 +146,7 @@ class Crowd:
             now = self._ticks
             self._switch_on_whose_time_has_come(now)
             until = min(end, self._waiting[-1].begins) if self._waiting else end
-            said = self._arrays.live(inbound, until - now)
+            said = self._arrays.live(inbound, min(until - now, MANY))
             if said:
                 return [(self.now(), said)]
             if self._ticks < until or until == end:

@@ -31,15 +31,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-<<<<<<< HEAD
-OTHER = 9
-"""A product that is no Junior."""
-=======
 OTHER = 2
 """The product of a micro-robot."""
 NOBODYS = 99
 """One that no role names."""
->>>>>>> house
 WAIT = 2.5
 """How long every command waits for a robot here, in s."""
 NEEDS = {
@@ -82,11 +77,7 @@ def test_a_verb_says_which_role_it_needs(
     url, robot = other
     assert run([word.format(url=url) for word in NEEDS[verb]]) == 3
     said = capsys.readouterr().err
-<<<<<<< HEAD
-    assert f"hil: {url}: robot 1 is a robot of product 9, which this program does not know" in said
-=======
     assert f"hil: {url}: robot 1 is a {who}" in said
->>>>>>> house
     assert "Junior" in said
     assert "Traceback" not in said
     assert not any(isinstance(message, RobotSession) for message in robot.heard)
@@ -127,11 +118,7 @@ def test_connecting_takes_the_junior_and_leaves_the_others_alone() -> None:
 def test_one_that_is_named_and_has_another_role_is_refused_at_once() -> None:
     crowd = mixed()
     with Junior(on(crowd)) as junior:
-<<<<<<< HEAD
-        with pytest.raises(WrongRoleError, match=r"robot 3 is a robot of product 9.*a Junior is needed"):
-=======
         with pytest.raises(WrongRoleError, match=r"robot 3 is a micro-robot.*a Junior is needed"):
->>>>>>> house
             junior.find(3)
         assert crowd.now() < 1.5
 
@@ -143,11 +130,7 @@ def test_a_general_handle_takes_any_role() -> None:
         robot.arm()
         assert crowd.robots[3].armed
         assert robot.parameter("SPD_FAST") == 1.0
-<<<<<<< HEAD
-        assert robot.description.startswith("robot of product 9")
-=======
         assert robot.description.startswith("micro-robot 3 on ")
->>>>>>> house
     assert any(isinstance(message, CommandLong) and message.param1 == 0 for message in crowd.robots[3].heard)
     assert not crowd.robots[3].armed
 
