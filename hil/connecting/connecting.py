@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
@@ -20,7 +21,7 @@ from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
-from hil.connecting.lines import pace_of
+from hil.connecting.lines import capacity_of, pace_of
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
@@ -183,6 +185,7 @@ def open_bridge(
     patience: float,
     operator: Operator | None = None,
     arrived: Callable[[], None] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> Bridge:
     """Open a network, and begin to serve it.
 
@@ -196,18 +199,25 @@ def open_bridge(
         patience: Likewise.
         operator: Likewise.
         arrived: Likewise.
+        fleet_of: Makes what looks after many robots at once, by what the line carries, in bytes/s; None: each is looked after
+            by itself.
 
     Raises:
         AddressError: Nothing can be signed on this link.
         LinkOpenError: The link could not be opened.
     """
-    pace = pace_of(address, opener.faults, signed=key is not None)
+    pace = pace_of(address, opener.faults, signed=key is not None) if fleet_of is None else None
     link = opener.open()
     reading = LastReading(opener.clock)
     reopening = Reopening(opener, patience) if patience > 0 else None
     signing = open_signing(key, link, reading, opener.signing_time)
     operator = operator or Operator()
-    return Bridge(
+    kind: Callable[..., Bridge] = Bridge
+    if fleet_of is not None:
+        from hil.bridge.fleet_bridge import FleetBridge  # noqa: PLC0415 - numpy is only needed here
+
+        kind = partial(FleetBridge, fleet=fleet_of(capacity_of(address, opener.faults)))
+    return kind(
         link,
         reading,
         taps=taps,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
@@ -40,6 +41,7 @@ def connect_all_as(
     signing_key: SigningKey | Path | str | None = None,
     operator: Operator | None = None,
     opener_of: Callable[[Address], NetworkOpener] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> R:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
@@ -60,6 +62,8 @@ def connect_all_as(
         signing_key: Key that host and robots sign with, on every network, or the file that holds it.
         operator: Whose keys and signals are taken in by the bridges' steps; None: nobody's.
         opener_of: Gives what opens the link of an address; None opens what it names.
+        fleet_of: Makes what looks after the many robots of a network at once, by what its line carries, in bytes/s; None:
+            each is looked after by itself.
 
     Returns:
         The robots; use it in a `with` block, which stops and disarms all on every way out.
@@ -103,6 +107,7 @@ def connect_all_as(
                 patience=patience,
                 operator=operator,
                 arrived=networks.wake,
+                fleet_of=fleet_of,
             )
             try:
                 networks.add(address.url, bridge)
