@@ -7,6 +7,7 @@ what it answers to a round. Arrays have a row for each system id, 0 to 255.
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -16,16 +17,15 @@ from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
     ROBOT_COMPONENT,
-    Heartbeat,
     RobotAck,
     RobotResultAck,
-    RobotStatus,
-    SysStatus,
 )
 from firmware_protocol.peer.commands import Numbering
+from firmware_protocol.peer.steady import STEADY, SYSTEMS, SteadyMessages
 from firmware_protocol.peer.timetable import NEVER, NOW
 from firmware_protocol.peer.timing import SILENCE
-from firmware_protocol.wire.rows import ROWS, Rows, row_bytes, rows_of
+from firmware_protocol.wire.batch import batch_of
+from firmware_protocol.wire.rows import ROWS, Rows, rows_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -42,12 +42,8 @@ if TYPE_CHECKING:
     Said = Message | tuple[type[Message], Rows]
     """What is to be sent: a message, or many of one kind."""
 
-SYSTEMS: Final = 256
-"""Rows of the arrays: one for each system id."""
 LOOK: Final = 0.25
 """Between two looks whether a robot has fallen silent, in s."""
-_CLOCK_SLACK: Final = 1.0
-"""A robot's clock that goes back further than this has restarted, in s."""
 
 
 class RowNumbering(Numbering):
@@ -99,11 +95,8 @@ class Fleet:
         usable: Whose peer can be used.
         session: The open session with each; 0: none.
         sequence: Sequence of the last numbered message to each.
-        heard: When each was heard last, in s.
-        good: Frames heard of each.
-        lost: Frames of each that are missing by their numbers.
-        late: Frames of each that came after a later one, or twice.
-        last: The last message of each kind that each robot said; zeros before the first.
+        steady: What each says all the time.
+        last: The last report of each kind that each robot sent; zeros before the first.
         said: Whether there is one.
     """
 
@@ -117,19 +110,17 @@ class Fleet:
     ) -> None:
         self.results = dict(results)
         self.capacity = capacity
-        kept = (Heartbeat, SysStatus, RobotStatus, *results)
-        self.kinds: frozenset[type[Message]] = frozenset({*kept, RobotAck})
+        self._answers: frozenset[type[Message]] = frozenset({*results, RobotAck})
+        self.kinds = STEADY | self._answers
+        self.steady = SteadyMessages()
         self.peers: dict[int, Peer] = {}
         self.attended, self.usable = (np.zeros(SYSTEMS, bool) for _ in range(2))
         self.session, self.sequence = (np.zeros(SYSTEMS, np.int64) for _ in range(2))
-        self.heard = np.full(SYSTEMS, -np.inf)
-        self.good, self.lost, self.late = (np.zeros(SYSTEMS, np.int64) for _ in range(3))
-        self._frame = np.full(SYSTEMS, -1, np.int64)
-        self.last: dict[type[Message], Rows] = {kind: np.zeros(SYSTEMS, ROWS[kind]) for kind in kept}
-        self.said: dict[type[Message], Which] = {kind: np.zeros(SYSTEMS, bool) for kind in kept}
+        self.last: dict[type[Message], Rows] = {kind: np.zeros(SYSTEMS, ROWS[kind]) for kind in results}
+        self.said: dict[type[Message], Which] = {kind: np.zeros(SYSTEMS, bool) for kind in results}
         self._us = (host_system, host_component)
         self._rounds: list[NetworkRound] = []
-        self._acknowledge: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]] = []
+        self._acknowledge: list[tuple[NDArray[np.uint8], NDArray[np.uint16], NDArray[np.uint16]]] = []
         self._untold: list[tuple[type[Message], Rows]] = []
         self._look_due = NOW
 
@@ -173,115 +164,81 @@ class Fleet:
 
     # --- in ----------------------------------------------------------------------------------------------------------
 
-    def take(self, arrivals: Arrivals) -> list[Received]:
+    def take(self, came: Arrivals) -> list[Received]:
         """Take what a chunk has brought.
 
         Args:
-            arrivals: It.
+            came: It. Messages that are wanted as arrays may be among its objects: a few are taken sooner so.
 
         Returns:
-            What is news for the robots' peers, and of whom there is none, as objects, in the order in which it came.
+            What is news for the robots' peers, and what nobody else takes, as objects, in the order in which it came.
         """
         news: list[tuple[int, Received]] = []
-        self._count(arrivals)
-        for kind, batch in arrivals.batches.items():
-            ours = (batch.component == ROBOT_COMPONENT) & self.usable[batch.system]
-            told = ~ours | ~self.attended[batch.system]
-            if ours.any():
-                part = batch if ours.all() else batch.part(np.flatnonzero(ours))
-                odd = self._hear(kind, part)
-                told[ours] |= odd
-            if told.any():
-                news += (batch if told.all() else batch.part(np.flatnonzero(told))).objects()
-        for event, place in zip(arrivals.events, arrivals.places, strict=True):
+        frames: list[tuple[int, int, int, float]] = []
+        answers: dict[type[Message], list[tuple[Received, int]]] = {}
+        for place, event in zip(came.places, came.events, strict=True):
             if isinstance(event, Received):
-                news.append((place, event))
-        news.sort(key=lambda item: item[0])
+                kind, system = type(event.message), event.system
+                if event.component != ROBOT_COMPONENT:
+                    news.append((place, event))
+                    continue
+                frames.append((place, system, event.sequence, event.time))
+                told = not self.attended[system]
+                if self.usable[system]:
+                    if kind in STEADY:
+                        told |= self.steady.note(kind, system, event.message)
+                    elif kind in self._answers:
+                        answers.setdefault(kind, []).append((event, place))
+                    else:
+                        told = True
+                if told:
+                    news.append((place, event))
+        for batch in came.batches.values():
+            self._take_batch(batch, frames, news)
+        if came.batches:
+            frames.sort()
+            news.sort(key=itemgetter(0))
+        for _, system, frame, time in frames:
+            self.steady.count(system, frame, time)
+        for kind, found in answers.items():
+            self._hear(batch_of(kind, found))
         return [event for _, event in news]
 
-    def _hear(self, kind: type[Message], batch: Batch) -> Which:
-        """Take messages of robots that can be used.
+    def _take_batch(self, batch: Batch, frames: list[tuple[int, int, int, float]], news: list[tuple[int, Received]]) -> None:
+        """Take messages that came as arrays."""
+        ours = batch.component == ROBOT_COMPONENT
+        part = batch if ours.all() else batch.part(np.flatnonzero(ours))
+        frames += zip(part.place.tolist(), part.system.tolist(), part.sequence.tolist(), part.time.tolist(), strict=True)
+        ours &= self.usable[batch.system]
+        told = ~ours | ~self.attended[batch.system]
+        if ours.any():
+            part = batch if ours.all() else batch.part(np.flatnonzero(ours))
+            if batch.message in STEADY:
+                told[ours] |= self.steady.note_rows(batch.message, part.system.tolist(), part.rows)
+            else:
+                self._hear(part)
+        if told.any():
+            news += (batch if told.all() else batch.part(np.flatnonzero(told))).objects()
 
-        Returns:
-            Which of them their peers have to see.
-        """
+    def _hear(self, batch: Batch) -> None:
+        """Show acknowledgements and reports to the rounds, and have reports acknowledged that say how something ended."""
         rows, system = batch.rows, batch.system
-        if kind is RobotAck:
-            self._acknowledged(batch)
-            return np.zeros(len(rows), bool)
-        if kind in self.results:
-            self._reported(kind, batch)
-            odd = np.zeros(len(rows), bool)
-        elif kind is Heartbeat:
-            odd = ~self.said[kind][system] | (row_bytes(rows) != row_bytes(self.last[kind][system])).any(axis=1)
-        elif kind is RobotStatus:
-            before = self.last[kind][system]
-            odd = ~self.said[kind][system] | (before["boot_count"] != rows["boot_count"])
-            odd |= rows["time"] + _CLOCK_SLACK * 1e6 < before["time"]
-        else:
-            odd = np.zeros(len(rows), bool)
-        self.last[kind][system] = rows
-        self.said[kind][system] = True
-        return odd
-
-    def _acknowledged(self, batch: Batch) -> None:
-        """Show acknowledgements to the rounds that wait for them."""
-        rows, (system, component) = batch.rows, self._us
-        mine = np.isin(rows["target_system"], (0, system)) & np.isin(rows["target_component"], (0, component))
-        for one in self._rounds:
-            one.acknowledged(batch, mine)
-
-    def _reported(self, kind: type[Message], batch: Batch) -> None:
-        """Show reports to the rounds, and have those acknowledged that say how something ended."""
-        rows, system = batch.rows, batch.system.astype(np.int64)
-        ends = self.results[kind](rows)
+        if batch.message is RobotAck:
+            host, component = self._us
+            target, part = rows["target_system"], rows["target_component"]
+            mine = ((target == host) | (target == 0)) & ((part == component) | (part == 0))
+            for one in self._rounds:
+                one.acknowledged(batch, mine)
+            return
+        ends = self.results[batch.message](rows)
         mine = rows["session"] == self.session[system]
         for one in self._rounds:
             one.reported(batch, ends, mine)
         ended = ends & mine
         if ended.any():
-            self._acknowledge.append(
-                (system[ended], rows["session"][ended].astype(np.int64), rows["sequence"][ended].astype(np.int64))
-            )
-
-    def _count(self, arrivals: Arrivals) -> None:
-        """Note who was heard, and which frames are missing."""
-        batches = arrivals.batches.values()
-        others = [
-            (event.system, event.sequence, event.time, place)
-            for event, place in zip(arrivals.events, arrivals.places, strict=True)
-            if isinstance(event, Received) and event.component == ROBOT_COMPONENT
-        ]
-        parts = [(b.system, b.sequence, b.time, b.place) for b in batches if (b.component == ROBOT_COMPONENT).all()]
-        parts += [
-            (b.system[ours], b.sequence[ours], b.time[ours], b.place[ours])
-            for b in batches
-            if not (ours := b.component == ROBOT_COMPONENT).all()
-        ]
-        if others:
-            columns = list(zip(*others, strict=True))
-            parts.append((np.array(columns[0]), np.array(columns[1]), np.array(columns[2]), np.array(columns[3])))
-        if not parts:
-            return
-        system, frame, time, place = (np.concatenate(column) for column in zip(*parts, strict=True))
-        if not len(system):
-            return
-        order = np.lexsort((place, system))
-        system, frame, time = system[order].astype(np.intp), frame[order].astype(np.int64), time[order]
-        first = np.ones(len(system), bool)
-        first[1:] = system[1:] != system[:-1]
-        before = np.empty(len(system), np.int64)
-        before[1:] = frame[:-1]
-        before[first] = self._frame[system[first]]
-        step = (frame - before) & 255
-        step[before < 0] = 1
-        late = (step == 0) | (step >= 128)
-        np.add.at(self.good, system, 1)
-        np.add.at(self.lost, system, np.where(late, 0, step - 1))
-        np.add.at(self.late, system, late)
-        last = np.append(first[1:], True)
-        self._frame[system[last]] = frame[last]
-        self.heard[system[last]] = time[last]
+            self._acknowledge.append((system[ended], rows["session"][ended], rows["sequence"][ended]))
+        self.last[batch.message][system] = rows
+        self.said[batch.message][system] = True
 
     def restarted(self, system: int) -> None:
         """The link is another one, or the robot has restarted: its frames are counted anew.
@@ -289,7 +246,7 @@ class Fleet:
         Args:
             system: System id of the robot.
         """
-        self._frame[system] = -1
+        self.steady.forget(system)
         for said in self.said.values():
             said[system] = False
 
@@ -299,7 +256,7 @@ class Fleet:
         Args:
             duration: How long, in s.
         """
-        self.heard += duration
+        self.steady.heard[:] = [time + duration for time in self.steady.heard]
 
     # --- out ---------------------------------------------------------------------------------------------------------
 
@@ -360,6 +317,7 @@ class Fleet:
                 out += one.due(now)
         if now >= self._look_due:
             self._look_due = now + LOOK
-            for silent in np.flatnonzero(self.usable & (taken_in - self.heard >= SILENCE)).tolist():
+            heard = self.steady.heard
+            for silent in [system for system in self.peers if taken_in - heard[system] >= SILENCE and self.usable[system]]:
                 self.peers[silent].fell_silent(taken_in)
         return out

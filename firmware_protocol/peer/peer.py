@@ -378,7 +378,7 @@ class Peer(Requests):
     def _watch_silence(self, now: float) -> None:
         """See whether the robot has been heard lately."""
         if self._fleet is not None:
-            self._heard = max(self._heard, float(self._fleet.heard[self.system]))
+            self._heard = max(self._heard, self._fleet.steady.heard[self.system])
         self._silence_due = self._heard + SILENCE
         if now >= self._silence_due and not (self._fleet is not None and self.ready):
             self._silence_due = now + SILENCE

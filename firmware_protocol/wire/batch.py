@@ -133,13 +133,21 @@ def arrivals(
             rest.append(event)
             rest_places.append(place)
     for kind, found in single.items():
-        more = _batch_of(kind, found, payload)
+        more = batch_of(kind, found, payload)
         batches[kind] = _merged(batches[kind], more) if kind in batches else more
     return Arrivals(batches, rest, rest_places)
 
 
-def _batch_of(kind: type[Message], found: list[tuple[Received, int]], payload: Callable[[Received], bytes]) -> Batch:
-    """Objects as a batch."""
+def batch_of(
+    kind: type[Message], found: Sequence[tuple[Received, int]], payload: Callable[[Received], bytes] = packed
+) -> Batch:
+    """Objects of one kind as a batch.
+
+    Args:
+        kind: Class of the messages.
+        found: The objects, and the place of each.
+        payload: Gives the payload of an object's message; zeros at the end may be left out.
+    """
     heads = [(event.system, event.component, event.sequence) for event, _ in found]
     system, component, sequence = np.array(heads, np.uint8).T
     return Batch(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.events import Received
 from firmware_protocol.peer.companion import Companion
 from firmware_protocol.peer.timetable import NEVER
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT
-from firmware_protocol.wire.batch import arrivals
+from firmware_protocol.wire.batch import Arrivals
 from firmware_protocol.wire.can_batch import CanBatchCodec
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_batch import MavlinkBatchCodec
@@ -24,9 +24,10 @@ if TYPE_CHECKING:
     from firmware_protocol.peer.fleet import Fleet, Said
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
-    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.codec import Codec
 
+FEW: Final = 3000
+"""Fewer bytes than this are done sooner message by message: some sixty frames."""
 BatchCodec = MavlinkBatchCodec | CanBatchCodec
 """A codec that takes and gives arrays, too."""
 
@@ -85,10 +86,10 @@ class FleetBridge(Bridge):
     # --- in ----------------------------------------------------------------------------------------------------------
 
     def _take_chunk(self, stamp: float, data: bytes, events: list[Event]) -> None:
-        if self._batches is None or self._redaction.suspects(data):
+        if self._batches is None or len(data) < FEW or self._redaction.suspects(data):
             found = self._codec.receive(data, stamp)
             passed = self._redaction.received(stamp, data, found)
-            came = arrivals({}, found, range(len(found)), self.fleet.kinds)
+            came = Arrivals({}, found, range(len(found)))
         else:
             came = self._batches.receive_batches(data, stamp)
             self._redaction.passed(self._batches.pending)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol, TypeVar
 from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
+from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
@@ -245,6 +246,7 @@ class AddressOpener:
         ports: Lists the serial ports of this machine.
         key: Signing key that an emulated robot in this process comes up with.
         clock: Tells the time in real time; None makes one.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Attributes:
         faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
@@ -261,6 +263,8 @@ class AddressOpener:
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
         clock: Clock | None = None,
+        *,
+        gather: float = 0.0,
     ) -> None:
         seed = number_option(address, "seed") or 0
         self.faults = fault_option(address)
@@ -280,6 +284,7 @@ class AddressOpener:
             self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
         self._seed = seed
         self._faulty: FaultyLink | None = None
+        self._gather = gather
 
     def open(self) -> Link:
         """Open the link.
@@ -288,6 +293,10 @@ class AddressOpener:
             AddressError: The URL is no address we know.
             LinkOpenError: The link could not be opened.
         """
+        link = self._open()
+        return GatheringLink(link, self.clock, self._gather) if self._gather and link.lockstep else link
+
+    def _open(self) -> Link:
         if self.faults is None:
             return self._inner()
         if self._faulty is None:

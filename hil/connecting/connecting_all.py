@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
+
+GATHER: Final = 0.02
+"""In lock-step, what many robots say within so long is looked at together, in s."""
 
 R = TypeVar("R", bound=RobotHandles[Any])
 
@@ -90,7 +93,7 @@ def connect_all_as(
         clock = MonotonicClock()  # one for all: their times are compared
 
         def opener_of(address: Address) -> NetworkOpener:
-            return AddressOpener(address, ports, key, clock)
+            return AddressOpener(address, ports, key, clock, gather=GATHER if fleet_of is not None else 0.0)
 
     operator = operator or Operator()
     networks = Networks()

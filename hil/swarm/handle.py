@@ -19,7 +19,6 @@ from firmware_protocol.messages import (
     SwarmObservation,
     SwarmRanges,
     SwarmSense,
-    SysStatus,
     TableKind,
 )
 from firmware_protocol.messages.swarm import LONG_RANGE
@@ -295,7 +294,7 @@ class Swarm(RobotHandles[MicroRobot]):
         for network in self._by_network if self._silent_since else ():
             for row, system in zip(network.rows.tolist(), network.systems.tolist(), strict=True):
                 since = self._silent_since.get(row)
-                if since is not None and network.fleet.heard[system] > since and network.fleet.usable[system]:
+                if since is not None and network.fleet.steady.heard[system] > since and network.fleet.usable[system]:
                     del self._silent_since[row]
                     self._rejoin(row, self.members[self.addresses_by_row[row]])
         for row, joining in list(self._joining.items()):
@@ -651,9 +650,8 @@ class Swarm(RobotHandles[MicroRobot]):
     def _see_batteries(self) -> None:
         """Who has a flat battery is missing; who has one no more is there again."""
         for network in self._by_network:
-            said = network.fleet.said[SysStatus][network.systems]
-            health = network.fleet.last[SysStatus]["onboard_control_sensors_health"][network.systems]
-            low = said & (health & _BATTERY == 0)
+            health = [network.fleet.steady.health[system] for system in network.systems.tolist()]
+            low = np.array([value is not None and not value & _BATTERY for value in health], bool)
             rows = network.rows
             self.there[rows[self._flat[rows] & ~low]] = True
             self._flat[rows] = low

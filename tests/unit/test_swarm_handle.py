@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from scripted_swarm import ScriptedSwarm, swarm_of
 
+from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import Reason, RobotAck, SwarmMove, SwarmObservation
 from firmware_protocol.vocabulary import Move, MoveOption, RobotClass, SwarmOutcome
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.bridge.fleet_bridge import FleetBridge
 from hil.bridge.networks import Networks, RobotAddress
+from hil.connecting.connecting_all import GATHER
 from hil.swarm.connecting import open_fleet
 from hil.swarm.errors import DoubleIdError, QuorumError
 from hil.swarm.handle import Swarm
@@ -25,7 +27,7 @@ def connect(*worlds: ScriptedSwarm, expect: int | None = None, quorum: float = 0
     for number, world in enumerate(worlds, 1):
         numbers = iter(range(1000 * number, 60000))
         bridge = FleetBridge(
-            MemoryLink(world, f"memory:{number}", wire=world.wire),
+            GatheringLink(MemoryLink(world, f"memory:{number}", wire=world.wire), world, GATHER),
             world,
             fleet=open_fleet(None),
             session=numbers.__next__,
