@@ -359,8 +359,11 @@ def begin_log(
     on_failure: Callable[[str, Path | None], None] | None = None,
     on_loss: Callable[[str], None] | None = None,
     listens: bool = False,
+    beside: bool = True,
 ) -> Recorder:
-    """Begin a log, written by a process of its own; by this one where Python is built into a program that can't be started so.
+    """Begin a log, written by a process of its own; by this one where it is asked to, or can't be started once more.
+
+    A Python that is built into another program can't be.
 
     Args:
         path: As of `RecorderProcess`, like all others.
@@ -372,12 +375,14 @@ def begin_log(
         on_failure: Likewise.
         on_loss: Likewise.
         listens: Likewise.
+        beside: A process of its own is to write it: where there is a core for that, and it is worth the time that it takes to
+            start.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created, or no process started.
     """
-    if not can_start():
+    if not (beside and can_start()):
         return Recorder(path, run=run, config=config, link=link, lockstep=lockstep, overwrite=overwrite, on_failure=on_failure)
     return RecorderProcess(
         path,

@@ -22,7 +22,7 @@ from firmware_protocol.errors import LinkOpenError
 FIRMWARE: Final = Path(importlib.util.find_spec("firmware_protocol").origin or "").parent / "firmware"  # type: ignore[union-attr]
 """The firmware's sources, with their Makefile."""
 SHIM: Final = Path(__file__).with_name("simavr_shim.c")
-_PARTS: Final = ("core", "junior", "targets/avr")
+_PARTS: Final = ("core", "junior", "micro", "targets/avr")
 _SOURCES: Final = (*(f"{part}/*.[chS]" for part in _PARTS), "roles.h", "Makefile", "headers.py", "../dialect/junior.xml")
 _TOOLS: Final = {"avr-gcc": "gcc-avr avr-libc", "make": "make", "cc": "gcc libc6-dev"}
 """Debian's packages by the command that shows whether they are there."""
@@ -63,12 +63,13 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "junior-hil"
 
 
-def build(source: Path = FIRMWARE, cache: Path | None = None) -> AvrFirmware:
+def build(source: Path = FIRMWARE, cache: Path | None = None, role: str = "junior") -> AvrFirmware:
     """Build the firmware and the shim, unless they are in the cache.
 
     Args:
         source: Folder of the firmware's sources.
         cache: Where to keep them; None is the user's cache folder.
+        role: Folder of the role that is in it.
 
     Returns:
         Where they are.
@@ -76,8 +77,8 @@ def build(source: Path = FIRMWARE, cache: Path | None = None) -> AvrFirmware:
     Raises:
         LinkOpenError: Something is not installed, or does not compile; the text says what to do.
     """
-    folder = (cache if cache is not None else cache_folder()) / f"avr-{_fingerprint(source)}"
-    made = AvrFirmware(folder / "junior.elf", folder / "shim.so")
+    folder = (cache if cache is not None else cache_folder()) / f"avr-{_fingerprint(source)}-{role}"
+    made = AvrFirmware(folder / f"{role}.elf", folder / "shim.so")
     if made.elf.exists() and made.shim.exists():
         return made
     if packages := missing():
@@ -85,7 +86,9 @@ def build(source: Path = FIRMWARE, cache: Path | None = None) -> AvrFirmware:
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory() as work, tempfile.TemporaryDirectory(dir=folder.parent) as near:
-            done = shutil.copytree(_make(source, Path(work)), Path(near) / "done")  # make can't work where a path has a blank
+            done = shutil.copytree(
+                _make(source, Path(work), role), Path(near) / "done"
+            )  # make can't work where a path has a blank
             if not folder.exists():  # else somebody else has built it meanwhile
                 done.rename(folder)
     except OSError as error:
@@ -112,13 +115,16 @@ def shim_hash(shim: Path) -> int:
     return int.from_bytes(hashlib.sha256(shim.read_bytes()).digest()[:8], "big")
 
 
-def _make(source: Path, folder: Path) -> Path:
+def _make(source: Path, folder: Path, role: str) -> Path:
     """Compile in this folder; returns where what is to be kept is."""
     done = folder / "done"
     done.mkdir()
     build_folder = folder / "build"
-    _demand(_run("make", "-C", source, "avr", f"BUILD={build_folder}", f"PYTHON={sys.executable}", "MAKEFLAGS="))
-    (build_folder / "avr" / "junior.elf").rename(done / "junior.elf")
+    _demand(
+        _run("make", "-C", source, "avr", f"ROLE={role}", f"BUILD={build_folder}", f"PYTHON={sys.executable}", "MAKEFLAGS=")
+    )
+    (made,) = build_folder.glob(f"avr*/{role}.elf")
+    made.rename(done / made.name)
     flags = ("-std=gnu11", "-O2", "-fPIC", "-shared", f"-I{source / 'targets' / 'avr'}")
     _demand(_run("cc", *flags, f"-DSHIM_HASH={shim_hash(SHIM):#x}ULL", "-o", done / "shim.so", SHIM, "-lsimavr"))
     return done

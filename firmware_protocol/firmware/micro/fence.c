@@ -1,7 +1,8 @@
 /* The fence: a rectangle about the origin, for the robot's centre. */
 #include "micro/modules.h"
 
-enum { LOOK_AHEAD_MM = 10, EXCESS_MOST = 46340 /* whose square, and twice it, 32 bits hold */ };
+enum { LOOK_AHEAD_MM = 10 };
+#define EXCESS_MOST 46340L /* whose square, and twice it, 32 bits hold */
 
 static int32_t excess(const struct micro *micro, uint8_t param, int32_t um)
 {

@@ -12,6 +12,11 @@ ROLE_DECLARE(micro)
 
 enum { POSES = 16 };
 
+struct past { /* a pose that was */
+    int32_t x, y;
+    uint16_t heading;
+};
+
 struct pose {
     int32_t x, y;     /* um */
     uint32_t heading; /* 2^32 are a turn */
@@ -22,10 +27,7 @@ struct pose {
     bool fixed;       /* there has been one */
     uint8_t newest;
     uint32_t kept;    /* ms: the newest of these is of then */
-    struct {
-        int32_t x, y;
-        uint16_t heading;
-    } past[POSES];
+    struct past past[POSES];
 };
 
 /* --- move.c ------------------------------------------------------------------------------------------------------- */

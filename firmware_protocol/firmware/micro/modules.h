@@ -31,11 +31,8 @@ static inline uint16_t micro_milli(const struct micro *micro, uint8_t index)
     return (uint16_t)params_get(&micro->robot, index);
 }
 
-enum {
-    ANGLE_NONE = INT16_MIN,   /* on the wire */
-    LENGTH_NONE = UINT16_MAX, /* on the wire; of a radius: without end */
-    UM_PER_MM = 1000,
-};
+enum { ANGLE_NONE = INT16_MIN /* on the wire */, UM_PER_MM = 1000 };
+#define LENGTH_NONE UINT16_MAX /* on the wire; of a radius: without end */
 
 /* Counters that wrap. */
 static inline int32_t micro_sum(int32_t one, int32_t other)

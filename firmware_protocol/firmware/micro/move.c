@@ -2,9 +2,12 @@
 #include "micro/modules.h"
 
 /* The wheels are led by what is left: a turn ends at TURN_RATE times the angle, a drive at DRIVE_RATE times the way, a second. */
-enum { TURN_RATE_PI = 38 /* 12 / s, times pi */, DRIVE_RATE = 15, LEAST_UM_S = 10000, LOOK_AHEAD_UM = 40000 };
-enum { BUMPERS = 8, BISECTOR = 4096, AHEAD = 10923 /* 60 degrees */, HALF_TURN = 32768U, SPARE_MS = 1000 };
-enum { DISTANCE_MOST = 60000, SECTORS_MOST = 16, EFFORT_MOST = 100, FULL = 1000, OPTIONS = 63 /* every bit */ };
+enum { TURN_RATE_PI = 38 /* 12 / s, times pi */, DRIVE_RATE = 15, LEAST_UM_S = 10000 };
+#define LOOK_AHEAD_UM 40000L
+enum { BUMPERS = 8, BISECTOR = 4096, AHEAD = 10923 /* 60 degrees */, SPARE_MS = 1000 };
+#define HALF_TURN 32768U
+#define DISTANCE_MOST 60000U
+enum { SECTORS_MOST = 16, EFFORT_MOST = 100, FULL = 1000, OPTIONS = 63 /* every bit */ };
 
 enum move_event {
     ON_BEGIN,

@@ -103,11 +103,11 @@ static void remember(struct micro *micro, const mavlink_swarm_observation_t *tol
     }
 }
 
+#if MICRO_RING
+
 static void tell_ranges(struct micro *micro, mavlink_swarm_ranges_t *told, uint16_t sequence)
 {
-#if MICRO_RING
     uint8_t i;
-#endif
 
     memset(told, 0, sizeof *told);
     told->time = micro->robot.time.micros;
@@ -116,7 +116,6 @@ static void tell_ranges(struct micro *micro, mavlink_swarm_ranges_t *told, uint1
     told->position[0] = pose_mm(micro->pose.x);
     told->position[1] = pose_mm(micro->pose.y);
     told->heading = angles_to_wire(pose_heading(micro));
-#if MICRO_RING
     if (ring_fitted(micro)) {
         told->count = ring_setting(micro)->ranges;
     }
@@ -126,8 +125,9 @@ static void tell_ranges(struct micro *micro, mavlink_swarm_ranges_t *told, uint1
         told->ranges[i] = hal_range(micro->robot.board, i, &robot);
         told->robots |= (uint32_t)robot << i;
     }
-#endif
 }
+
+#endif
 
 /* --- of a move ---------------------------------------------------------------------------------------------------- */
 
@@ -182,31 +182,39 @@ uint8_t observation_ask(struct micro *micro, uint8_t stream, const mavlink_comma
     bool held = session->open && command->param3 > 0.0f && protocol_number(command->param3) == session->host;
     uint8_t asker = held ? ASKER_HOLDER : ASKER_WATCHER;
 
-    micro->observations.asked[stream][asker].sequence
-        = command->param2 >= 0.0f && command->param2 <= 65535.0f ? (uint16_t)command->param2 : 0;
+    if (stream == STREAM_RANGES && !ring_fitted(micro)) {
+        return MAV_RESULT_DENIED;
+    }
+    micro->observations.asked[stream][asker].sequence = protocol_number(command->param2);
     micro->observations.asked[stream][asker].pending = true;
     ring_ask(micro);
     return MAV_RESULT_ACCEPTED;
 }
 
-static bool answer(struct micro *micro, uint8_t stream, uint8_t asker)
+static bool answer_ranges(struct micro *micro, uint16_t sequence)
 {
-    union {
-        mavlink_swarm_observation_t observation;
-        mavlink_swarm_ranges_t ranges;
-    } told;
-    uint16_t sequence = micro->observations.asked[stream][asker].sequence;
+#if MICRO_RING
+    mavlink_swarm_ranges_t told;
 
-    if (stream == STREAM_RANGES) {
-        tell_ranges(micro, &told.ranges, sequence);
-        return SEND(&micro->robot, SWARM_RANGES, &told.ranges);
-    }
-    observe(micro, &told.observation, sequence, true);
-    if (!SEND(&micro->robot, SWARM_OBSERVATION, &told.observation)) {
+    tell_ranges(micro, &told, sequence);
+    return SEND(&micro->robot, SWARM_RANGES, &told);
+#else
+    (void)micro;
+    (void)sequence;
+    return true;
+#endif
+}
+
+static bool answer(struct micro *micro, uint16_t sequence, uint8_t asker)
+{
+    mavlink_swarm_observation_t told;
+
+    observe(micro, &told, sequence, true);
+    if (!SEND(&micro->robot, SWARM_OBSERVATION, &told)) {
         return false;
     }
     if (asker == ASKER_HOLDER) {
-        remember(micro, &told.observation);
+        remember(micro, &told);
     }
     return true;
 }
@@ -227,7 +235,10 @@ bool observation_answer(struct micro *micro, uint8_t stream)
     }
     for (asker = 0; asker < ASKERS; asker++) {
         if (all->asked[stream][asker].pending) {
-            if (micro->ring.busy || !answer(micro, stream, asker)) {
+            uint16_t sequence = all->asked[stream][asker].sequence;
+
+            if (micro->ring.busy
+                || !(stream == STREAM_RANGES ? answer_ranges(micro, sequence) : answer(micro, sequence, asker))) {
                 return false;
             }
             all->asked[stream][asker].pending = false;

@@ -21,11 +21,14 @@ static void keep(struct micro *micro)
     struct pose *pose = &micro->pose;
 
     if (micro->robot.time.now - pose->kept >= APART_MS) {
+        struct past *past;
+
         pose->kept = micro->robot.time.now;
         pose->newest = (uint8_t)((pose->newest + 1) % POSES);
-        pose->past[pose->newest].x = pose->x;
-        pose->past[pose->newest].y = pose->y;
-        pose->past[pose->newest].heading = (uint16_t)(pose->heading >> 16);
+        past = &pose->past[pose->newest];
+        past->x = pose->x;
+        past->y = pose->y;
+        past->heading = pose_heading(micro);
     }
 }
 
@@ -72,17 +75,18 @@ void pose_step(struct micro *micro)
 void pose_fix(struct micro *micro, const struct hal_fix *fix)
 {
     struct pose *pose = &micro->pose;
-    uint32_t since = micro->robot.time.now - pose->kept, back = 0;
+    uint32_t since = micro->robot.time.now - pose->kept, back;
     int32_t x = pose->x, y = pose->y;
-    uint16_t heading = pose_heading(micro), i;
+    uint16_t heading = pose_heading(micro);
+    struct past *past;
     int16_t turn;
 
     if (fix->age >= since + APART_MS / 2) {
         back = (fix->age - since + APART_MS / 2) / APART_MS;
-        i = (uint16_t)((pose->newest + POSES - (back < POSES ? back : POSES - 1U)) % POSES);
-        x = pose->past[i].x;
-        y = pose->past[i].y;
-        heading = pose->past[i].heading;
+        past = &pose->past[(uint8_t)(pose->newest + POSES - (uint8_t)(back < POSES ? back : POSES - 1U)) % POSES];
+        x = past->x;
+        y = past->y;
+        heading = past->heading;
     }
     x = micro_difference(fix->x, x);
     y = micro_difference(fix->y, y);
@@ -95,10 +99,10 @@ void pose_fix(struct micro *micro, const struct hal_fix *fix)
     pose->x = micro_sum(pose->x, x);
     pose->y = micro_sum(pose->y, y);
     pose->heading += (uint32_t)(uint16_t)turn << 16;
-    for (i = 0; i < POSES; i++) {
-        pose->past[i].x = micro_sum(pose->past[i].x, x);
-        pose->past[i].y = micro_sum(pose->past[i].y, y);
-        pose->past[i].heading = (uint16_t)(pose->past[i].heading + (uint16_t)turn);
+    for (past = pose->past; past < pose->past + POSES; past++) {
+        past->x = micro_sum(past->x, x);
+        past->y = micro_sum(past->y, y);
+        past->heading = (uint16_t)(past->heading + (uint16_t)turn);
     }
     pose->fixed = true;
     pose->fix_at = micro->robot.time.now - fix->age;

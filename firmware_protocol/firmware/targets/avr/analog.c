@@ -18,7 +18,6 @@ static volatile uint16_t reading[CHANNELS];
 
 void analog_start(void)
 {
-    DIDR0 = 0x0F; /* A0..A3 are analog */
     ADMUX = mux[0];
     ADCSRA = 1U << ADEN | 1U << ADIE | 7U << ADPS0; /* 125 kHz: 10 bits need less than 200 kHz */
 }

@@ -10,13 +10,15 @@
 #include <stdint.h>
 
 /* pin_high_START(), pin_low_START(), pin_output_START(), pin_read_START() and so on. */
-#define PIN(name, port, bit, label, use) \
+#define PIN_FUNCTIONS(name, port, bit, label, use) \
     static inline void pin_high_##name(void) { PORT##port |= (uint8_t)(1U << (bit)); } \
     static inline void pin_low_##name(void) { PORT##port &= (uint8_t) ~(1U << (bit)); } \
     static inline void pin_output_##name(void) { DDR##port |= (uint8_t)(1U << (bit)); } \
     static inline uint8_t pin_read_##name(void) { return (PIN##port >> (bit)) & 1U; }
-BOARD_PINS(PIN)
-#undef PIN
+BOARD_PINS(PIN_FUNCTIONS)
+
+/* board_junior.c, board_micro.c: what only that role has. */
+void board_start(void);
 
 /* analog.c: a scan of all channels; it ends by counting one up. */
 extern volatile uint8_t analog_scans;

@@ -1,6 +1,6 @@
-/* Junior on an ATmega328P: what little there is to the board itself, and its main loop.
+/* A robot on an ATmega328P: what little there is to the board itself, whatever the role, and its main loop.
  *
- * No encoders and no ground odometer are fitted. Interrupt handlers only move bytes and count; the robot is main's alone.
+ * Interrupt handlers only move bytes and count; the robot is main's alone.
  */
 #include <avr/boot.h>
 #include <avr/wdt.h>
@@ -8,7 +8,6 @@
 
 #include "drivers.h"
 #include "core/hal.h"
-#include "junior/senses.h"
 
 /* The header of the role that is built, and its struct: "junior/junior.h", struct junior. */
 #define TEXT(tokens) #tokens
@@ -36,41 +35,10 @@ uint64_t hal_uid(void *board)
     return uid;
 }
 
-uint8_t hal_arm(void *board, uint8_t side)
-{
-    (void)board;
-    return !(side == LEFT ? pin_read_ARM_LEFT() : pin_read_ARM_RIGHT());
-}
-
 uint8_t hal_start(void *board)
 {
     (void)board;
     return pin_read_START();
-}
-
-bool hal_has_encoders(void *board)
-{
-    (void)board;
-    return false;
-}
-
-bool hal_has_ground(void *board)
-{
-    (void)board;
-    return false;
-}
-
-int32_t hal_travel(void *board, uint8_t side)
-{
-    (void)board;
-    (void)side;
-    return 0;
-}
-
-int32_t hal_ground(void *board)
-{
-    (void)board;
-    return 0;
 }
 
 /* A real reset: everything floats, and all begins anew. */
@@ -88,8 +56,7 @@ void hal_reboot(void *board)
 int main(void)
 {
     wdt_enable(WDTO_120MS); /* fed by the loop alone; booting takes 30 ms, most of it to store the count of boots */
-    pin_high_ARM_LEFT(); /* pull-ups */
-    pin_high_ARM_RIGHT();
+    board_start();
     drive_start();
     uart_start();
     analog_start();
