@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     Said = Message | tuple[type[Message], Rows]
     """What is to be sent: a message, or many of one kind."""
 
+FEW: Final = 16
+"""Fewer messages than this are sent sooner one by one."""
 LOOK: Final = 0.25
 """Between two looks whether a robot has fallen silent, in s."""
 
@@ -304,12 +306,7 @@ class Fleet:
         """
         out: list[Said] = []
         if self._acknowledge:
-            system, session, sequence = (np.concatenate(column) for column in zip(*self._acknowledge, strict=True))
-            self._acknowledge.clear()
-            columns: dict[str, ArrayLike] = {
-                "session": session, "sequence": sequence, "target_system": system, "target_component": ROBOT_COMPONENT,
-            }  # fmt: skip
-            out.append((RobotResultAck, rows_of(RobotResultAck, len(system), columns)))
+            out += self._result_acks()
         out += self._untold
         self._untold.clear()
         for one in self._rounds:
@@ -321,3 +318,15 @@ class Fleet:
             for silent in [system for system in self.peers if taken_in - heard[system] >= SILENCE and self.usable[system]]:
                 self.peers[silent].fell_silent(taken_in)
         return out
+
+    def _result_acks(self) -> list[Said]:
+        """Say that we have the reports that say how something ended."""
+        system, session, sequence = (np.concatenate(column) for column in zip(*self._acknowledge, strict=True))
+        self._acknowledge.clear()
+        if len(system) < FEW:
+            each = zip(session.tolist(), sequence.tolist(), system.tolist(), strict=True)
+            return [RobotResultAck(*numbers, ROBOT_COMPONENT) for numbers in each]
+        columns: dict[str, ArrayLike] = {
+            "session": session, "sequence": sequence, "target_system": system, "target_component": ROBOT_COMPONENT,
+        }  # fmt: skip
+        return [(RobotResultAck, rows_of(RobotResultAck, len(system), columns))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -161,6 +162,14 @@ class Swarm(RobotHandles[MicroRobot]):
     def robots(self) -> Mapping[RobotAddress, MicroRobot]:
         """Every robot that has a row and was ever heard, by address, in the order of the rows."""
         return {address: self.members[address] for address in self.addresses_by_row if address in self.members}
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """What each robot is called, by row: NETWORK.ID, or ID where there is one network; networks are counted from 1."""
+        numbers = {name: number for number, name in enumerate(self.networks.bridges, 1)}
+        if len(numbers) == 1:
+            return tuple(str(address.system) for address in self.addresses_by_row)
+        return tuple(f"{numbers[address.network]}.{address.system}" for address in self.addresses_by_row)
 
     def row(self, robot: RobotAddress | int) -> int:
         """The row of a robot.
