@@ -281,7 +281,7 @@ class Move:
 
     Attributes:
         distance: Way to drive, in m; 0 turns only.
-        heading: Which way, in rad, kept to half a turn either way: in the arena's frame, or with `MoveOption.BODY` from the nose.
+        heading: Which way, in rad, kept within half a turn: in the arena's frame, or with `MoveOption.BODY` from the nose.
             None: `sector` says it.
         sector: Number of the sector of the body along whose bisector it drives, from 1; 0: `heading` says it.
         sectors: How many sectors there are, where `sector` is given.
