@@ -50,5 +50,5 @@ def host_stub() -> str:
 def _annotation(kind: str) -> str:
     """What Python may pass for a type in C."""
     if not kind.endswith("*"):
-        return "float" if kind == "float" else "int"
+        return "int"
     return "FFI.CData | bytes" if kind == _DATA else "FFI.CData"

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from firmware_protocol.events import Received
 from firmware_protocol.messages import (
     BYTE_LINKS_ONLY,
     MESSAGES,
     REFEREE_COMPONENT,
     ROBOT_COMPONENT,
     CommandLong,
+    JuniorSensors,
     JuniorWheels,
     RobotAlive,
     RobotSession,
@@ -42,7 +44,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from firmware_protocol.events import Received, Rejected
+    from firmware_protocol.events import Rejected
     from firmware_protocol.wire.fields import Message
 
 FEW: Final = 80
@@ -273,6 +275,18 @@ class CanBatchCodec(CanCodec):
                 self.good += count
         return (sequence & 0xFF).astype(np.uint8)
 
+    def _take_clocks(self, status: Batch, events: list[Received | Rejected], keys: list[int]) -> None:
+        """Know each robot's clock by what came last of it, be that among the arrays or an object."""
+        told = {
+            event.system: key
+            for key, event in zip(keys, events, strict=True)
+            if isinstance(event, Received) and isinstance(event.message, RobotStatus | JuniorSensors)
+        }
+        times = column(RobotStatus, status.rows, "time").tolist()
+        for node, time, end in zip(status.system.tolist(), times, status.place.tolist(), strict=True):
+            if end > told.get(node, -1):
+                self._times[node] = round(time * 1000)
+
     def _gather(self, found: dict[type[Message], Batch], events: list[Received | Rejected], keys: list[int]) -> Arrivals:
         """Put what was found in the order in which its last frames came.
 
@@ -283,8 +297,7 @@ class CanBatchCodec(CanCodec):
         """
         status = found.get(RobotStatus)
         if status is not None:
-            for node, time in zip(status.system.tolist(), column(RobotStatus, status.rows, "time").tolist(), strict=True):
-                self._times[node] = round(time * 1000)
+            self._take_clocks(status.ordered(), events, keys)
         ends = np.concatenate([np.array(keys, np.intp), *(batch.place for batch in found.values())])
         place = np.empty(len(ends), np.intp)
         place[np.argsort(ends, kind="stable")] = np.arange(len(ends))

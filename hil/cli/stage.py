@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import AddressOpener, fault_file, fault_option
+from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -49,6 +49,7 @@ class LiveStage(Stage):
         signing_key: Key file that robot and host sign with.
         options: Configuration file that options were taken from.
         reports: A report of the log may be asked for afterwards; then `close` is called at last.
+        beside: The log is written by a process of its own.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -65,14 +66,17 @@ class LiveStage(Stage):
         signing_key: Path | None = None,
         options: Path | None = None,
         reports: bool = False,
+        beside: bool = True,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
         self._job = job
         self._options = options
         self._reports = reports
+        self._beside = beside
         self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
+        self._openers: AddressOpeners | None = None
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -86,7 +90,9 @@ class LiveStage(Stage):
 
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""
-        return AddressOpener(address, key=self.key, clock=self._clock)
+        if self._openers is None:
+            self._openers = AddressOpeners(key=self.key, clock=self._clock)
+        return self._openers.opener_of(address)
 
     def begin_log(self) -> Recorder | None:
         """Begin the log, with what was asked for."""
@@ -104,6 +110,7 @@ class LiveStage(Stage):
             on_failure=run.log_failed,
             on_loss=run.failed,
             listens=self._reports,
+            beside=self._beside,
         )
         self._recorder = recorder
         files = job.files()
@@ -136,9 +143,11 @@ class LiveStage(Stage):
         return write_report(log, folder).page
 
     def close(self) -> None:
-        """Nothing is asked for any more; a process that would draw a report ends."""
+        """Nothing is asked for any more: the log is closed, and a process that would draw a report ends."""
         if isinstance(self._recorder, RecorderProcess):
             self._recorder.end()
+        elif self._recorder is not None:
+            self._recorder.close()
 
     def _about(self, log: Path) -> dict[str, str]:
         """Whatever differs between two runs of the same job; the wall clock (s since 1970) and the log's, read together."""

@@ -94,7 +94,16 @@ def play_part(part: Part) -> Played:
     run = ActiveRun(None, part.log, overwrite=False)
     console = common.plain_console(stderr=True, quiet=True)
     try:
-        stage = _PartStage(run, part.job, part.url, console, quiet=True, signing_key=part.signing_key, options=part.options)
+        stage = _PartStage(
+            run,
+            part.job,
+            part.url,
+            console,
+            quiet=True,
+            signing_key=part.signing_key,
+            options=part.options,
+            beside=False,  # the workers keep the cores busy, and a part takes little longer than a process to start
+        )
         with closing(stage):
             opponent, bouts = part.job.play(stage)
     except (HilError, OSError) as error:

@@ -171,9 +171,22 @@ class AdviceRecord:
     json: Annotated[str, "the advice file's content"]
 
 
+@dataclass(frozen=True)
+class SwarmRoundRecord:
+    """A round: robots of a swarm were asked, or moved, all at once. What each said is an entry of its own."""
+
+    step: Annotated[int, "step of the mission, from 0; -1: none"]
+    order: Annotated[str, "what it was for, as `observe rangers` or `move wilds`"]
+    asked: Annotated[tuple[str, ...], "robots that took part: NETWORK.ID, or ID where there is one network"]
+    missing: Annotated[tuple[str, ...], "those that did not answer in time"]
+    refused: Annotated[tuple[str, ...], "those that refused"]
+    reasons: Annotated[tuple[str, ...], "why each did"]
+    seconds: Annotated[float, "s; how long the round took"]
+
+
 RECORDS: Final = (
     WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
     CheckpointRecord, TrialRecord, StepRecord,
-    AdviceRecord,
+    AdviceRecord, SwarmRoundRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

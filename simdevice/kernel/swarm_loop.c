@@ -3,204 +3,327 @@
 #include <math.h>
 #include <string.h>
 
-static const double TURN = 6.283185307179586; /* a full one, in rad */
-static const double ANGLES = 65536.0;         /* the firmware's, in a turn */
-static const double FARTHEST_UM = 2e9;
-enum { WITHOUT_END = 65535, MOST_SAID = sizeof(((host_io *)0)->tx) };
+enum { MILLIMETRES_NONE = 65535, SYSTEMS = 256, SIDES = 2, CONTACTS = 16 };
 
-/* Of all angles that the firmware has, the one below: a robot on the border of two sectors is in the upper one. */
-static uint16_t angle_below(double angle)
+static const double PER_RAD = 10430.378350470453; /* 65536 are a turn */
+static const double RING_SLACK = 1e-3;            /* m: what is told is measured by um, and a radius by mm */
+
+/* --- what its drivers read ----------------------------------------------------------------------------------------- */
+
+static uint16_t angle_of(double angle)
 {
-    return (uint16_t)(int32_t)floor(angle / TURN * ANGLES);
-}
-
-static uint16_t nearest_angle(double angle)
-{
-    return (uint16_t)(int32_t)nearbyint(angle / TURN * ANGLES);
-}
-
-static int32_t micrometres(double place)
-{
-    double um = nearbyint(place * 1e6);
-
-    return (int32_t)(um < -FARTHEST_UM ? -FARTHEST_UM : um > FARTHEST_UM ? FARTHEST_UM : um);
-}
-
-static uint16_t millimetres(double length)
-{
-    double mm = nearbyint(length * 1e3);
-
-    return (uint16_t)(mm < 0.0 ? 0.0 : mm < WITHOUT_END ? mm : WITHOUT_END);
-}
-
-static double metres(uint16_t mm)
-{
-    return mm == WITHOUT_END ? INFINITY : mm / 1000.0;
+    return (uint16_t)(int32_t)lrint(angle * PER_RAD);
 }
 
 /* Counters of way have 32 bits: after 2147 m they go on from the other end. */
-static int32_t way(double metres_rolled)
+static int32_t micrometres(double way)
 {
-    return (int32_t)(uint32_t)(int64_t)(metres_rolled * 1e6);
+    return (int32_t)(uint32_t)(int64_t)(way * 1e6);
 }
 
-static void read_ring(kernel_swarm *swarm, uint32_t row)
+static uint16_t millimetres(double way)
 {
-    kernel_table *table = swarm->table;
-    host_io *io = &swarm->robot[row]->io;
-    uint32_t at;
+    return way < MILLIMETRES_NONE * 1e-3 ? (uint16_t)lrint(way * 1e3) : MILLIMETRES_NONE;
+}
 
-    table_ring(table, row, metres(io->least), metres(io->step), metres(io->limit));
-    for (at = 0; at < table->found; at++) {
-        double um = floor(table->found_distance[at] * 1e6);
+static double metres(uint16_t way)
+{
+    return way == MILLIMETRES_NONE ? INFINITY : way * 1e-3;
+}
 
-        swarm->near_group[at] = table->group[table->found_row[at]];
-        swarm->near_bearing[at] = angle_below(table->found_bearing[at]);
-        swarm->near_um[at] = (uint32_t)(um < 2.0 * FARTHEST_UM ? um : 2.0 * FARTHEST_UM);
+static void see(swarm_loop *loop, uint32_t row)
+{
+    kernel_table *table = loop->table;
+    host_io *io = &loop->robot[row].io;
+    uint32_t i;
+
+    if (!io->has_ring) {
+        host_see(&loop->robot[row], 0, loop->seen_group, loop->seen_bearing, loop->seen_um);
+        return;
     }
-    host_see(swarm->robot[row], table->found, swarm->near_group, swarm->near_bearing, swarm->near_um);
+    table_ring(table, row, metres(io->least) + RING_SLACK, io->step * 1e-3, metres(io->limit));
+    for (i = 0; i < table->found; i++) {
+        loop->seen_group[i] = table->group[table->found_row[i]];
+        loop->seen_bearing[i] = angle_of(table->found_bearing[i]);
+        loop->seen_um[i] = (uint32_t)llrint(table->found_distance[i] * 1e6);
+    }
+    host_see(&loop->robot[row], table->found, loop->seen_group, loop->seen_bearing, loop->seen_um);
+}
+
+static void range(swarm_loop *loop, uint32_t row)
+{
+    kernel_table *table = loop->table;
+    host_io *io = &loop->robot[row].io;
+    uint32_t i;
+
+    table_ranges(table, row, io->ranges, metres(io->farthest));
+    for (i = 0; i < io->ranges; i++) {
+        io->range[i] = millimetres(table->range[i]);
+    }
+    io->range_robots = table->range_robots;
+}
+
+/* All that it has asked for. */
+static void look(swarm_loop *loop, uint32_t row)
+{
+    kernel_table *table = loop->table;
+    host_io *io = &loop->robot[row].io;
+
+    see(loop, row);
     if (io->ranges > 0) {
-        table_ranges(table, row, io->ranges, metres(io->farthest));
-        for (at = 0; at < io->ranges; at++) {
-            io->range[at] = millimetres(table->range[at]);
-        }
-        io->range_robots = table->range_robots;
-    }
-}
-
-/* All that the robot has asked for in the period before. */
-static void read_senses(kernel_swarm *swarm, uint32_t row)
-{
-    kernel_table *table = swarm->table;
-    host_io *io = &swarm->robot[row]->io;
-
-    if (io->has_ring) {
-        read_ring(swarm, row);
+        range(loop, row);
     }
     io->has_box = table->box_kind != TABLE_NO_BOX;
     if (io->has_box) {
         table_box(table, row);
-        io->box_bearing = nearest_angle(table->box_bearing);
-        io->box_distance = millimetres(table->box_distance);
+        io->box_bearing = angle_of(table->box_bearing);
+        io->box_distance = table->box_distance > 0.0 ? millimetres(table->box_distance) : 0;
     }
     io->has_goal = table->has_goal;
     if (io->has_goal) {
         table_goal(table, row);
-        io->goal_bearing = nearest_angle(table->goal_bearing);
+        io->goal_bearing = angle_of(table->goal_bearing);
     }
+    io->ready = 1;
 }
 
-static void read_drivers(kernel_swarm *swarm, uint32_t row)
+static void read_drivers(swarm_loop *loop, uint32_t row)
 {
-    const kernel_table *table = swarm->table;
-    host_io *io = &swarm->robot[row]->io;
+    kernel_table *table = loop->table;
+    host_io *io = &loop->robot[row].io;
 
-    io->battery_mv = (uint16_t)(swarm->voltage[row] * 1e3);
-    io->travel_um[0] = way(table->travel[2 * row]);
-    io->travel_um[1] = way(table->travel[2 * row + 1]);
+    io->battery_mv = loop->battery[row];
+    io->travel_um[0] = micrometres(table->travel[2 * row]);
+    io->travel_um[1] = micrometres(table->travel[2 * row + 1]);
     io->bump = table->bump[row];
     io->touch = table->touch[row];
     if (table->fix_age[row] == 0) {
         io->fix_um[0] = micrometres(table->fix_x[row]);
         io->fix_um[1] = micrometres(table->fix_y[row]);
-        io->fix_heading = nearest_angle(table->fix_angle[row]);
+        io->fix_heading = angle_of(table->fix_angle[row]);
         io->fix_age = 0;
         io->fix_new = 1;
     }
-    io->ready = 1;
     if (io->asked) {
-        read_senses(swarm, row);
+        look(loop, row);
     }
 }
 
-static void keep_words(kernel_swarm *swarm, uint32_t row, uint32_t period, uint32_t length)
-{
-    uint32_t piece = swarm->pieces++;
+/* --- what its firmware says ----------------------------------------------------------------------------------------- */
 
-    memcpy(swarm->said + swarm->said_used, swarm->robot[row]->io.tx, length);
-    swarm->said_at[piece] = swarm->said_used;
-    swarm->said_len[piece] = length;
-    swarm->said_row[piece] = row;
-    swarm->said_period[piece] = period;
-    swarm->said_used += length;
+static void stand(swarm_loop *loop, uint32_t row)
+{
+    int side;
+
+    for (side = 0; side < SIDES; side++) {
+        loop->table->command[2 * row + (uint32_t)side] = 0.0;
+    }
 }
 
-static void set_wheels(kernel_swarm *swarm, uint32_t row)
+static void obey(swarm_loop *loop, uint32_t row)
 {
-    kernel_table *table = swarm->table;
-    const host_io *io = &swarm->robot[row]->io;
-    double gap = io->gap / 1000.0;
+    kernel_table *table = loop->table;
+    const host_robot *robot = &loop->robot[row];
+    double gap = robot->io.gap * 1e-3;
+    int side;
 
-    table->command[2 * row] = io->wheel[0] * 1e-3 * swarm->full_speed;
-    table->command[2 * row + 1] = io->wheel[1] * 1e-3 * swarm->full_speed;
-    table->effort[row] = io->force / 100.0;
+    for (side = 0; side < SIDES; side++) {
+        table->command[2 * row + (uint32_t)side] = robot->io.wheel[side] * 1e-3 * loop->full_speed;
+    }
+    table->effort[row] = robot->io.force * 0.01;
     table->gap[row] = gap < table->most_gap ? gap : table->most_gap;
-    table->group[row] = host_class(swarm->robot[row]);
+    table->group[row] = robot->as.robot.params.integer[MICRO_PARAM_CLASS] != 0;
+    loop->system[row] = robot->as.robot.system;
 }
 
-/* Returns what has happened. */
-static uint8_t live(kernel_swarm *swarm, uint32_t row, uint32_t period)
+static void boot(swarm_loop *loop, uint32_t row)
 {
-    host_robot *robot = swarm->robot[row];
-    uint32_t sent;
-    uint8_t happened = 0;
+    loop->micros[row] = 0;
+    loop->table->travel[2 * row] = loop->table->travel[2 * row + 1] = 0.0;
+    host_restart(&loop->robot[row]);
+    loop->system[row] = loop->robot[row].as.robot.system;
+}
 
-    if (!swarm->running[row]) {
-        swarm->table->command[2 * row] = 0.0;
-        swarm->table->command[2 * row + 1] = 0.0;
-        swarm->rx_len[row] = 0;
-        return 0;
-    }
-    read_drivers(swarm, row);
-    sent = host_tick(robot, swarm->micros[row], swarm->rx[row], swarm->rx_len[row]);
-    swarm->rx_len[row] = 0;
-    swarm->micros[row] += swarm->period_us;
-    if (sent > 0) {
-        keep_words(swarm, row, period, sent);
-        happened |= SWARM_SAID;
+static uint8_t tick(swarm_loop *loop, uint32_t row, uint32_t *said)
+{
+    host_robot *robot = &loop->robot[row];
+    uint32_t sent;
+    uint8_t why = 0;
+
+    read_drivers(loop, row);
+    sent = host_tick(robot, loop->micros[row], loop->arrived + loop->rx_at[row], loop->rx_length[row]);
+    robot->io.ready = 0;
+    loop->micros[row] += loop->period_us;
+    obey(loop, row);
+    if (sent > 0 && loop->plugged[row]) {
+        memcpy(loop->said + *said, robot->io.tx, sent);
+        *said += sent;
+        why = SWARM_SAID;
     }
     if (robot->io.reboot) {
-        host_restart(robot);
-        swarm->micros[row] = 0;
-        swarm->rebooted[row] = 1;
-        happened |= SWARM_REBOOTED;
+        boot(loop, row);
+        stand(loop, row);
+        why |= SWARM_REBOOTED;
     }
-    set_wheels(swarm, row);
-    return happened;
+    return why;
 }
 
-static uint8_t has_room(const kernel_swarm *swarm)
-{
-    uint32_t count = swarm->table->count;
+/* --- control periods ------------------------------------------------------------------------------------------------ */
 
-    return swarm->said_size - swarm->said_used >= count * MOST_SAID && swarm->most_pieces - swarm->pieces >= count;
+/* Returns 1 where others touch the box now. */
+static uint8_t feel(swarm_loop *loop)
+{
+    const kernel_table *table = loop->table;
+    uint16_t touching = 0;
+    uint32_t row;
+
+    if (table->box_kind != TABLE_NO_BOX) {
+        for (row = 0; row < table->count && row < CONTACTS; row++) {
+            touching |= (uint16_t)(table->touch[row] << row);
+        }
+    }
+    if (touching == loop->touching) {
+        return 0;
+    }
+    loop->touching = touching;
+    return 1;
 }
 
-uint32_t swarm_run(kernel_swarm *swarm, uint32_t periods, uint8_t heed)
+static uint8_t live(swarm_loop *loop, uint32_t *said)
 {
-    kernel_table *table = swarm->table;
-    uint32_t done = 0, row;
+    uint32_t network, row;
+    uint8_t why;
 
-    swarm->said_used = swarm->pieces = 0;
-    swarm->stop = 0;
-    while (done < periods && !swarm->stop) {
-        uint8_t happened = 0;
+    table_sense(loop->table);
+    why = feel(loop) ? SWARM_TOUCHED : 0;
+    for (network = 0; network < loop->networks; network++) {
+        for (row = loop->first[network]; row < loop->first[network + 1]; row++) {
+            if (loop->running[row]) {
+                why |= tick(loop, row, said);
+            }
+        }
+        loop->end[network] = *said;
+    }
+    table_step(loop->table);
+    loop->ticks++;
+    return why;
+}
 
-        if (table->wanting) {
-            swarm->stop = SWARM_NOISE;
+uint64_t swarm_run(swarm_loop *loop, uint32_t periods)
+{
+    uint32_t done = 0, said = 0, rows = loop->table->count;
+    uint8_t why = 0;
+
+    while (done < periods && !why) {
+        if (loop->table->wanting) {
+            why = SWARM_NOISE;
             break;
         }
-        if (!has_room(swarm)) {
-            swarm->stop = SWARM_FULL;
-            break;
+        why = live(loop, &said);
+        if (loop->arrived_length > 0) {
+            memset(loop->rx_length, 0, rows * sizeof *loop->rx_length);
+            loop->arrived_length = 0;
         }
-        table_sense(table);
-        for (row = 0; row < table->count; row++) {
-            happened |= live(swarm, row, done);
-        }
-        table_step(table);
         done++;
-        swarm->stop = happened & heed;
     }
-    return done;
+    return (uint64_t)why << 56 | (uint64_t)done << 32 | said;
+}
+
+/* --- power ---------------------------------------------------------------------------------------------------------- */
+
+void swarm_power_on(swarm_loop *loop, uint32_t row)
+{
+    loop->running[row] = 1;
+    boot(loop, row);
+}
+
+void swarm_power_off(swarm_loop *loop, uint32_t row)
+{
+    loop->running[row] = 0;
+    stand(loop, row);
+}
+
+/* --- what arrives --------------------------------------------------------------------------------------------------- */
+
+static uint8_t hears(const swarm_loop *loop, uint32_t row)
+{
+    return loop->running[row] && loop->plugged[row];
+}
+
+/* By id, the first of the robots that have it, and 1; see next_of. */
+static void list_ids(swarm_loop *loop, uint32_t network, uint32_t *first_of)
+{
+    uint32_t row;
+
+    memset(first_of, 0, SYSTEMS * sizeof *first_of);
+    for (row = loop->first[network + 1]; row-- > loop->first[network];) {
+        if (hears(loop, row)) {
+            loop->next_of[row] = first_of[loop->system[row]];
+            first_of[loop->system[row]] = row + 1;
+        }
+    }
+}
+
+uint32_t swarm_wanted(swarm_loop *loop, const swarm_route *route, uint32_t network)
+{
+    uint32_t first_of[SYSTEMS], for_all = 0, frame, row, next, total = loop->arrived_length;
+
+    list_ids(loop, network, first_of);
+    for (frame = 0; frame < route->frames; frame++) {
+        if (route->frame_to[frame] == ROUTE_ALL) {
+            for_all += route->frame_length[frame];
+            continue;
+        }
+        for (next = first_of[route->frame_to[frame]]; next > 0; next = loop->next_of[next - 1]) {
+            loop->rx_length[next - 1] += route->frame_length[frame];
+        }
+    }
+    for (row = loop->first[network]; row < loop->first[network + 1]; row++) {
+        if (hears(loop, row)) {
+            loop->rx_at[row] = total;
+            total += loop->rx_length[row] + for_all;
+            loop->rx_length[row] = 0;
+        }
+    }
+    return total;
+}
+
+static void hand(swarm_loop *loop, uint32_t row, const uint8_t *data, uint32_t length)
+{
+    memcpy(loop->arrived + loop->rx_at[row] + loop->rx_length[row], data, length);
+    loop->rx_length[row] += length;
+    loop->arrived_length += length;
+}
+
+void swarm_deliver(swarm_loop *loop, const swarm_route *route, uint32_t network, const uint8_t *data)
+{
+    uint32_t first_of[SYSTEMS], frame, row, next;
+
+    list_ids(loop, network, first_of);
+    for (frame = 0; frame < route->frames; frame++) {
+        const uint8_t *bytes = data + route->frame_at[frame];
+        uint32_t length = route->frame_length[frame];
+
+        if (route->frame_to[frame] != ROUTE_ALL) {
+            for (next = first_of[route->frame_to[frame]]; next > 0; next = loop->next_of[next - 1]) {
+                hand(loop, next - 1, bytes, length);
+            }
+            continue;
+        }
+        for (row = loop->first[network]; row < loop->first[network + 1]; row++) {
+            if (hears(loop, row)) {
+                hand(loop, row, bytes, length);
+            }
+        }
+    }
+}
+
+void swarm_pass(swarm_loop *loop, uint32_t network, const uint8_t *data, uint32_t length)
+{
+    uint32_t row = loop->first[network];
+
+    if (hears(loop, row)) {
+        loop->rx_at[row] = loop->arrived_length;
+        hand(loop, row, data, length);
+    }
 }

@@ -339,7 +339,7 @@ class SwarmTable:
         """
         arrays, struct = self.arrays, self.arrays.struct
         arrays.lib.table_ranges(struct, row, directions, farthest)
-        self.look_after_noise()
+        self._look_after_noise()
         hits = np.array([bool(struct.range_robots >> ray & 1) for ray in range(directions)], np.bool_)
         return np.array(list(struct.range)[:directions]), hits
 
@@ -349,21 +349,16 @@ class SwarmTable:
         Not numbers where there is no box.
         """
         self.arrays.lib.table_box(self.arrays.struct, row)
-        self.look_after_noise()
+        self._look_after_noise()
         return self.arrays.struct.box_bearing, self.arrays.struct.box_distance
 
     def goal_bearing(self, row: int) -> float:
         """Bearing of the goal in a robot's frame, -pi..pi; not a number where there is none."""
         self.arrays.lib.table_goal(self.arrays.struct, row)
-        self.look_after_noise()
+        self._look_after_noise()
         return float(self.arrays.struct.goal_bearing)
 
-    def look_after_noise(self) -> None:
-        """Draw new noise if it runs short.
-
-        Raises:
-            RuntimeError: Somebody has read more than there was.
-        """
+    def _look_after_noise(self) -> None:
         if self.arrays.struct.wanting:
             self.refill()
 

@@ -199,27 +199,6 @@ void host_see(host_robot *host, uint32_t count, const uint8_t *group, const uint
     host->neighbour_distance = um;
 }
 
-uint8_t host_class(const host_robot *host)
-{
-    return (uint8_t)params_get(&host->as.robot, MICRO_PARAM_CLASS);
-}
-
-void host_store(host_robot *host, uint8_t parameter, float value)
-{
-    struct robot *robot = &host->as.robot;
-
-    memset(&host->as, 0, sizeof host->as);
-    robot->board = host;
-    robot->role = hal_role(host);
-    host->writes_left = -1;
-    host->nvm_per_tick = 0;
-    params_load(robot);
-    robot->params.value[parameter] = value;
-    robot->params.unsaved[parameter / 8] |= (uint8_t)(1U << parameter % 8);
-    params_save(robot);
-    nvm_flush(robot);
-}
-
 int16_t host_sine(uint16_t angle)
 {
     return angles_sine(angle);

@@ -90,12 +90,6 @@ uint32_t host_tick(host_robot *host, uint64_t micros, const uint8_t *rx, uint32_
  * copied: the arrays must be there until the tick is over that reads them. */
 void host_see(host_robot *host, uint32_t count, const uint8_t *group, const uint16_t *bearing, const uint32_t *um);
 
-/* A micro-robot's class, as its parameter says. */
-uint8_t host_class(const host_robot *host);
-
-/* Puts a parameter, by its place among those of io.role, into non-volatile memory; takes effect at power-on. */
-void host_store(host_robot *host, uint8_t parameter, float value);
-
 /* From now on, non-volatile writes beyond this many bytes are lost, as in a power cut; negative: no cut. */
 void host_cut_power(host_robot *host, int32_t writes);
 
