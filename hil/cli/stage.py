@@ -50,6 +50,7 @@ class LiveStage(Stage):
         options: Configuration file that options were taken from.
         reports: A report of the log may be asked for afterwards; then `close` is called at last.
         beside: The log is written by a process of its own.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -67,6 +68,7 @@ class LiveStage(Stage):
         options: Path | None = None,
         reports: bool = False,
         beside: bool = True,
+        gather: float = 0.0,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -77,6 +79,7 @@ class LiveStage(Stage):
         self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
         self._openers: AddressOpeners | None = None
+        self._gather = gather
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -91,7 +94,7 @@ class LiveStage(Stage):
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""
         if self._openers is None:
-            self._openers = AddressOpeners(key=self.key, clock=self._clock)
+            self._openers = AddressOpeners(key=self.key, clock=self._clock, gather=self._gather)
         return self._openers.opener_of(address)
 
     def begin_log(self) -> Recorder | None:

@@ -348,6 +348,7 @@ class AddressOpeners:
         ports: Lists the serial ports of this machine.
         key: Signing key.
         clock: Tells the time of those that run in real time.
+        gather: As of `AddressOpener`.
     """
 
     def __init__(
@@ -355,24 +356,26 @@ class AddressOpeners:
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
         clock: Clock | None = None,
+        *,
+        gather: float = 0.0,
     ) -> None:
+        self._gather = gather
         self._ports = ports
         self._key = key
         self._clock = clock
         self._tables: dict[str, SharedTime] = {}
 
-    def opener_of(self, address: Address, gather: float = 0.0) -> AddressOpener:
+    def opener_of(self, address: Address) -> AddressOpener:
         """What opens the link of an address.
 
         Args:
             address: The address; of a table with several networks, one of `networks_of`.
-            gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
         Raises:
             AddressError: The URL is no address we know.
         """
         if not is_swarm(address) or not network_of(address):
-            return AddressOpener(address, self._ports, self._key, self._clock, gather=gather)
+            return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
         whole = address.url.rpartition("&network=")[0]
         if whole not in self._tables:
             from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
@@ -382,7 +385,7 @@ class AddressOpeners:
             except ValueError as error:
                 raise AddressError(address.url, str(error)) from error
             self._tables[whole] = SharedTime(world)
-        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=gather)
+        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)
 
 
 def asked_for(address: Address) -> int | None:

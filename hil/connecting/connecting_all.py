@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -92,8 +91,9 @@ def connect_all_as(
         recorded = RecordedNetworks(addresses[0])
         addresses, opener_of = recorded.addresses, recorded.opener_of
     elif opener_of is None:
-        openers = AddressOpeners(ports, key, MonotonicClock())  # one clock for all: their times are compared
-        opener_of = partial(openers.opener_of, gather=GATHER if fleet_of is not None else 0.0)
+        gather = GATHER if fleet_of is not None else 0.0
+        openers = AddressOpeners(ports, key, MonotonicClock(), gather=gather)  # one clock for all: their times are compared
+        opener_of = openers.opener_of
 
     operator = operator or Operator()
     networks = Networks()

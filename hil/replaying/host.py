@@ -16,6 +16,7 @@ from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
+from hil.jobs.surround import SurroundJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -33,7 +34,9 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.jobs.stage import Job
 
-JOBS: Final[dict[str, type[Job]]] = {job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob)}
+JOBS: Final[dict[str, type[Job]]] = {
+    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob, SurroundJob)
+}
 """Verbs whose logs can be replayed."""
 
 
