@@ -15,6 +15,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
+from hil.connecting.swarm_address import networks_of
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -107,7 +108,7 @@ class LiveStage(Stage):
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
-            link=address.url,
+            link=networks_of(address)[0].url,
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,

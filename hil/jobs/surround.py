@@ -25,7 +25,7 @@ from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.swarm.missions.tables_file import tables_of, tables_text
 from hil.swarm.placing import Place, put_on_table
 from pal_advisor.maneuvers import state_digest
-from pal_advisor.surround import Surround, start_places
+from pal_advisor.surround import PlacesError, Surround, start_places
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -266,7 +266,10 @@ class _Runs:
             place = Place.TABLE if self._swarm.has_table and not resumed else Place.AS_IS
         if place is Place.TABLE:
             rng = generator(seed, Branch.START_PLACES)
-            for_kinds = start_places(self.case, rng, self._settings.area)
+            try:
+                for_kinds = start_places(self.case, rng, self._settings.area)
+            except PlacesError as error:
+                raise MissionError(str(error)) from error
             poses: dict[int, Any] = {}
             for kind in RobotClass:
                 scaled = for_kinds[kind] * np.array([self._settings.unit, self._settings.unit, 1.0])

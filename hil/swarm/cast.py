@@ -53,9 +53,8 @@ def cast(kinds: NDArray[np.int64], wanted: Mapping[RobotClass, int], *, spares: 
         CastError: There are not so many.
     """
     rows = {kind: np.flatnonzero(kinds == kind) for kind in RobotClass}
-    few = [kind for kind, count in wanted.items() if count > len(rows[kind])]
-    if few:
-        asked = " and ".join(f"{wanted[kind]} {kind.name}s" for kind in few)
+    if any(count > len(rows[kind]) for kind, count in wanted.items()):
+        asked = " and ".join(f"{count} {kind.name}{'' if count == 1 else 's'}" for kind, count in wanted.items())
         there = " and ".join(f"{len(rows[kind])} {kind.name}{'' if len(rows[kind]) == 1 else 's'}" for kind in RobotClass)
         silent = int((kinds < 0).sum())
         more = f", and {silent} that have not said their class" if silent else ""

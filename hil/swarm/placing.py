@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import PeerError
@@ -17,6 +18,10 @@ if TYPE_CHECKING:
 
 BEGIN: Final = 2.000
 """When the first step begins after the table was set up, in s: the robots have found out by then where they are."""
+GRID: Final = 0.1
+"""The table is set up at a multiple of it, in s: in lock-step what comes is gathered to multiples of an even part of it, which
+then fall alike in every run."""
+SLACK: Final = 1e-6
 SHOWN: Final = 10
 """So many robots are named."""
 
@@ -50,8 +55,9 @@ def put_on_table(
         PlacingError: Robots were not placed.
         PeerError: There is no table, or it refuses.
     """
-    swarm.reset_table(seed, size, wall=wall)
+    swarm.wait(ceil(swarm.now() / GRID + 1.0 - SLACK) * GRID - swarm.now())
     begun = swarm.now()
+    swarm.reset_table(seed, size, wall=wall)
     x_y_heading = {swarm.addresses_by_row[row]: (float(p[0]), float(p[1]), float(p[2])) for row, p in poses.items()}
     errors = swarm.place(x_y_heading)
     if errors:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 DEFAULTS = SurroundSettings()
 CASE = str(Case())
+MOST_OF_A_NETWORK = 253
+"""Robots that one network has ids for."""
 
 
 def surround(
@@ -225,7 +227,10 @@ def _emulated_table(settings: SurroundSettings, seed: int) -> str:
     """Address of the table in this process that a case asks for."""
     case = Case.parse(settings.case)
     width, height = settings.size
-    return f"sim://swarm?rangers={case.rangers}&wilds={case.wilds}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}"
+    networks = -(-(case.rangers + case.wilds) // MOST_OF_A_NETWORK)
+    more = f"&networks={networks}" if networks > 1 else ""
+    robots = f"rangers={case.rangers}&wilds={case.wilds}"
+    return f"sim://swarm?{robots}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}{more}"
 
 
 def _tell_resumed(saved: SurroundCheckpoint, begun: Begun, run: ActiveRun, console: Console) -> None:
