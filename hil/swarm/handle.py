@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from math import ceil
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -31,6 +32,7 @@ from firmware_protocol.vocabulary import MoveOption, RobotClass
 from firmware_protocol.wire.rows import ROWS, messages_of, rows_of
 from hil.bridge.fleet_bridge import FleetBridge
 from hil.bridge.networks import RobotAddress
+from hil.connecting.connecting_all import GATHER
 from hil.connecting.handles import SETTLE, Answers, RobotHandles
 from hil.safety import Limits
 from hil.swarm.errors import DoubleIdError, QuorumError
@@ -70,6 +72,8 @@ STOPS_WITHIN: Final = 0.1
 QUORUM: Final = 0.5
 """Least share of each class that must be there."""
 _SLACK: Final = 1e-9
+_ROUNDING: Final = 1e-6
+"""Slack for quotients of sums of control periods."""
 _BATTERY: Final = 0x2000000
 """MAV_SYS_STATUS_SENSOR_BATTERY: in `onboard_control_sensors_health`, set while the battery is above BATT_LOW."""
 _FRAMES: Final = 12
@@ -645,10 +649,13 @@ class Swarm(RobotHandles[MicroRobot]):
         return Round(self.addresses_by_row, asked, there, reports, reasons, refused, seconds)
 
     def _align(self) -> None:
-        """Bring networks that run in lock-step to the same time, so that a round begins on all of them at once."""
+        """Begin a round in lock-step on all networks at once, and at a time to which what comes is gathered.
+
+        So it begins at the same time wherever the other business of the bridges has cut the gathering short.
+        """
         bridges = list(self.networks.alive.values())
-        if len(bridges) > 1 and bridges[0].link.lockstep:
-            latest = max(bridge.now for bridge in bridges)
+        if bridges and bridges[0].link.lockstep:
+            latest = ceil(max(bridge.now for bridge in bridges) / GATHER - _ROUNDING) * GATHER
             while (left := latest - self.now()) > _SLACK:
                 self.step(left)
 
