@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,7 +16,9 @@ from hil.runs import load_run
 from hil.swarm.handle import Swarm
 from hil.swarm.missions.surround_checkpoint import load_checkpoint
 from hil.swarm.missions.tables_file import load_tables
-from hil.swarm.rounds import Round, SwarmMoves
+
+if TYPE_CHECKING:
+    from hil.swarm.rounds import Round, SwarmMoves
 
 pytestmark = pytest.mark.slow
 SMALL = ("swarm", "surround", "--case", "B1D3R6W2", "--steps", "4", "--no-report")
