@@ -122,6 +122,11 @@ class CanCodec:
 
     # --- out ---------------------------------------------------------------------------------------------------------
 
+    @property
+    def pending(self) -> bytes:
+        """What has come and is not judged yet: of no interest to anybody, since there are no keys on CAN."""
+        return b""
+
     def encode(self, message: Message) -> bytes:
         """The frames of a message in serial form; see `encode_frames`."""
         return pack_frames(self.encode_frames(message))

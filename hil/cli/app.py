@@ -28,6 +28,7 @@ from hil.cli.ports import ports
 from hil.cli.replay import replay
 from hil.cli.report import report
 from hil.cli.runs import runs
+from hil.cli.swarm.app import app as swarm_app
 
 app = typer.Typer(
     name="hil",
@@ -43,6 +44,7 @@ for command in (coach, bout, deploy, check, monitor, param, ports, keygen, key, 
     app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 app.add_typer(emulate_app, name="emulate")
 app.add_typer(log_app, name="log")
+app.add_typer(swarm_app, name="swarm")
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
+from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
@@ -20,7 +22,7 @@ from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
-from hil.connecting.lines import pace_of
+from hil.connecting.lines import capacity_of, pace_of
 from hil.connecting.swarm_address import is_swarm, network_of, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
@@ -185,6 +188,7 @@ def open_bridge(
     patience: float,
     operator: Operator | None = None,
     arrived: Callable[[], None] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> Bridge:
     """Open a network, and begin to serve it.
 
@@ -198,18 +202,25 @@ def open_bridge(
         patience: Likewise.
         operator: Likewise.
         arrived: Likewise.
+        fleet_of: Makes what looks after many robots at once, by what the line carries, in bytes/s; None: each is looked after
+            by itself.
 
     Raises:
         AddressError: Nothing can be signed on this link.
         LinkOpenError: The link could not be opened.
     """
-    pace = pace_of(address, opener.faults, signed=key is not None)
+    pace = pace_of(address, opener.faults, signed=key is not None) if fleet_of is None else None
     link = opener.open()
     reading = LastReading(opener.clock)
     reopening = Reopening(opener, patience) if patience > 0 else None
     signing = open_signing(key, link, reading, opener.signing_time)
     operator = operator or Operator()
-    return Bridge(
+    kind: Callable[..., Bridge] = Bridge
+    if fleet_of is not None:
+        from hil.bridge.fleet_bridge import FleetBridge  # noqa: PLC0415 - numpy is only needed here
+
+        kind = partial(FleetBridge, fleet=fleet_of(capacity_of(address, opener.faults)))
+    return kind(
         link,
         reading,
         taps=taps,
@@ -238,6 +249,7 @@ class AddressOpener:
         key: Signing key that an emulated robot in this process comes up with.
         clock: Tells the time in real time; None makes one.
         table: What several networks of one emulated table share; None where the address is all that there is.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Attributes:
         faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
@@ -255,6 +267,8 @@ class AddressOpener:
         key: SigningKey | None = None,
         clock: Clock | None = None,
         table: SharedTime | None = None,
+        *,
+        gather: float = 0.0,
     ) -> None:
         seed = number_option(address, "seed") or 0
         self.faults = fault_option(address)
@@ -279,6 +293,7 @@ class AddressOpener:
             self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
         self._seed = seed
         self._faulty: FaultyLink | None = None
+        self._gather = gather
 
     def open(self) -> Link:
         """Open the link.
@@ -287,6 +302,10 @@ class AddressOpener:
             AddressError: The URL is no address we know.
             LinkOpenError: The link could not be opened.
         """
+        link = self._open()
+        return GatheringLink(link, self.clock, self._gather) if self._gather and link.lockstep else link
+
+    def _open(self) -> Link:
         if self.faults is None:
             return self._inner()
         if self._faulty is None:
@@ -329,6 +348,7 @@ class AddressOpeners:
         ports: Lists the serial ports of this machine.
         key: Signing key.
         clock: Tells the time of those that run in real time.
+        gather: As of `AddressOpener`.
     """
 
     def __init__(
@@ -336,7 +356,10 @@ class AddressOpeners:
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
         clock: Clock | None = None,
+        *,
+        gather: float = 0.0,
     ) -> None:
+        self._gather = gather
         self._ports = ports
         self._key = key
         self._clock = clock
@@ -352,7 +375,7 @@ class AddressOpeners:
             AddressError: The URL is no address we know.
         """
         if not is_swarm(address) or not network_of(address):
-            return AddressOpener(address, self._ports, self._key, self._clock)
+            return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
         whole = address.url.rpartition("&network=")[0]
         if whole not in self._tables:
             from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
@@ -362,7 +385,7 @@ class AddressOpeners:
             except ValueError as error:
                 raise AddressError(address.url, str(error)) from error
             self._tables[whole] = SharedTime(world)
-        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole])
+        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)
 
 
 def asked_for(address: Address) -> int | None:

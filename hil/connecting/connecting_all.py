@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
@@ -20,9 +20,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
+
+GATHER: Final = 0.02
+"""In lock-step, what many robots say within so long is looked at together, in s."""
 
 R = TypeVar("R", bound=RobotHandles[Any])
 
@@ -41,6 +45,7 @@ def connect_all_as(
     signing_key: SigningKey | Path | str | None = None,
     operator: Operator | None = None,
     opener_of: Callable[[Address], NetworkOpener] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> R:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
@@ -61,6 +66,8 @@ def connect_all_as(
         signing_key: Key that host and robots sign with, on every network, or the file that holds it.
         operator: Whose keys and signals are taken in by the bridges' steps; None: nobody's.
         opener_of: Gives what opens the link of an address; None opens what it names.
+        fleet_of: Makes what looks after the many robots of a network at once, by what its line carries, in bytes/s; None:
+            each is looked after by itself.
 
     Returns:
         The robots; use it in a `with` block, which stops and disarms all on every way out.
@@ -84,7 +91,9 @@ def connect_all_as(
         recorded = RecordedNetworks(addresses[0])
         addresses, opener_of = recorded.addresses, recorded.opener_of
     elif opener_of is None:
-        opener_of = AddressOpeners(ports, key, MonotonicClock()).opener_of  # one clock for all: their times are compared
+        gather = GATHER if fleet_of is not None else 0.0
+        openers = AddressOpeners(ports, key, MonotonicClock(), gather=gather)  # one clock for all: their times are compared
+        opener_of = openers.opener_of
 
     operator = operator or Operator()
     networks = Networks()
@@ -101,6 +110,7 @@ def connect_all_as(
                 patience=patience,
                 operator=operator,
                 arrived=networks.wake,
+                fleet_of=fleet_of,
             )
             try:
                 networks.add(address.url, bridge)

@@ -1,4 +1,4 @@
-"""The recorder of a sumo robot's sessions: what passes the bridge, and above it what the run has to say."""
+"""The recorder of the robots' sessions: what passes the bridge, and above it what the run has to say."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from hil.recording.sumo_drawing import SumoDrawing
 from hil.recording.sumo_log import SumoLog
+from hil.recording.swarm_log import SwarmLog
 from hil.recording.wire_log import WireLog
 
 if TYPE_CHECKING:
     from hil.recording.drawing import Drawing
 
 
-class Recorder(WireLog, SumoLog):
+class Recorder(WireLog, SumoLog, SwarmLog):
     """Writes everything that passes the bridge, and what the learner does, into a log, with pictures of the robot.
 
     Made and left as a `WireLog` is.
