@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.address import parse_address
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
-from hil.connecting.connecting import AddressOpener, fault_file, fault_option
+from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
+from hil.connecting.swarm_address import networks_of
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -50,6 +51,7 @@ class LiveStage(Stage):
         options: Configuration file that options were taken from.
         reports: A report of the log may be asked for afterwards; then `close` is called at last.
         beside: The log is written by a process of its own.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -67,6 +69,7 @@ class LiveStage(Stage):
         options: Path | None = None,
         reports: bool = False,
         beside: bool = True,
+        gather: float = 0.0,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -76,6 +79,8 @@ class LiveStage(Stage):
         self._beside = beside
         self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
+        self._openers: AddressOpeners | None = None
+        self._gather = gather
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -89,7 +94,9 @@ class LiveStage(Stage):
 
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""
-        return AddressOpener(address, key=self.key, clock=self._clock)
+        if self._openers is None:
+            self._openers = AddressOpeners(key=self.key, clock=self._clock, gather=self._gather)
+        return self._openers.opener_of(address)
 
     def begin_log(self) -> Recorder | None:
         """Begin the log, with what was asked for."""
@@ -101,7 +108,7 @@ class LiveStage(Stage):
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
-            link=address.url,
+            link=networks_of(address)[0].url,
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,

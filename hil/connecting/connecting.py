@@ -10,7 +10,7 @@ from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.gathering import GatheringLink
-from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire.codec import SPLITTERS
@@ -23,6 +23,7 @@ from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
 from hil.connecting.lines import capacity_of, pace_of
+from hil.connecting.swarm_address import is_swarm, network_of, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from simdevice.boards import BoardMaker
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
+    from simdevice.swarm.world import SwarmWorld
 
 H = TypeVar("H", bound=RobotHandle)
 
@@ -246,6 +248,7 @@ class AddressOpener:
         ports: Lists the serial ports of this machine.
         key: Signing key that an emulated robot in this process comes up with.
         clock: Tells the time in real time; None makes one.
+        table: What several networks of one emulated table share; None where the address is all that there is.
         gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Attributes:
@@ -263,6 +266,7 @@ class AddressOpener:
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
         clock: Clock | None = None,
+        table: SharedTime | None = None,
         *,
         gather: float = 0.0,
     ) -> None:
@@ -272,11 +276,16 @@ class AddressOpener:
         self.session: Callable[[], int] = random_session
         self._inner: Callable[[], Link]
         if address.scheme == "sim":
-            world = _emulated(address, seed, self.faults, key)
+            if table is None:
+                world = _emulated(address, seed, self.faults, key)
+                self.clock = world
+                self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
+            else:
+                self.clock = table.device
+                wire, network = address.options.get("wire", MAVLINK), network_of(address) - 1
+                self._inner = lambda: SharedLink(table, network, address.url, wire=wire)
             numbers = generator(seed, Branch.SESSION)
-            self.clock = world
             self.session = lambda: int(numbers.integers(1, 0x10000))
-            self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
         else:
             self.clock = clock or MonotonicClock()
             bare, _, options = address.url.partition("?")
@@ -330,6 +339,53 @@ class AddressOpener:
         with self._inner() as nobody:
             while self.clock.now() < end:
                 nobody.read(end - self.clock.now())
+
+
+class AddressOpeners:
+    """Opens the networks of one program: those of one emulated table share it, and its clock.
+
+    Args:
+        ports: Lists the serial ports of this machine.
+        key: Signing key.
+        clock: Tells the time of those that run in real time.
+        gather: As of `AddressOpener`.
+    """
+
+    def __init__(
+        self,
+        ports: Callable[[], Sequence[SerialPort]] = list_ports,
+        key: SigningKey | None = None,
+        clock: Clock | None = None,
+        *,
+        gather: float = 0.0,
+    ) -> None:
+        self._gather = gather
+        self._ports = ports
+        self._key = key
+        self._clock = clock
+        self._tables: dict[str, SharedTime] = {}
+
+    def opener_of(self, address: Address) -> AddressOpener:
+        """What opens the link of an address.
+
+        Args:
+            address: The address; of a table with several networks, one of `networks_of`.
+
+        Raises:
+            AddressError: The URL is no address we know.
+        """
+        if not is_swarm(address) or not network_of(address):
+            return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
+        whole = address.url.rpartition("&network=")[0]
+        if whole not in self._tables:
+            from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
+
+            try:
+                world = SwarmWorld(swarm_settings(address, _befalling(address)))
+            except ValueError as error:
+                raise AddressError(address.url, str(error)) from error
+            self._tables[whole] = SharedTime(world)
+        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)
 
 
 def asked_for(address: Address) -> int | None:
@@ -418,15 +474,38 @@ def fault_file(address: Address) -> bytes | None:
         raise AddressError(address.url, f"faults: {error}") from error
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
+def _befalling(address: Address) -> FaultSpec | None:
+    """What befalls the robots of an address, if anything does."""
+    faults = fault_option(address)
+    return faults if faults is not None and faults.of_device else None
+
+
+def _swarm(address: Address, key: SigningKey | None) -> SwarmWorld:
+    """Emulated micro-robots on one network, and their table."""
+    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
+
+    settings = swarm_settings(address, _befalling(address))
+    if settings.networks > 1:
+        raise AddressError(address.url, f"it has {settings.networks} networks", "Use connect_swarm, or connect_all")
+    if key is not None:
+        raise AddressError(address.url, "emulated micro-robots come without a signing key", "Leave --signing-key out")
+    try:
+        return SwarmWorld(settings)
+    except ValueError as error:
+        raise AddressError(address.url, str(error)) from error
+
+
+def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd | SwarmWorld:
     """An emulated robot in this process, or several."""
+    if is_swarm(address):
+        return _swarm(address, key)
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
-    address.only(*SIM_OPTIONS)
     if address.target != "junior":
-        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior")
+        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior or sim://swarm")
+    address.only(*SIM_OPTIONS)
     referee = address.options.get("referee", "1")
     if referee not in {"0", "1"}:
         raise AddressError(address.url, "referee is 0 or 1")

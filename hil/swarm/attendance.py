@@ -58,7 +58,7 @@ class NetworkRows:
 
 
 @dataclass
-class Standing:
+class StandingOrders:
     """What all robots have been told, and who comes back is told too.
 
     Attributes:
@@ -80,7 +80,7 @@ class Attendance:
         kinds: Class of each robot (`RobotClass`), by row; -1: it has not said any.
         rings: Who has a ring of sensors, by row.
         there: Who takes part in the next round, by row.
-        standing: What all have been told.
+        orders: What all have been told.
         needed: How many robots of each class are needed; a class that is not named: all that there are.
     """
 
@@ -89,7 +89,7 @@ class Attendance:
     kinds: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     rings: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     there: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
-    standing: Standing = field(default_factory=Standing)
+    orders: StandingOrders = field(default_factory=StandingOrders)
     needed: dict[RobotClass, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -197,10 +197,10 @@ class Attendance:
         if robot.kind is None:
             robot.read()
             tickets += robot.reading
-        if self.standing.armed:
+        if self.orders.armed:
             tickets.append(robot.peer.arm())
-        if self.standing.sensing is not None:
-            told = self.standing.sensing
+        if self.orders.sensing is not None:
+            told = self.orders.sensing
             message = SwarmSense(0, 0, target_system=robot.peer.system, target_component=ROBOT_COMPONENT, **told)
             tickets.append(robot.peer.ask(NumberedExchange("how to sense", message, robot.peer.numbering), MICRO_ROBOT))
         self._joining[row] = tickets

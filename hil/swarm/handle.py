@@ -93,6 +93,9 @@ class Swarm(RobotHandles[MicroRobot]):
     Attributes:
         quorum: As given.
         attendance: Who takes part.
+        kinds: Class of each robot (`RobotClass`), by row; -1: it has not said any.
+        rings: Who has a ring of sensors, by row.
+        there: Who takes part in the next round, by row.
         tables: The emulated table, where they stand on one.
     """
 
@@ -108,6 +111,7 @@ class Swarm(RobotHandles[MicroRobot]):
         self.quorum = quorum
         self.attendance = Attendance()
         self._rounds = RoundHolder(networks, self, self.attendance)
+        self.kinds, self.rings, self.there = self.attendance.kinds, self.attendance.rings, self.attendance.there
         self.tables = TableFaces(networks)
         self._patience = patience
         self._uids: dict[RobotAddress, int] = {}
@@ -121,24 +125,13 @@ class Swarm(RobotHandles[MicroRobot]):
         return self.attendance.addresses
 
     @property
-    def kinds(self) -> Numbers:
-        """Class of each robot (`RobotClass`), by row; -1: it has not said any."""
-        return self.attendance.kinds
-
-    @property
-    def rings(self) -> Which:
-        """Who has a ring of sensors, by row."""
-        return self.attendance.rings
-
-    @property
-    def there(self) -> Which:
-        """Who takes part in the next round, by row."""
-        return self.attendance.there
-
-    @property
     def needed(self) -> dict[RobotClass, int]:
         """How many robots of each class are needed, for the quorum; a class that is not named: all that there are."""
         return self.attendance.needed
+
+    @needed.setter
+    def needed(self, needed: Mapping[RobotClass, int]) -> None:
+        self.attendance.needed = dict(needed)
 
     @property
     def robots(self) -> Mapping[RobotAddress, MicroRobot]:
@@ -195,6 +188,7 @@ class Swarm(RobotHandles[MicroRobot]):
         for name, bridge in bridges.items():
             bridge.keep([address.system for address in addresses if address.network == name])
         self._rounds.attendance = self.attendance = Attendance.of(addresses, bridges, self.members)
+        self.kinds, self.rings, self.there = self.attendance.kinds, self.attendance.rings, self.attendance.there
 
     def observation(self, robot: RobotAddress | int) -> SwarmObservation | None:
         """What a robot observed last; None where nothing has come.
@@ -263,7 +257,7 @@ class Swarm(RobotHandles[MicroRobot]):
     def arm(self) -> Answers[CommandAck]:
         """Let the wheels of all that are there turn, and of who comes back; who does not answer is missing."""
         answers = super().arm()
-        self.attendance.standing.armed = True
+        self.attendance.orders.armed = True
         for address, error in answers.errors.items():
             if address in self.attendance.rows and not isinstance(error, RefusedError):
                 self.attendance.miss(self.attendance.rows[address], self.now())
@@ -271,7 +265,7 @@ class Swarm(RobotHandles[MicroRobot]):
 
     def disarm(self) -> Answers[CommandAck]:
         """Stop all, and keep their wheels from turning; ends emergency stops."""
-        self.attendance.standing.armed = False
+        self.attendance.orders.armed = False
         return super().disarm()
 
     def sense(
@@ -299,7 +293,7 @@ class Swarm(RobotHandles[MicroRobot]):
             "sectors": sectors,
             "ranges": ranges,
         }
-        self.attendance.standing.sensing = columns
+        self.attendance.orders.sensing = columns
 
         def begin(network: NetworkRows, which: Numbers) -> NumberedRound:
             systems = network.systems[which]
@@ -528,13 +522,13 @@ class Swarm(RobotHandles[MicroRobot]):
         Returns:
             Who has said so; in `errors`, who has not.
         """
-        self.attendance.standing.armed = False
+        self.attendance.orders.armed = False
         self._tell_all(CommandLong(0, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, 0, 1.0))
         return self.ask(lambda robot: robot.ask_emergency_stop(), list(self.members.values()))
 
     def close(self) -> None:
         """Stop and disarm all robots, those that are missing too, and give the links back; see `RobotHandles.close`."""
-        if not self._closed and self.attendance.standing.armed:
+        if not self._closed and self.attendance.orders.armed:
             with suppress(HilError, OSError):
                 self._tell_all(CommandLong(0, ROBOT_COMPONENT, Command.ARM_DISARM))
         super().close()

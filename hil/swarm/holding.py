@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from firmware_protocol.messages import SwarmMove, SwarmObservation, SwarmRanges
 from firmware_protocol.peer.rounds import AskingRound, NumberedRound
 from firmware_protocol.wire.rows import ROWS
+from hil.connecting.connecting_all import GATHER
 from hil.swarm.rounds import Round
 
 if TYPE_CHECKING:
@@ -33,6 +35,8 @@ FRAMING: Final = 12
 _EXCHANGE: Final = 2 * (ROWS[SwarmObservation].itemsize + ROWS[SwarmMove].itemsize + 3 * FRAMING + 20)
 """Bytes that a robot and its host exchange in a round, twice over."""
 _SLACK: Final = 1e-9
+_ROUNDING: Final = 1e-6
+"""Slack for quotients of sums of control periods."""
 
 
 class RoundHolder:
@@ -123,9 +127,9 @@ class RoundHolder:
         return Round(self.attendance.addresses, asked, there, reports, reasons, refused, seconds)
 
     def _align(self) -> None:
-        """Bring networks that run in lock-step to the same time, so that a round begins on all of them at once."""
+        """Begin a round in lock-step on all networks at once, and at a time to which what comes is gathered."""
         bridges = list(self._networks.alive.values())
-        if len(bridges) > 1 and bridges[0].link.lockstep:
-            latest = max(bridge.now for bridge in bridges)
+        if bridges and bridges[0].link.lockstep:
+            latest = ceil(max(bridge.now for bridge in bridges) / GATHER - _ROUNDING) * GATHER
             while (left := latest - self._serving.now()) > _SLACK:
                 self._serving.step(left)

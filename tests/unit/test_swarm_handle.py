@@ -18,7 +18,6 @@ from hil.swarm.connecting import open_fleet
 from hil.swarm.errors import DoubleIdError, QuorumError
 from hil.swarm.handle import Swarm
 from hil.swarm.rounds import SwarmMoves
-from hil.swarm.team import Team
 
 
 def connect(*worlds: ScriptedSwarm, expect: int | None = None, quorum: float = 0.5) -> Swarm:
@@ -233,18 +232,6 @@ def test_a_robot_that_restarts_in_a_round_takes_part_in_the_next() -> None:
         assert [address.system for address in done.missing] == [2]
         world.robots[1].deaf = lambda _: False
         assert swarm.move(SwarmMoves(np.ones(3, bool), 0.02, heading=0.0)).there.all()
-
-
-def test_spares_take_the_places_of_who_is_missing() -> None:
-    kinds = np.array([0, 1, 0, 0, 1, 0])
-    team = Team(kinds, {RobotClass.RANGER: 2, RobotClass.WILD: 1})
-    assert team.rows.tolist() == [0, 2, 1]
-    there = np.array([True, False, False, True, True, True])
-    assert team.substitute(there) == [(1, 2, 3), (2, 1, 4)]
-    assert team.rows.tolist() == [0, 3, 4]
-    assert team.substitute(np.ones(6, bool)) == []
-    with pytest.raises(ValueError, match="3 WILDs are needed, and there are 2"):
-        Team(kinds, {RobotClass.WILD: 3})
 
 
 def test_the_same_round_takes_as_long_on_one_network_as_on_three() -> None:

@@ -18,7 +18,6 @@ static uint16_t millimetres(int32_t um) /* of a way: none, where it went back */
 static void tell_pose(const struct micro *micro, mavlink_swarm_observation_t *told)
 {
     const struct pose *pose = &micro->pose;
-    uint8_t bumps = pose_bumps(micro);
 
     told->time = micro->robot.time.micros;
     told->session = own_session(micro);
@@ -27,10 +26,10 @@ static void tell_pose(const struct micro *micro, mavlink_swarm_observation_t *to
     told->heading = angles_to_wire(pose_heading(micro));
     told->travelled = millimetres(micro->move.travelled);
     told->fix_age = pose_age(micro);
-    if (move_contact_ahead(micro, bumps)) {
+    if (move_contact_ahead(micro)) {
         told->flags |= SWARM_OBSERVATION_FLAG_CONTACT_AHEAD;
     }
-    if (bumps != 0) {
+    if (micro->bumps != 0) {
         told->flags |= SWARM_OBSERVATION_FLAG_CONTACT;
     }
     if (!pose_known(micro)) {
@@ -172,6 +171,14 @@ void observation_report(struct micro *micro)
         all->ranges_pending = false;
 #endif
     }
+}
+
+void observation_pass(struct micro *micro)
+{
+    if (micro->move.phase == MOVE_REPORT && micro->observations.interval == FIRST_MS) {
+        observation_send_now(micro);
+    }
+    move_drop(micro);
 }
 
 /* --- asked for ---------------------------------------------------------------------------------------------------- */

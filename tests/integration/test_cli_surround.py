@@ -1,0 +1,185 @@
+"""`hil swarm surround` in the same process: what it leaves, what it prints, how it goes on, and how its endings are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from hil.cli.app import run
+from hil.mcaplog import LogReader
+from hil.replaying.host import replay
+from hil.runs import load_run
+from hil.swarm.handle import Swarm
+from hil.swarm.missions.surround_checkpoint import load_checkpoint
+from hil.swarm.missions.tables_file import load_tables
+
+if TYPE_CHECKING:
+    from hil.swarm.rounds import Round, SwarmMoves
+
+pytestmark = pytest.mark.slow
+SMALL = ("swarm", "surround", "--case", "B1D3R6W2", "--steps", "4", "--no-report")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of its own for every test."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return tmp_path
+
+
+def outcome(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> dict[str, Any]:
+    """What a run says as JSON."""
+    assert run([*SMALL, *arguments, "--json", "--quiet"]) == status
+    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def measured(found: dict[str, Any]) -> dict[str, Any]:
+    """What is the same for equal runs."""
+    return {key: value for key, value in found.items() if key not in {"wall_seconds", "log", "table", "report", "run"}}
+
+
+def test_a_run_leaves_tables_log_checkpoint_and_says_what_was_learnt(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*SMALL]) == 0
+    said = capsys.readouterr().out
+    assert "6 RANGERs are to surround 2 WILDs: case B1C1D3L1R6S1W2, 4 steps" in said
+    assert "step   0: distance to the nearest WILD " in said
+    (made,) = Path("runs").glob("*-surround-B1C1D3L1R6S1W2")
+    assert load_tables(made / "tables.toml").case == "B1C1D3L1R6S1W2"
+    assert len(load_checkpoint(made / "checkpoint.json").finished) == 1
+    topics = {entry.topic for entry in LogReader(made / "log.mcap").entries()}
+    assert {"/surround/state", "/swarm/round", "/swarm/observation", "/swarm/move"} <= topics
+    assert load_run(made).state == "done"
+    for name in ("tables.toml", "log.mcap"):
+        assert f"{made}/{name}" in said
+
+
+def test_json_says_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None:
+    found = outcome(capsys)
+    assert found["case"] == "B1C1D3L1R6S1W2"
+    assert (found["seed"], found["order"], found["steps"], found["unit"]) == (1, "group", 4, "book")
+    assert found["robots"] == {"ranger": 6, "wild": 2}
+    assert all(len(found[name]) == 5 for name in ("distance", "ranger_distance", "share_surrounded", "outside"))
+    assert [sum(row) for row in found["behaviours"]] == [6] * 4
+    assert sum(stimulus["met"] for stimulus in found["stimuli"]) == 24
+    assert found["missing"] == []
+    assert 0.0 < found["path"] < 4 * 0.4 * 1.2
+    assert found["report"] is None
+    assert Path(found["table"]).is_file()
+
+
+def test_several_seeds_are_means_with_intervals_and_one_of_them_is_a_run_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
+    several = outcome(capsys, "--seeds", "2")
+    assert [one["seed"] for one in several["runs"]] == [1, 2]
+    both = np.array([one["distance"] for one in several["runs"]])
+    assert several["mean"]["distance"] == pytest.approx(both.mean(axis=0), abs=1e-5)
+    assert len(several["ci95"]["share_surrounded"]) == 5
+    assert [Path(one["table"]).name for one in several["runs"]] == ["tables-1.toml", "tables-2.toml"]
+    alone = outcome(capsys, "--seed", "2")
+    assert measured(alone) == measured(several["runs"][1])
+
+
+@pytest.mark.parametrize("order", ["group", "all", "sequential"])
+def test_a_log_replays_entry_for_entry(order: str, capsys: pytest.CaptureFixture[str]) -> None:
+    found = outcome(capsys, "--order", order, "--steps", "2")
+    report = replay(found["log"], strict=True)
+    assert report.same, str(report)
+    assert report.compared > 100
+
+
+@pytest.mark.parametrize("address", ["wire=can", "networks=3", "networks=2&wire=can"])
+def test_the_same_is_decided_over_any_wire_and_number_of_networks(address: str, capsys: pytest.CaptureFixture[str]) -> None:
+    expected = outcome(capsys)
+    found = outcome(capsys, f"sim://swarm?rangers=6&wilds=2&seed=1&{address}")
+    names = ("distance", "behaviours", "stimuli")
+    assert {name: found[name] for name in names} == {name: expected[name] for name in names}
+    assert replay(found["log"], strict=True).same
+
+
+def test_what_was_learnt_elsewhere_is_gone_on_from(capsys: pytest.CaptureFixture[str]) -> None:
+    first = outcome(capsys)
+    control = outcome(capsys, "--no-learning", "--table-in", first["table"])
+    learnt = {one["number"]: one["weights"] for one in first["stimuli"]}
+    assert {one["number"]: one["weights"] for one in control["stimuli"] if one["number"] in learnt} == learnt
+    assert replay(control["log"]).same
+
+
+def test_a_run_cut_and_resumed_equals_the_run_not_cut(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = outcome(capsys, "--seeds", "2")
+    rounds = 0
+    move = Swarm.move
+
+    def cut(self: Swarm, moves: SwarmMoves, *, deadline: float | None = None) -> Round:
+        nonlocal rounds
+        rounds += 1
+        if rounds == 14:
+            raise KeyboardInterrupt
+        return move(self, moves, deadline=deadline)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Swarm, "move", cut)
+        assert run([*SMALL, "--seeds", "2"]) == 130
+    said = capsys.readouterr().out
+    assert "To go on: hil swarm surround --resume-from runs/" in said
+    *_, newest = sorted(Path("runs").iterdir())
+    saved = load_checkpoint(newest / "checkpoint.json")
+    assert (len(saved.finished), saved.steps) == (1, 6)
+    assert load_tables(newest / "tables-2.toml").rangers
+    assert load_run(newest).state == "interrupted"
+    assert run(["swarm", "surround", "--resume", "--no-report", "--json", "--quiet"]) == 0
+    resumed = json.loads(capsys.readouterr().out)
+    assert [measured(one) for one in resumed["runs"]] == [measured(one) for one in whole["runs"]]
+    assert Path(resumed["runs"][1]["table"]).read_bytes() == Path(whole["runs"][1]["table"]).read_bytes()
+    assert replay(resumed["log"], strict=True).same
+
+
+def test_nothing_else_is_asked_of_a_resumed_run(capsys: pytest.CaptureFixture[str]) -> None:
+    made = outcome(capsys)["run"]
+    assert run(["swarm", "surround", "--resume-from", made, "--gain", "0.7"]) == 2
+    assert "was begun with gain 0.5, not 0.7" in capsys.readouterr().err
+
+
+def test_fewer_than_required_is_told_by_the_exit_status(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*SMALL, "--require", "1", "--steps", "1"]) == 1
+    assert "Less than the required 1 of the WILDs were surrounded" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--case", "B4"], "B (how WILDs move) is 1 to 3, not 4"),
+        (["--case", "R3R4"], "R (RANGERs) is there twice"),
+        (["sim://swarm?rangers=6&wilds=1"], "asks for 6 RANGERs and 2 WILDs; there are 6 RANGERs and 1 WILD"),
+        (["--feasible", "111"], "--feasible: '111' won't do"),
+        (["--seeds", "2", "--table-out", "t.toml"], "each seed has its own"),
+        (["--r0", "400"], "can't be sent"),
+        (["--case", "D3W200"], "too many robots"),
+        (["--resume"], "there is no run of hil swarm surround of an emulated table"),
+    ],
+)
+def test_what_can_not_be_asked_for_is_said(arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*SMALL, *arguments]) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_a_wrong_field_of_the_tables_is_named_with_its_line(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("bad.toml").write_text('version = 1\nsectors = 8\n[[ranger]]\nstimulus = 2\npattern = "00000011"\n')
+    assert run([*SMALL, "--table-in", "bad.toml"]) == 2
+    assert "bad.toml, line 5: ranger[0].pattern: STIMULUS2 is 00000001" in capsys.readouterr().err
+
+
+def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["swarm", "surround", "sim://swarm?rangers=3&wilds=1", "--steps", "0", "--no-report", "--json", "-q"]) == 0
+    assert json.loads(capsys.readouterr().out)["case"] == "B1C1D3L1R3S1W1"
+
+
+def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    found = outcome(capsys, "--case", "B1D3R6W2S2", "--steps", "6")
+    assert {weight for one in found["stimuli"] for weight in one["weights"]} == {0.125}
