@@ -172,6 +172,7 @@ class SurroundJob:
                 runs.play()
             except (HilError, KeyboardInterrupt):
                 runs.save()
+                runs.save_tables()
                 runs.attach()
                 self.outputs.cut(runs.checkpoint)
                 raise
@@ -231,8 +232,11 @@ class _Runs:
                 self._play(seed)
 
     def save(self) -> None:
-        """Write the checkpoint, and what was learnt in the run under way."""
+        """Write the checkpoint."""
         self._job.outputs.checkpoint(self.checkpoint.to_bytes())
+
+    def save_tables(self) -> None:
+        """Write what was learnt in the run under way."""
         if self._mission is not None:
             self._job.outputs.save(self._seed_under_way, self._tables(self._mission))
 

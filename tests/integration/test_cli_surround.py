@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -16,7 +16,9 @@ from hil.runs import load_run
 from hil.swarm.handle import Swarm
 from hil.swarm.missions.surround_checkpoint import load_checkpoint
 from hil.swarm.missions.tables_file import load_tables
-from hil.swarm.rounds import Round, SwarmMoves
+
+if TYPE_CHECKING:
+    from hil.swarm.rounds import Round, SwarmMoves
 
 pytestmark = pytest.mark.slow
 SMALL = ("swarm", "surround", "--case", "B1D3R6W2", "--steps", "4", "--no-report")
@@ -176,6 +178,23 @@ def test_a_wrong_field_of_the_tables_is_named_with_its_line(capsys: pytest.Captu
 def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["swarm", "surround", "sim://swarm?rangers=3&wilds=1", "--steps", "0", "--no-report", "--json", "-q"]) == 0
     assert json.loads(capsys.readouterr().out)["case"] == "B1C1D3L1R3S1W1"
+
+
+def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["swarm", "surround", "--case", "B2R6W2", "--steps", "6", "--seeds", "2", "--json", "--quiet"]) == 0
+    page = Path(json.loads(capsys.readouterr().out)["report"])
+    assert {path.name for path in page.parent.glob("*.png")} == {"distances.png", "link.png"}
+    text = page.read_text()
+    for said in (
+        "RANGERs learnt to surround WILDs",
+        "Nobody: every robot that was asked has answered.",
+        "STIMULUS1",
+        "RA1: B1",
+    ):
+        assert said in text
+    again = page.parent.with_name("again")
+    assert run(["report", str(page.parent.parent), "--out", str(again)]) == 0
+    assert (again / "report.html").read_text() == text
 
 
 def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
