@@ -49,6 +49,7 @@ _EACH: Final[Mapping[str, type]] = {
 class SwarmLibrary(Protocol):
     """What the kernel can do with robots on a table; `swarm_loop.h` tells."""
 
+    ROUTE_SENDERS: int
     SWARM_REBOOTED: int
     SWARM_TOUCHED: int
 
@@ -166,6 +167,8 @@ class SwarmArrays:
         loop.full_speed = full_speed
         for name, kind in _EACH.items():
             self._lend(loop, name, np.zeros(len(boards), kind))
+        self._lend(loop, "number", np.zeros(self.lib.ROUTE_SENDERS * len(boards), np.uint8))
+        self._senders = loop.senders = ffi.new("swarm_senders[]", len(first) - 1)
         self._lend(loop, "first", np.array(first, np.uint32))
         self._ends = self._lend(loop, "end", np.zeros(len(first) - 1, np.uint32))
         self._said = self._lend(loop, "said", np.empty(_WORDS * len(boards), np.uint8))

@@ -11,6 +11,7 @@ from firmware_protocol.messages import BoxShape, Reason, TableKind, TableState
 from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
 from simdevice.emulation import check_periods
+from simdevice.junior.faults import DeviceFaults
 from simdevice.kernel.swarm import Board, SwarmArrays
 from simdevice.swarm.arrivals import Arrivals
 from simdevice.swarm.component import TableComponent
@@ -90,6 +91,8 @@ class SwarmWorld:
             TableComponent(self, network, wire=settings.wire, period=settings.period) for network in range(settings.networks)
         ]
         self._arrivals = [Arrivals(self.arrays, network, settings.period) for network in range(settings.networks)]
+        faults = settings.faults
+        self._faults = DeviceFaults(faults, self, settings.period) if faults is not None and faults.of_device else None
         self._orders: deque[Callable[[], None]] = deque()
         self._ticks = 0
         self._starts = sorted(((row * _STAGGER % _STAGGER_WITHIN, row) for row in range(settings.count)), reverse=True)
@@ -160,7 +163,9 @@ class SwarmWorld:
         """Live until somebody says something, or something is due, or the end."""
         due = [component.due for component in self.components] + [arrivals.due for arrivals in self._arrivals]
         starts = [at for at, _ in self._starts[-1:]]
-        until = max(self._ticks + 1, min([end, *due, *starts]))
+        quiet = [self._ticks + self._befall(self._faults)] if self._faults is not None else []
+        until = max(self._ticks + 1, min([end, *due, *starts, *quiet]))
+        since = self._ticks
         while True:
             if self.table.arrays.struct.wanting:
                 self.table.refill()
@@ -169,6 +174,8 @@ class SwarmWorld:
             if life.touched:
                 self._changed()
             if life.said or life.rebooted or life.touched or self._ticks >= until:
+                if self._faults is not None:
+                    self._faults.skip(self._ticks - since - 1)
                 return life
 
     def _with_table(self, life: Life, answers: list[bytes]) -> list[bytes]:
@@ -187,6 +194,22 @@ class SwarmWorld:
         """Switch on who is switched on in this control period, the first time."""
         while self._starts and self._starts[-1][0] <= self._ticks:
             self.arrays.switch_on(self._starts.pop()[1])
+
+    # --- faults -----------------------------------------------------------------------------------------------------
+
+    def _befall(self, faults: DeviceFaults) -> int:
+        """What goes wrong with the first robot in the next control period. Returns for how many at least it stays like that."""
+        faults.advance()
+        self.table.arrays.gain[:2] = faults.effort
+        if faults.dark and self.arrays.running[0]:
+            self.arrays.switch_off(0)
+        if faults.restored:
+            self.arrays.switch_on(0)
+        return faults.quiet() + 1
+
+    def feed(self, voltage: float | None) -> None:
+        """Have the first robot's battery give another voltage, in V; None is its own again."""
+        self.arrays.battery[0] = _BATTERY if voltage is None else round(voltage * 1e3)
 
     # --- from outside ---------------------------------------------------------------------------------------------------
 
