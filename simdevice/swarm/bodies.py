@@ -21,6 +21,8 @@ Segment = tuple[float, float, float, float]
 ITERATIONS: Final = 5
 SLOP: Final = 2e-4
 """Overlap that the solver tolerates between bodies, in m."""
+_SOLID: Final = pymunk.ShapeFilter()
+_NOBODY: Final = pymunk.ShapeFilter(mask=0)
 CUBE_LEVER: Final = 0.383
 """Mean distance of a square's points from its middle, as a share of its side."""
 
@@ -78,6 +80,17 @@ class Bodies:
         slide.max_bias = turn.max_bias = 0.0  # friction resists motion and never pulls back
         self.space.add(body, shape, slide, turn)
         return body
+
+
+def make_way(body: pymunk.Body, *, gives_way: bool) -> None:
+    """Have a robot be in nobody's way, or be solid again.
+
+    Args:
+        body: Of the robot.
+        gives_way: Nothing touches it.
+    """
+    for shape in body.shapes:
+        shape.filter = _NOBODY if gives_way else _SOLID
 
 
 def put(body: pymunk.Body, x: float, y: float, heading: float) -> None:
