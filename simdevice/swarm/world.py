@@ -298,8 +298,7 @@ class SwarmWorld:
     def _all_solid(self) -> None:
         """The table is set up: who was not placed stands where he was put at first."""
         self._set_up_at = NEVER
-        for body in self.table.bodies.robots:
-            make_way(body, gives_way=False)
+        self.table.bodies.enter_anew()
 
     def _room_of(self, wanted: TableReset) -> Room | None:
         """The room that is to stand on the table.
