@@ -9,6 +9,7 @@ import numpy as np
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.vocabulary import RobotClass
+from hil.jobs.asking import Asking
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of
 from hil.jobs.session import CHECKPOINT
 from hil.jobs.surround_display import SurroundDisplay
@@ -16,6 +17,7 @@ from hil.jobs.swarm_session import SwarmSession, open_swarm
 from hil.jobs.words import nothing
 from hil.seeds import Branch, generator
 from hil.swarm.cast import cast
+from hil.swarm.driving import drive_to
 from hil.swarm.host import Absence, SwarmHost
 from hil.swarm.missions.sensing import OwnRings, ReckonedRings
 from hil.swarm.missions.surround import MissionError, SurroundMission
@@ -30,6 +32,8 @@ from pal_advisor.surround import PlacesError, Surround, start_places
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Self
+
+    from numpy.typing import NDArray
 
     from hil.jobs.stage import Stage
     from hil.swarm.cast import Cast
@@ -86,6 +90,9 @@ class SurroundJob:
         spare: Robots beyond what the mission needs stand by.
         quorum: Least share of each class that must be there.
         deadline: Longest time of a round of moves, in s; None: as long as the robots may take.
+        fence: Robots that no table is with have a fence, where there is no wall.
+        confirmed: Nobody is asked before the first move on robots that no table is with.
+        asks: There is somebody to be asked.
         reconnect: How long robots and links that are lost are waited for, in s.
         tables: What is gone on from, as a file of TOML; None: nothing has been learnt.
         saved: The checkpoint that is gone on from; None begins anew.
@@ -103,6 +110,9 @@ class SurroundJob:
     spare: bool = False
     quorum: float = 0.5
     deadline: float | None = None
+    fence: bool = True
+    confirmed: bool = False
+    asks: bool = False
     reconnect: float = 0.0
     tables: bytes | None = None
     saved: bytes | None = None
@@ -120,6 +130,9 @@ class SurroundJob:
             "spare": self.spare,
             "quorum": self.quorum,
             "deadline": self.deadline,
+            "fence": self.fence,
+            "confirmed": self.confirmed,
+            "asks": self.asks,
             "reconnect": self.reconnect,
         }
 
@@ -147,6 +160,9 @@ class SurroundJob:
             spare=options.flag("spare"),
             quorum=options.number("quorum", 0.0, 1.0),
             deadline=none_or(options, "deadline", lambda fields, name: fields.number(name, 0.0, DAY)),
+            fence=options.flag("fence"),
+            confirmed=options.flag("confirmed"),
+            asks=options.flag("asks"),
             reconnect=options.number("reconnect", 0.0, DAY),
             tables=files.get(TABLES),
             saved=files.get(CHECKPOINT),
@@ -172,6 +188,7 @@ class SurroundJob:
                 runs.play()
             except (HilError, KeyboardInterrupt):
                 runs.save()
+                runs.save_tables()
                 runs.attach()
                 self.outputs.cut(runs.checkpoint)
                 raise
@@ -186,7 +203,9 @@ class _Runs:
     def __init__(self, job: SurroundJob, session: SwarmSession, stage: Stage) -> None:
         self._job = job
         self._session = session
+        self._stage = stage
         self._swarm = session.swarm
+        self._asking = Asking(session, stage, possible=job.asks)
         saved = None if job.saved is None else checkpoint_of(job.saved)
         self._settings = job.settings if saved is None else saved.settings
         self._seed, self._seeds = (job.seed, job.seeds) if saved is None else (saved.seed, saved.seeds)
@@ -221,6 +240,10 @@ class _Runs:
 
     def play(self) -> None:
         """Play all that are left."""
+        if not self._swarm.has_table:
+            self._asking.see_fence(wanted=self._job.fence and not self.case.wall)
+            if not self._job.confirmed:
+                self._asking.first_move()
         self._swarm.sense(**self._settings.sensed)
         self._swarm.arm()
         self._swarm.see_quorum()
@@ -231,8 +254,11 @@ class _Runs:
                 self._play(seed)
 
     def save(self) -> None:
-        """Write the checkpoint, and what was learnt in the run under way."""
+        """Write the checkpoint."""
         self._job.outputs.checkpoint(self.checkpoint.to_bytes())
+
+    def save_tables(self) -> None:
+        """Write what was learnt in the run under way."""
         if self._mission is not None:
             self._job.outputs.save(self._seed_under_way, self._tables(self._mission))
 
@@ -263,18 +289,31 @@ class _Runs:
         """Bring the robots to where the run begins."""
         place = self._job.place
         if place is None:
-            place = Place.TABLE if self._swarm.has_table and not resumed else Place.AS_IS
-        if place is Place.TABLE:
+            place = Place.AS_IS if resumed else Place.TABLE if self._swarm.has_table else Place.DRIVE
+        if place is not Place.AS_IS:
             rng = generator(seed, Branch.START_PLACES)
             try:
                 for_kinds = start_places(self.case, rng, self._settings.area)
             except PlacesError as error:
                 raise MissionError(str(error)) from error
-            poses: dict[int, Any] = {}
-            for kind in RobotClass:
-                scaled = for_kinds[kind] * np.array([self._settings.unit, self._settings.unit, 1.0])
-                poses.update(zip(self._cast.players[kind].tolist(), scaled, strict=True))
+            unit = self._settings.unit
+            groups = [(self._cast.players[kind], for_kinds[kind] * np.array([unit, unit, 1.0])) for kind in RobotClass]
+            if place is Place.DRIVE:
+                self._drive(groups, rng)
+                return
+            poses = {row: pose for rows, places in groups for row, pose in zip(rows.tolist(), places, strict=True)}
+            if place is Place.ASK:
+                self._asking.places(poses)
+                return
             put_on_table(self._swarm, poses, seed=seed, size=self._settings.size, wall=self.case.wall)
+
+    def _drive(self, groups: list[tuple[NDArray[np.int64], NDArray[np.float64]]], rng: np.random.Generator) -> None:
+        """Have the robots drive to their places, and say who has not come there."""
+        host = SwarmHost(self._swarm, self._cast, observers=self._session.observers())
+        late = drive_to(host, groups, rng)
+        if late:
+            named = ", ".join(self._swarm.labels[row] for row in late)
+            self._stage.say(f"Not within 20 mm of their places, and left where they are: robots {named}")
 
     # --- a run -------------------------------------------------------------------------------------------------------
 

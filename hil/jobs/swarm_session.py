@@ -49,9 +49,11 @@ class SwarmSession:
     Attributes:
         swarm: The robots.
         recorder: Writes the log; None where there is none.
+        keys: The keys that are pressed.
     """
 
-    def __init__(self, swarm: Swarm, recorder: Recorder | None) -> None:
+    def __init__(self, swarm: Swarm, recorder: Recorder | None, keys: SwarmKeys) -> None:
+        self.keys = keys
         self.swarm = swarm
         self.recorder = recorder
 
@@ -87,8 +89,8 @@ class SwarmSession:
             self.recorder.note("result", "done", **result)
 
 
-class _StopKeys:
-    """Sees to the stop keys between two steps of the links.
+class SwarmKeys:
+    """Sees to the keys that are pressed, between two steps of the links.
 
     Args:
         swarm: The robots.
@@ -101,6 +103,21 @@ class _StopKeys:
         self._operator = operator
         self._attend = attend
         self._stopping = False
+        self._pressed: set[str] = set()
+
+    def wait_for(self, keys: frozenset[str]) -> None:
+        """Wait until one of some keys is pressed; the robots are looked after meanwhile.
+
+        Args:
+            keys: Which.
+
+        Raises:
+            SwarmStoppedError: A stop key was.
+            KeyboardInterrupt: The operator asked for it.
+        """
+        self._pressed.clear()
+        while not self._pressed & keys:
+            self._swarm.step()
 
     def attend(self) -> None:
         """Stop all where a stop key was pressed.
@@ -111,7 +128,9 @@ class _StopKeys:
         self._attend()
         if self._stopping:  # stopping takes steps too
             return
-        if any(one.what.removeprefix(KEY) in STOP_KEYS for one in self._operator.pressed()):
+        pressed = {one.what.removeprefix(KEY) for one in self._operator.pressed()}
+        self._pressed |= pressed
+        if pressed & STOP_KEYS:
             self._stopping = True
             answers = self._swarm.stop()
             silent = sorted(answers.errors)
@@ -170,12 +189,13 @@ def open_swarm(stage: Stage, links: Sequence[str], *, reconnect: float, quorum: 
         )
         stack.enter_context(suspension)
         stack.enter_context(keys_taken_in(stage, lambda keys: [""] * len(keys)))
-        swarm.between = _StopKeys(swarm, stage.operator, suspension.attend).attend
+        keys = SwarmKeys(swarm, stage.operator, suspension.attend)
+        swarm.between = keys.attend
         if stage.tell is not None:
             swarm.listen(_teller(swarm, stage.tell))
         if recorder is not None:
             recorder.metadata("swarm", {name: str(kind) for name, kind in zip(swarm.labels, swarm.kinds.tolist(), strict=True)})
-        yield SwarmSession(swarm, recorder)
+        yield SwarmSession(swarm, recorder, keys)
 
 
 def _teller(swarm: Swarm, tell: Callable[[str], None]) -> Callable[[str, Event], None]:

@@ -31,6 +31,10 @@ class Place(StrEnum):
 
     TABLE = "table"
     """The emulated table puts them there."""
+    DRIVE = "drive"
+    """They drive there."""
+    ASK = "ask"
+    """A person puts them there, and says so."""
     AS_IS = "as-is"
     """They stay where they are."""
 

@@ -29,7 +29,7 @@ LinksArgument = Annotated[
 ]
 PlaceOption = Annotated[
     Place | None,
-    typer.Option("--place", help="How robots get to their start places [default: table; as-is where there is none]"),
+    typer.Option("--place", help="How robots get to their start places [default: table; drive where there is none]"),
 ]
 QUORUM = 0.5
 QuorumOption = Annotated[
@@ -56,6 +56,8 @@ RingOption = Annotated[
         "[default: robot where all have a ring, else positions]",
     ),
 ]
+YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]
+NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[
     bool, typer.Option("--no-fence", help="Robots that no table is with need no fence, though there is no wall either.")
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -97,6 +98,9 @@ def surround(
     quorum: options.QuorumOption = options.QUORUM,
     spare: options.SpareOption = False,
     deadline: options.DeadlineOption = None,
+    no_fence: options.NoFenceOption = False,
+    yes: options.YesOption = False,
+    no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
     resume: options.ResumeOption = False,
     resume_from: options.ResumeFromOption = None,
@@ -176,6 +180,9 @@ def surround(
             spare=spare,
             quorum=quorum,
             deadline=deadline,
+            fence=not no_fence,
+            confirmed=yes,
+            asks=not no_input and sys.stdin is not None and sys.stdin.isatty(),
             reconnect=reconnect,
             tables=None if table_in is None else tables_text(load_tables(table_in)).encode(),
             saved=begun.content,
