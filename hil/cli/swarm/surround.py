@@ -156,7 +156,7 @@ def surround(
     urls = tuple(links) if links else (_emulated_table(settings, seed),)
     with running(
         VERB,
-        str(Case.parse(settings.case)) if settings.case else CASE,
+        (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
         url=urls[0],
         emulated_here=not links,
         seed=seed,
