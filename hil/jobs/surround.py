@@ -90,6 +90,7 @@ class SurroundJob:
         spare: Robots beyond what the mission needs stand by.
         quorum: Least share of each class that must be there.
         deadline: Longest time of a round of moves, in s; None: as long as the robots may take.
+        poses: Address of the link over which a camera's program tells where robots are; empty: none does.
         fence: Robots that no table is with have a fence, where there is no wall.
         confirmed: Nobody is asked before the first move on robots that no table is with.
         asks: There is somebody to be asked.
@@ -110,6 +111,7 @@ class SurroundJob:
     spare: bool = False
     quorum: float = 0.5
     deadline: float | None = None
+    poses: str = ""
     fence: bool = True
     confirmed: bool = False
     asks: bool = False
@@ -130,6 +132,7 @@ class SurroundJob:
             "spare": self.spare,
             "quorum": self.quorum,
             "deadline": self.deadline,
+            "poses": self.poses,
             "fence": self.fence,
             "confirmed": self.confirmed,
             "asks": self.asks,
@@ -160,6 +163,7 @@ class SurroundJob:
             spare=options.flag("spare"),
             quorum=options.number("quorum", 0.0, 1.0),
             deadline=none_or(options, "deadline", lambda fields, name: fields.number(name, 0.0, DAY)),
+            poses=options.text("poses"),
             fence=options.flag("fence"),
             confirmed=options.flag("confirmed"),
             asks=options.flag("asks"),
@@ -182,7 +186,7 @@ class SurroundJob:
             QuorumError: Too few are there to go on.
             MissionError: A run that is gone on with does not come out as it did.
         """
-        with open_swarm(stage, self.links, reconnect=self.reconnect, quorum=self.quorum) as session:
+        with open_swarm(stage, self.links, reconnect=self.reconnect, quorum=self.quorum, poses=self.poses) as session:
             runs = _Runs(self, session, stage)
             try:
                 runs.play()

@@ -56,6 +56,14 @@ RingOption = Annotated[
         "[default: robot where all have a ring, else positions]",
     ),
 ]
+PosesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--poses",
+        metavar="udpin://HOST:PORT",
+        help="Where a camera's program tells where robots are: lines NETWORK ID x y heading age_ms, in m and rad.",
+    ),
+]
 YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]
 NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.address import parse_address
+from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
 from hil.cli.running import ActiveRun, running
@@ -95,6 +97,7 @@ def surround(
     ] = None,
     place: options.PlaceOption = None,
     ring: options.RingOption = None,
+    poses: options.PosesOption = None,
     quorum: options.QuorumOption = options.QUORUM,
     spare: options.SpareOption = False,
     deadline: options.DeadlineOption = None,
@@ -180,6 +183,7 @@ def surround(
             spare=spare,
             quorum=quorum,
             deadline=deadline,
+            poses=_poses(poses),
             fence=not no_fence,
             confirmed=yes,
             asks=not no_input and sys.stdin is not None and sys.stdin.isatty(),
@@ -228,6 +232,16 @@ def _settings(**values: Any) -> SurroundSettings:  # noqa: ANN401 - fields of th
         raise common.UsageError(f"--{str(error).replace('_', '-', 1)}") from error
     except CaseError as error:
         raise common.UsageError(str(error)) from error
+
+
+def _poses(text: str | None) -> str:
+    """The address that poses come to."""
+    if text is None:
+        return ""
+    address = parse_address(text)
+    if address.scheme != "udpin":
+        raise AddressError(text, "poses come by UDP", "Write it as udpin://127.0.0.1:14600")
+    return address.url
 
 
 def _emulated_table(settings: SurroundSettings, seed: int) -> str:
