@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hil.swarm.placing import Place
+from hil.swarm.placing import StartPlace
 
 
 class RingName(StrEnum):
@@ -28,7 +28,7 @@ LinksArgument = Annotated[
     ),
 ]
 PlaceOption = Annotated[
-    Place | None,
+    StartPlace | None,
     typer.Option("--place", help="How robots get to their start places [default: table; drive where there is none]"),
 ]
 QUORUM = 0.5

@@ -16,10 +16,10 @@ from hil.cli import common
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
-from hil.cli.swarm.resuming import VERB, Begun
+from hil.cli.swarm.resuming import VERB, CutRun
 from hil.cli.swarm.surround_files import SurroundFiles
 from hil.connecting.connecting_all import GATHER
-from hil.jobs.surround import Outputs, SurroundJob
+from hil.jobs.swarm.surround import MissionOutputs, SurroundJob
 from hil.swarm.missions.surround_settings import MOST_LENGTH, MOST_STEPS, Order, SurroundSettings
 from hil.swarm.missions.tables_file import load_conditional, load_tables, tables_text
 from pal_advisor.fields import SettingsError
@@ -125,7 +125,7 @@ def surround(
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8; hil swarm surround tcp://127.0.0.1:5760
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    begun = Begun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    begun = CutRun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     settings = _settings(
         case=case,
         steps=steps,
@@ -190,7 +190,7 @@ def surround(
             reconnect=reconnect,
             tables=None if table_in is None else tables_text(load_tables(table_in)).encode(),
             saved=begun.content,
-            outputs=Outputs(
+            outputs=MissionOutputs(
                 checkpoint=files.save_checkpoint,
                 save=files.save_tables,
                 cut=lambda reached: files.tell_how_to_resume(reached, links or (), signing_key),
@@ -254,6 +254,6 @@ def _emulated_table(settings: SurroundSettings, seed: int) -> str:
     return f"sim://swarm?{robots}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}{more}"
 
 
-def _tell_resumed(saved: SurroundCheckpoint, begun: Begun, run: ActiveRun, console: Console) -> None:
+def _tell_resumed(saved: SurroundCheckpoint, begun: CutRun, run: ActiveRun, console: Console) -> None:
     run.describe(resumed_from=str(begun.source), seed=saved.seed)
     console.print(f"Going on from {begun.source}: {saved.steps} steps.", markup=False)
