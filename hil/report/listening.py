@@ -6,6 +6,7 @@ itself. When the coaching is over, a thread begins to draw what will not change 
 
 from __future__ import annotations
 
+import gc
 from threading import Thread
 from typing import TYPE_CHECKING
 
@@ -101,6 +102,7 @@ class ListeningRecorder(Recorder):
             self._drawing_early.start()
 
     def _draw_early(self, data: RunData) -> None:
+        gc.freeze()  # what has been gathered stays: nobody need look through it for rubbish while pictures are drawn
         from hil.report.write import early_pictures  # noqa: PLC0415 - drawing takes half a second to load
 
         self._drawn = early_pictures(data)

@@ -111,7 +111,7 @@ class Life(NamedTuple):
 
 
 class SwarmArrays:
-    """Robots with their firmware, by row, and the loop that lets them live.
+    """Robots with their firmware, by row, and the loop that lets them live. They have no power at first.
 
     Args:
         host: The build of the firmware and the kernel.
@@ -182,7 +182,6 @@ class SwarmArrays:
             io.has_encoders, io.has_pose, io.has_ring = 1, fixes, ring
             io.full_speed, io.track_um = round(full_speed * 1e3), round(track * 1e6)
             ffi.buffer(io.nvm)[:] = board.nvm
-            self.lib.swarm_power_on(loop, row)
         self.plugged[:] = 1
 
     def _lend(self, struct: Any, name: str, array: NDArray[Any]) -> NDArray[Any]:  # noqa: ANN401 - a struct of cffi

@@ -124,7 +124,8 @@ static void obey(swarm_loop *loop, uint32_t row)
 {
     kernel_table *table = loop->table;
     const host_robot *robot = &loop->robot[row];
-    double gap = robot->io.gap * 1e-3;
+    const int16_t *parameter = robot->as.robot.params.integer;
+    double gap = (uint16_t)parameter[MICRO_PARAM_CONTACT_GAP] * 1e-3; /* hal_bump tells it only when it is asked */
     int side;
 
     for (side = 0; side < SIDES; side++) {
@@ -132,7 +133,7 @@ static void obey(swarm_loop *loop, uint32_t row)
     }
     table->effort[row] = robot->io.force * 0.01;
     table->gap[row] = gap < table->most_gap ? gap : table->most_gap;
-    table->group[row] = robot->as.robot.params.integer[MICRO_PARAM_CLASS] != 0;
+    table->group[row] = parameter[MICRO_PARAM_CLASS] != 0;
     loop->system[row] = robot->as.robot.system;
 }
 

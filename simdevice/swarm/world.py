@@ -96,8 +96,6 @@ class SwarmWorld:
         self._orders: deque[Callable[[], None]] = deque()
         self._ticks = 0
         self._starts = sorted(((row * _STAGGER % _STAGGER_WITHIN, row) for row in range(settings.count)), reverse=True)
-        for row in range(settings.count):
-            self.arrays.switch_off(row)
 
     # --- time -------------------------------------------------------------------------------------------------------
 
