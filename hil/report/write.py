@@ -22,8 +22,8 @@ from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
 from hil.report.report_table import shortened
 from hil.report.style import png, styled
-from hil.report.surround_figures import distances
-from hil.report.surround_words import missing_table, rules_table, steps_table, surround_numbers, surround_runs
+from hil.report.swarm.figures import distances
+from hil.report.swarm.words import missing_table, rules_table, steps_table, surround_numbers, surround_runs
 from hil.report.words import (
     bout_table,
     chosen_caption,

@@ -26,7 +26,7 @@ SHOWN: Final = 10
 """So many robots are named."""
 
 
-class Place(StrEnum):
+class StartPlace(StrEnum):
     """How robots get to their start places."""
 
     TABLE = "table"

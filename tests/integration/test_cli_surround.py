@@ -56,7 +56,7 @@ def test_a_run_leaves_tables_log_checkpoint_and_says_what_was_learnt(capsys: pyt
     assert load_tables(made / "tables.toml").case == "B1C1D3L1R6S1W2"
     assert len(load_checkpoint(made / "checkpoint.json").finished) == 1
     topics = {entry.topic for entry in LogReader(made / "log.mcap").entries()}
-    assert {"/surround/state", "/swarm/round", "/swarm/observation", "/swarm/move"} <= topics
+    assert {"/surround/state", "/swarm/round", "/swarm/observation", "/swarm/move", "/tf", "/arena/scene"} <= topics
     assert load_run(made).state == "done"
     for name in ("tables.toml", "log.mcap"):
         assert f"{made}/{name}" in said

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hil.swarm.placing import Place
+from hil.swarm.placing import StartPlace
 
 
 class RingName(StrEnum):
@@ -28,7 +28,7 @@ LinksArgument = Annotated[
     ),
 ]
 PlaceOption = Annotated[
-    Place | None,
+    StartPlace | None,
     typer.Option("--place", help="How robots get to their start places [default: table; drive where there is none]"),
 ]
 QUORUM = 0.5
@@ -54,6 +54,14 @@ RingOption = Annotated[
         "--ring",
         help="Whom robots sense: by their own rings, or reckoned from all positions "
         "[default: robot where all have a ring, else positions]",
+    ),
+]
+PosesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--poses",
+        metavar="udpin://HOST:PORT",
+        help="Where a camera's program tells where robots are: lines NETWORK ID x y heading age_ms, in m and rad.",
     ),
 ]
 YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]

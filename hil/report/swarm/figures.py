@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hil.report.surround_words import SurroundRun
+    from hil.report.swarm.words import SurroundRun
 
 MOST_LINES: Final = 60
 """Single runs that are drawn."""

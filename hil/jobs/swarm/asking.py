@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.jobs.stage import Stage
-    from hil.jobs.swarm_session import SwarmSession
+    from hil.jobs.swarm.session import SwarmSession
 
 ENTER: Final = frozenset({"\n", "\r"})
 FENCE: Final = ("FENCE_X", "FENCE_Y")
