@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -88,7 +89,7 @@ class Gatherer:
     def __init__(self, path: Path) -> None:
         self._data = RunData(path)
         self._watcher = LinkWatcher()
-        self._span: tuple[float, float] | None = None
+        self._first, self._last = math.inf, -math.inf
         self._series = ""
         self._bout: list[RefereeState] = []
         self._bout_used = 0
@@ -114,8 +115,8 @@ class Gatherer:
 
     def _seen(self, time: float) -> None:
         """There is something of a log time, in s."""
-        first, last = self._span or (time, time)
-        self._span = min(first, time), max(last, time)
+        self._last = max(self._last, time)
+        self._first = min(self._first, time)
 
     def wire(self, direction: str, size: int, time: float) -> None:
         """Bytes went over the link.
@@ -267,7 +268,7 @@ class Gatherer:
             data.advice, data.oddities = read_learnt(self._advice)
         data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
-        data.start, data.end = self._span or (0.0, 0.0)
+        data.start, data.end = (self._first, self._last) if self._first <= self._last else (0.0, 0.0)
         if not data.learnt and not data.bouts:
             data.sensors = _sensors(LogReader(data.path, reader.limits), self.robot.system, self.wheels)
         data.metadata, data.health, data.whole = reader.metadata, reader.health(), reader.whole

@@ -81,7 +81,11 @@ class LinkWatcher:
         quality = self.quality
         quality.received[sender] += 1
         quality.arrivals.append(time)
-        self._count(sender, frame, time)
+        last = self._last.get(sender)
+        if last is not None and (last + 1) & 0xFF == frame:  # as nearly always
+            self._last[sender] = frame
+        else:
+            self._count(sender, frame, last, time)
         if isinstance(message, RobotAck):
             self._answered(self._asked.pop((message.session, message.sequence), None), time)
         elif isinstance(message, Timesync) and message.ts1 in self._compared:
@@ -89,8 +93,8 @@ class LinkWatcher:
         elif isinstance(message, RobotStatus):
             quality.robot = message
 
-    def _count(self, sender: tuple[int, int], frame: int, time: float) -> None:
-        quality, last = self.quality, self._last.get(sender)
+    def _count(self, sender: tuple[int, int], frame: int, last: int | None, time: float) -> None:
+        quality = self.quality
         step = 1 if last is None else (frame - last) & 0xFF
         if step == 0:
             quality.duplicates += 1

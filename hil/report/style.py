@@ -119,7 +119,9 @@ def png(drawn: Figure) -> bytes:
     buffer = BytesIO()
     # `savefig` would draw everything twice: once to lay it out, though drawing does that itself.
     canvas = FigureCanvasAgg(drawn)
-    canvas.print_png(buffer, metadata={"Software": None}, pil_kwargs={"compress_level": COMPRESSION})
+    canvas.print_png(  # type: ignore[no-untyped-call]
+        buffer, metadata={"Software": None}, pil_kwargs={"compress_level": COMPRESSION}
+    )
     return buffer.getvalue()
 
 
