@@ -12,8 +12,9 @@ from firmware_protocol.messages import (
     Reason,
     State,
 )
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
-from hil.conformance.numbering import STAY
+from hil.conformance.examples import STAY
 from hil.conformance.orders import named
 from hil.conformance.registry import Group, given, require
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("values out of range")
+GROUP: Final = Group("values out of range", role=JUNIOR.name)
 Bad = tuple[str, int, int]
 """A field, a wire value that it must not have, and the element."""
 
