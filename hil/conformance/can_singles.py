@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("CAN frames", CAN)
-_SINGLES: Final = (layout.ESTOP_FUNCTION, layout.WHEELS_FUNCTION, layout.ALIVE_FUNCTION)
 _BASE_SHIFT: Final = 18
 """Of a 29-bit identifier, the upper 11 bits are where an 11-bit one would be."""
 
@@ -119,9 +118,10 @@ def wheels_session(robot: Subject) -> str:
 def foreign_functions(robot: Subject) -> str:
     """Frames under the robots' identifiers, or under functions that mean nothing, are not taken."""
     robot.arm()
-    known = {*_SINGLES, layout.TRANSFER_DOWN_FUNCTION}
-    foreign = [function for function in range(16) if function not in known]
     (wheels,) = robot.frames(robot.single(5.0))
+    own = wheels.identifier >> layout.FUNCTION_SHIFT
+    known = {layout.ESTOP_FUNCTION, own, layout.ALIVE_FUNCTION, layout.TRANSFER_DOWN_FUNCTION}
+    foreign = [function for function in range(16) if function not in known]
     robot.forget()
     for function in foreign:
         frames = (_stop(robot.system), wheels, *question(robot, function))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
@@ -44,6 +45,11 @@ LIST_WAIT: Final = 0.4
 def named(kind: type[IntEnum], code: int) -> str:
     """The name of a code, or the code itself where nobody knows it."""
     return kind(code).name if code in set(kind) else str(code)
+
+
+def single(value: float) -> float:
+    """The nearest value that a REAL32 can have."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 class Orders(Probe):
@@ -220,7 +226,7 @@ class Orders(Probe):
         before = {name: self.parameter(name).param_value for name in values}
         try:
             for name, value in values.items():
-                require(self.set_parameter(name, value) == value, f"{name} did not take {value:g}")
+                require(self.set_parameter(name, value) == single(value), f"{name} did not take {value:g}")
             yield
         finally:
             for name, value in before.items():

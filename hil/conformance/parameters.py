@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
 from firmware_protocol.wire.can_layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
+from hil.conformance.orders import single
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, require
 
@@ -23,11 +24,6 @@ _NOBODY: Final = "NO_SUCH_NAME"
 
 def _writable(robot: Subject) -> tuple[Parameter, ...]:
     return tuple(parameter for parameter in robot.examples.parameters if not parameter.read_only)
-
-
-def single(value: float) -> float:
-    """The nearest value that a REAL32 can have."""
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 def _beyond(parameter: Parameter) -> tuple[float, float]:
@@ -153,7 +149,7 @@ def read_only(robot: Subject) -> str:
 def survive(robot: Subject) -> str:
     """Parameters survive power-off."""
     kept = {name: single(value) for name, value in robot.examples.kept.items()}
-    with robot.parameters(**kept):
+    with robot.parameters(**robot.examples.kept):
         robot.reboot()
         for name, value in kept.items():
             found = robot.parameter(name).param_value

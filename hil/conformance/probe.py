@@ -195,6 +195,15 @@ class Probe:
         if self.wire == CAN:
             raise NotRunError("a bus has no source")
 
+    def need_own_line(self) -> None:
+        """See that a frame that is no good one reaches the robot.
+
+        Raises:
+            NotRunError: It is one of several of an emulated table, which get good frames only.
+        """
+        if self.table and (self.others or self.second is not None):
+            raise NotRunError("several robots of an emulated table share the line, and get good frames only")
+
     @property
     def strangers(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """Addresses, system and component, that other programs may have: in our system, and in one that nobody has."""

@@ -19,6 +19,7 @@ from hil.conformance import (
 )
 from hil.conformance.junior import contest, maneuvers, memory, sensors, values, wheels
 from hil.conformance.junior import stopping as junior_stopping
+from hil.conformance.micro import drives, endings, neighbours, observing, refusals
 from hil.conformance.registry import Check, Group, require
 
 if TYPE_CHECKING:
@@ -44,6 +45,11 @@ _MODULES: Final = (
     memory,
     contest,
     wheels,
+    observing,
+    drives,
+    refusals,
+    endings,
+    neighbours,
 )
 
 
