@@ -12,11 +12,11 @@ from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
 from simdevice.emulation import check_periods
 from simdevice.junior.faults import DeviceFaults
-from simdevice.kernel.swarm import Board, SwarmArrays
-from simdevice.swarm.arrivals import NEVER, Arrivals
+from simdevice.kernel.swarm import BoardSettings, SwarmArrays
 from simdevice.swarm.bodies import make_way
 from simdevice.swarm.component import TableComponent
 from simdevice.swarm.eeprom import image_of
+from simdevice.swarm.inbound import NEVER, InboundFrames
 from simdevice.swarm.noise import stream
 from simdevice.swarm.rooms import NAMES, built_in
 from simdevice.swarm.settings import SwarmSettings
@@ -81,7 +81,10 @@ class SwarmWorld:
         self.arrays = SwarmArrays(
             board_host(),
             self.table.arrays,
-            [Board(uid + row, image_of(system, group)) for row, (system, group) in enumerate(zip(ids, groups, strict=True))],
+            [
+                BoardSettings(uid + row, image_of(system, group))
+                for row, (system, group) in enumerate(zip(ids, groups, strict=True))
+            ],
             [min(network * settings.per, settings.count) for network in range(settings.networks + 1)],
             wire=settings.wire,
             full_speed=settings.profile.full_speed,
@@ -94,7 +97,7 @@ class SwarmWorld:
         self.components = [
             TableComponent(self, network, wire=settings.wire, period=settings.period) for network in range(settings.networks)
         ]
-        self._arrivals = [Arrivals(self.arrays, network, settings.period) for network in range(settings.networks)]
+        self._arrivals = [InboundFrames(self.arrays, network, settings.period) for network in range(settings.networks)]
         faults = settings.faults
         self._faults = DeviceFaults(faults, self, settings.period) if faults is not None and faults.of_device else None
         self._orders: deque[Callable[[], None]] = deque()
