@@ -15,7 +15,7 @@ from firmware_protocol.generate.firmware_roles import (
 )
 from firmware_protocol.messages import BYTE_LINKS_ONLY, PROTOCOL_MAJOR, PROTOCOL_MINOR, SetupSigning
 from firmware_protocol.vocabulary import ACTIONS, ANY_STIMULUS, MAX_ACTIONS, Family, Speed
-from firmware_protocol.wire import can_layout
+from firmware_protocol.wire.can import layout as can_layout
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import crc_extra, payload_length, target_offsets
 

@@ -22,9 +22,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.swarm_table import table_system
-from firmware_protocol.wire.can_frame import pack_frames
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import pack_frames
 from firmware_protocol.wire.codec import open_codec
-from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
     from hil.bridge.pump import Chunk, Pump

@@ -35,8 +35,8 @@ from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.known import ROLES
 from firmware_protocol.versions import other_version
-from firmware_protocol.wire.can_frame import CanFrame, split_records
-from firmware_protocol.wire.can_layout import FUNCTION_SHIFT
+from firmware_protocol.wire.can.frame import CanFrame, split_records
+from firmware_protocol.wire.can.layout import FUNCTION_SHIFT
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
     from firmware_protocol.messages import SwarmObservation
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from hil.connecting.handles import RobotHandles
     from hil.swarm.robot import MicroRobot
 
