@@ -119,10 +119,8 @@ class HeardRobot:
             return f"system {self.system} is a {self.role}, and no {JUNIOR.name}{', armed' if self.armed else ''}"
         if not self.junior and not self.micro:
             return f"system {self.system} speaks MAVLink but is no Junior{', armed' if self.armed else ''}"
-        parts = [
-            f"{self.role if self.micro else 'Junior'}, system {self.system}",
-            self.state.name.lower() if self.state is not None else "state unknown",
-        ]
+        who = MICRO_ROBOT.name if self.micro else "Junior"
+        parts = [f"{who}, system {self.system}", self.state.name.lower() if self.state is not None else "state unknown"]
         if self.firmware is not None:
             parts.append(f"firmware {self.firmware}")
         if self.battery is not None:
@@ -172,7 +170,7 @@ class _Heard:
             system=system,
             junior=junior,
             armed=self.armed,
-            state=State(mode) if junior and mode in known else None,
+            state=State(mode) if ours and role in {JUNIOR, MICRO_ROBOT} and mode in known else None,
             firmware=None if version is None else _version(version.flight_sw_version),
             protocol=None if version is None else _version(version.middleware_sw_version),
             uid=None if version is None else f"{version.uid:016x}",
