@@ -12,6 +12,7 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.address import parse_address
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from firmware_protocol.address import Address
+    from firmware_protocol.link import Link
     from hil.cli.running import ActiveRun
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
@@ -91,6 +93,12 @@ class LiveStage(Stage):
         """Inside, single keys are read from the terminal."""
         with pressed_keys() as read:
             yield read
+
+    @contextmanager
+    def lines(self, address: Address) -> Iterator[Link | None]:
+        """Inside, a link is open over which another program tells what it sees."""
+        with open_link(address.url) as link:
+            yield link
 
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""

@@ -17,7 +17,7 @@ from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
-from hil.jobs.surround import SurroundJob
+from hil.jobs.swarm.surround import SurroundJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again

@@ -26,11 +26,15 @@ SHOWN: Final = 10
 """So many robots are named."""
 
 
-class Place(StrEnum):
+class StartPlace(StrEnum):
     """How robots get to their start places."""
 
     TABLE = "table"
     """The emulated table puts them there."""
+    DRIVE = "drive"
+    """They drive there."""
+    ASK = "ask"
+    """A person puts them there, and says so."""
     AS_IS = "as-is"
     """They stay where they are."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,8 @@ from hil.swarm.missions.surround_checkpoint import load_checkpoint
 from hil.swarm.missions.tables_file import load_tables
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from hil.swarm.rounds import Round, SwarmMoves
 
 pytestmark = pytest.mark.slow
@@ -53,7 +56,7 @@ def test_a_run_leaves_tables_log_checkpoint_and_says_what_was_learnt(capsys: pyt
     assert load_tables(made / "tables.toml").case == "B1C1D3L1R6S1W2"
     assert len(load_checkpoint(made / "checkpoint.json").finished) == 1
     topics = {entry.topic for entry in LogReader(made / "log.mcap").entries()}
-    assert {"/surround/state", "/swarm/round", "/swarm/observation", "/swarm/move"} <= topics
+    assert {"/surround/state", "/swarm/round", "/swarm/observation", "/swarm/move", "/tf", "/arena/scene"} <= topics
     assert load_run(made).state == "done"
     for name in ("tables.toml", "log.mcap"):
         assert f"{made}/{name}" in said
@@ -180,6 +183,86 @@ def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture
     assert json.loads(capsys.readouterr().out)["case"] == "B1C1D3L1R3S1W1"
 
 
+def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["swarm", "surround", "--case", "B2R6W2", "--steps", "6", "--seeds", "2", "--json", "--quiet"]) == 0
+    page = Path(json.loads(capsys.readouterr().out)["report"])
+    assert {path.name for path in page.parent.glob("*.png")} == {"distances.png", "link.png"}
+    text = page.read_text()
+    for said in (
+        "RANGERs learnt to surround WILDs",
+        "Nobody: every robot that was asked has answered.",
+        "STIMULUS1",
+        "RA1: B1",
+    ):
+        assert said in text
+    again = page.parent.with_name("again")
+    assert run(["report", str(page.parent.parent), "--out", str(again)]) == 0
+    assert (again / "report.html").read_text() == text
+
+
 def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     found = outcome(capsys, "--case", "B1D3R6W2S2", "--steps", "6")
     assert {weight for one in found["stimuli"] for weight in one["weights"]} == {0.125}
+
+
+class Pressed:
+    """Keys that are pressed at the terminal, one after so many looks at it."""
+
+    def __init__(self, keys: dict[int, str]) -> None:
+        self.looks = 0
+        self.keys = keys
+
+    def __call__(self) -> str:
+        self.looks += 1
+        return self.keys.get(self.looks, "")
+
+    @contextmanager
+    def terminal(self) -> Iterator[Pressed]:
+        yield self
+
+
+def test_a_stop_key_stops_all_and_what_was_learnt_is_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hil.cli.stage.pressed_keys", Pressed({400: " "}).terminal)
+    assert run([*SMALL]) == 1
+    said = capsys.readouterr()
+    assert "emergency stop by key: 8 robots have said that they are stopped" in said.err
+    assert "To go on: hil swarm surround --resume-from runs/" in said.out
+    (made,) = Path("runs").iterdir()
+    assert load_checkpoint(made / "checkpoint.json").steps > 0
+    assert replay(made, strict=True).same
+
+
+def test_robots_are_driven_to_their_places(capsys: pytest.CaptureFixture[str]) -> None:
+    found = outcome(capsys, "--place", "drive", "--steps", "1")
+    put = outcome(capsys, "--steps", "1")
+    assert found["distance"][0] == pytest.approx(put["distance"][0], abs=0.1)
+    topics = [entry.topic for entry in LogReader(Path(found["log"])).entries()]
+    assert "/mavlink/table_place" not in topics
+    assert replay(found["log"], strict=True).same
+
+
+def test_a_person_who_puts_robots_to_their_places_says_so_by_enter(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hil.cli.stage.pressed_keys", Pressed({300: "\r"}).terminal)
+    monkeypatch.setattr("sys.stdin.isatty", lambda: True)
+    assert run([*SMALL, "--place", "ask", "--steps", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "Put the robots there. Enter goes on." in said
+    assert said.count("heading ") == 8
+    (made,) = Path("runs").iterdir()
+    assert replay(made, strict=True).same
+
+
+def test_what_would_have_to_be_asked_ends_a_run_that_asks_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run([*SMALL, "--place", "ask", "--no-input"]) == 1
+    assert "whether the robots stand there would have to be asked, and nobody can answer" in capsys.readouterr().err
+
+
+def test_a_line_that_loses_frames_loses_no_robot(capsys: pytest.CaptureFixture[str]) -> None:
+    found = outcome(capsys, "sim://swarm?rangers=6&wilds=2&seed=1&faults=drop:0.05")
+    assert found["missing"] == []
+    assert [sum(row) for row in found["behaviours"]] == [6] * 4
+    assert replay(found["log"], strict=True).same

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from hil.swarm.placing import Place
+from hil.swarm.placing import StartPlace
 
 
 class RingName(StrEnum):
@@ -28,8 +28,8 @@ LinksArgument = Annotated[
     ),
 ]
 PlaceOption = Annotated[
-    Place | None,
-    typer.Option("--place", help="How robots get to their start places [default: table; as-is where there is none]"),
+    StartPlace | None,
+    typer.Option("--place", help="How robots get to their start places [default: table; drive where there is none]"),
 ]
 QUORUM = 0.5
 QuorumOption = Annotated[
@@ -56,6 +56,16 @@ RingOption = Annotated[
         "[default: robot where all have a ring, else positions]",
     ),
 ]
+PosesOption = Annotated[
+    str | None,
+    typer.Option(
+        "--poses",
+        metavar="udpin://HOST:PORT",
+        help="Where a camera's program tells where robots are: lines NETWORK ID x y heading age_ms, in m and rad.",
+    ),
+]
+YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]
+NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[
     bool, typer.Option("--no-fence", help="Robots that no table is with need no fence, though there is no wall either.")
 ]

@@ -21,7 +21,7 @@ VERB: Final = "surround"
 """What runs of the task are called in their records."""
 
 
-class Begun:
+class CutRun:
     """The run that is to be gone on with, if one is.
 
     Args:

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.address import parse_address
+from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
-from hil.cli.swarm.resuming import VERB, Begun
+from hil.cli.swarm.resuming import VERB, CutRun
 from hil.cli.swarm.surround_files import SurroundFiles
 from hil.connecting.connecting_all import GATHER
-from hil.jobs.surround import Outputs, SurroundJob
+from hil.jobs.swarm.surround import MissionOutputs, SurroundJob
 from hil.swarm.missions.surround_settings import MOST_LENGTH, MOST_STEPS, Order, SurroundSettings
 from hil.swarm.missions.tables_file import load_conditional, load_tables, tables_text
 from pal_advisor.fields import SettingsError
@@ -94,9 +97,13 @@ def surround(
     ] = None,
     place: options.PlaceOption = None,
     ring: options.RingOption = None,
+    poses: options.PosesOption = None,
     quorum: options.QuorumOption = options.QUORUM,
     spare: options.SpareOption = False,
     deadline: options.DeadlineOption = None,
+    no_fence: options.NoFenceOption = False,
+    yes: options.YesOption = False,
+    no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
     resume: options.ResumeOption = False,
     resume_from: options.ResumeFromOption = None,
@@ -118,7 +125,7 @@ def surround(
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8; hil swarm surround tcp://127.0.0.1:5760
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    begun = Begun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    begun = CutRun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     settings = _settings(
         case=case,
         steps=steps,
@@ -152,7 +159,7 @@ def surround(
     urls = tuple(links) if links else (_emulated_table(settings, seed),)
     with running(
         VERB,
-        str(Case.parse(settings.case)) if settings.case else CASE,
+        (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
         url=urls[0],
         emulated_here=not links,
         seed=seed,
@@ -176,10 +183,14 @@ def surround(
             spare=spare,
             quorum=quorum,
             deadline=deadline,
+            poses=_poses(poses),
+            fence=not no_fence,
+            confirmed=yes,
+            asks=not no_input and sys.stdin is not None and sys.stdin.isatty(),
             reconnect=reconnect,
             tables=None if table_in is None else tables_text(load_tables(table_in)).encode(),
             saved=begun.content,
-            outputs=Outputs(
+            outputs=MissionOutputs(
                 checkpoint=files.save_checkpoint,
                 save=files.save_tables,
                 cut=lambda reached: files.tell_how_to_resume(reached, links or (), signing_key),
@@ -223,6 +234,16 @@ def _settings(**values: Any) -> SurroundSettings:  # noqa: ANN401 - fields of th
         raise common.UsageError(str(error)) from error
 
 
+def _poses(text: str | None) -> str:
+    """The address that poses come to."""
+    if text is None:
+        return ""
+    address = parse_address(text)
+    if address.scheme != "udpin":
+        raise AddressError(text, "poses come by UDP", "Write it as udpin://127.0.0.1:14600")
+    return address.url
+
+
 def _emulated_table(settings: SurroundSettings, seed: int) -> str:
     """Address of the table in this process that a case asks for."""
     case = Case.parse(settings.case)
@@ -233,6 +254,6 @@ def _emulated_table(settings: SurroundSettings, seed: int) -> str:
     return f"sim://swarm?{robots}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}{more}"
 
 
-def _tell_resumed(saved: SurroundCheckpoint, begun: Begun, run: ActiveRun, console: Console) -> None:
+def _tell_resumed(saved: SurroundCheckpoint, begun: CutRun, run: ActiveRun, console: Console) -> None:
     run.describe(resumed_from=str(begun.source), seed=saved.seed)
     console.print(f"Going on from {begun.source}: {saved.steps} steps.", markup=False)

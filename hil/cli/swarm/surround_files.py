@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.files.outputs import free_folder, replace_file
-from hil.jobs.surround import tables_name
+from hil.jobs.swarm.surround import tables_name
 from hil.mcaplog.errors import LogError
 from hil.swarm.missions.surround_words import surround_document, surround_summary
 from hil.swarm.missions.tables_file import TablesFileError, save_tables

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Which = NDArray[np.bool_]
 
 
-class Sensing(Protocol):
+class SightSource(Protocol):
     """Where sights come from.
 
     Attributes:
@@ -75,7 +75,7 @@ class OwnRings:
         return which
 
     def sights(self, found: Round, rows: Rows, kind: RobotClass, there: Which) -> Sights:
-        """What they report; see `Sensing.sights`."""
+        """What they report; see `SightSource.sights`."""
         other = kind.other
         return Sights(
             there & found.there[rows],
@@ -85,8 +85,8 @@ class OwnRings:
             found.radius[rows],
         )
 
-    def counts_after(self, found: Round, rows: Rows, kind: RobotClass, sights: Sights) -> tuple[Rows, NDArray[np.float64]]:  # noqa: ARG002 - as `Sensing` has it
-        """What they report; see `Sensing.counts_after`."""
+    def counts_after(self, found: Round, rows: Rows, kind: RobotClass, sights: Sights) -> tuple[Rows, NDArray[np.float64]]:  # noqa: ARG002 - as `SightSource` has it
+        """What they report; see `SightSource.counts_after`."""
         return found.count_before[rows, kind.other], found.radius_before[rows]
 
 
@@ -110,7 +110,7 @@ class ReckonedRings:
         return self._host.everybody_there if which.any() else which
 
     def sights(self, found: Round, rows: Rows, kind: RobotClass, there: Which) -> Sights:
-        """What rings would read; see `Sensing.sights`."""
+        """What rings would read; see `SightSource.sights`."""
         read, other = readings(self._host.poses, self._kinds, self._ring), kind.other
         return Sights(
             there & found.there[rows],
@@ -121,7 +121,7 @@ class ReckonedRings:
         )
 
     def counts_after(self, found: Round, rows: Rows, kind: RobotClass, sights: Sights) -> tuple[Rows, NDArray[np.float64]]:
-        """Who is within the radius now; see `Sensing.counts_after`."""
+        """Who is within the radius now; see `SightSource.counts_after`."""
         radius = np.zeros(len(self._host.poses))
         radius[rows] = sights.radius
         counts = count_within(self._host.poses, self._kinds, radius)
@@ -134,6 +134,6 @@ def results_of(found: Round, rows: Rows, counts: tuple[Rows, NDArray[np.float64]
     Args:
         found: The round in which they moved.
         rows: Their rows.
-        counts: What `Sensing.counts_after` gave.
+        counts: What `SightSource.counts_after` gave.
     """
     return Results(found.outcome[rows], *counts)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.swarm.host import SwarmHost
-    from hil.swarm.missions.sensing import Sensing
+    from hil.swarm.missions.sensing import SightSource
     from hil.swarm.missions.surround_settings import SurroundSettings
     from pal_advisor.surround import Case, Moves, Sights, Surround
 
@@ -140,7 +140,7 @@ class SurroundMission:
         settings: SurroundSettings,
         case: Case,
         adviser: Surround,
-        sensing: Sensing,
+        sensing: SightSource,
         *,
         seed: int,
         observers: Sequence[SurroundObserver] = (),

@@ -38,7 +38,7 @@ DOOR: Final = Door(
 
 
 @dataclass(frozen=True)
-class Standing:
+class StandingRun:
     """Where the run under way stands, after its last whole step.
 
     Attributes:
@@ -82,7 +82,7 @@ class SurroundCheckpoint:
     seed: int
     seeds: int
     finished: tuple[SurroundOutcome, ...] = ()
-    standing: Standing | None = None
+    standing: StandingRun | None = None
 
     @property
     def steps(self) -> int:
@@ -151,7 +151,7 @@ def _checkpoint(fields: Fields) -> SurroundCheckpoint:
     return SurroundCheckpoint(settings, seed, seeds, finished, standing)
 
 
-def _standing(fields: Fields, settings: SurroundSettings) -> Standing:
+def _standing(fields: Fields, settings: SurroundSettings) -> StandingRun:
     try:
         case = Case.parse(fields.text("case"))
         adviser = fields.take("adviser")
@@ -161,4 +161,4 @@ def _standing(fields: Fields, settings: SurroundSettings) -> Standing:
     history = SurroundHistory.from_fields(fields.table("history"), case.rangers, settings.sectors)
     digest, absences = fields.text("digest"), read_absences(fields)
     fields.done()
-    return Standing(case, history, adviser, digest, absences)
+    return StandingRun(case, history, adviser, digest, absences)

@@ -11,19 +11,21 @@ from firmware_protocol.errors import HilError
 from firmware_protocol.vocabulary import RobotClass
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of
 from hil.jobs.session import CHECKPOINT
-from hil.jobs.surround_display import SurroundDisplay
-from hil.jobs.swarm_session import SwarmSession, open_swarm
+from hil.jobs.swarm.asking import Asking
+from hil.jobs.swarm.display import SurroundDisplay
+from hil.jobs.swarm.session import SwarmSession, open_swarm
 from hil.jobs.words import nothing
 from hil.seeds import Branch, generator
 from hil.swarm.cast import cast
+from hil.swarm.driving import drive_to
 from hil.swarm.host import Absence, SwarmHost
 from hil.swarm.missions.sensing import OwnRings, ReckonedRings
 from hil.swarm.missions.surround import MissionError, SurroundMission
-from hil.swarm.missions.surround_checkpoint import MOST_SEEDS, Standing, SurroundCheckpoint, checkpoint_of
+from hil.swarm.missions.surround_checkpoint import MOST_SEEDS, StandingRun, SurroundCheckpoint, checkpoint_of
 from hil.swarm.missions.surround_outcome import SurroundOutcome
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.swarm.missions.tables_file import tables_of, tables_text
-from hil.swarm.placing import Place, put_on_table
+from hil.swarm.placing import StartPlace, put_on_table
 from pal_advisor.maneuvers import state_digest
 from pal_advisor.surround import PlacesError, Surround, start_places
 
@@ -31,9 +33,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Self
 
+    from numpy.typing import NDArray
+
     from hil.jobs.stage import Stage
     from hil.swarm.cast import Cast
-    from hil.swarm.missions.sensing import Sensing
+    from hil.swarm.missions.sensing import SightSource
     from pal_advisor.fields import Fields
     from pal_advisor.surround import Tables
 
@@ -54,7 +58,7 @@ def tables_name(seed: int, seeds: int) -> str:
 
 
 @dataclass(frozen=True)
-class Outputs:
+class MissionOutputs:
     """Where a mission leaves what; by default nowhere.
 
     Attributes:
@@ -86,6 +90,10 @@ class SurroundJob:
         spare: Robots beyond what the mission needs stand by.
         quorum: Least share of each class that must be there.
         deadline: Longest time of a round of moves, in s; None: as long as the robots may take.
+        poses: Address of the link over which a camera's program tells where robots are; empty: none does.
+        fence: Robots that no table is with have a fence, where there is no wall.
+        confirmed: Nobody is asked before the first move on robots that no table is with.
+        asks: There is somebody to be asked.
         reconnect: How long robots and links that are lost are waited for, in s.
         tables: What is gone on from, as a file of TOML; None: nothing has been learnt.
         saved: The checkpoint that is gone on from; None begins anew.
@@ -98,15 +106,19 @@ class SurroundJob:
     settings: SurroundSettings
     seed: int = 1
     seeds: int = 1
-    place: Place | None = None
+    place: StartPlace | None = None
     ring: str | None = None
     spare: bool = False
     quorum: float = 0.5
     deadline: float | None = None
+    poses: str = ""
+    fence: bool = True
+    confirmed: bool = False
+    asks: bool = False
     reconnect: float = 0.0
     tables: bytes | None = None
     saved: bytes | None = None
-    outputs: Outputs = field(default=Outputs(), compare=False)
+    outputs: MissionOutputs = field(default=MissionOutputs(), compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for tables and checkpoint."""
@@ -120,6 +132,10 @@ class SurroundJob:
             "spare": self.spare,
             "quorum": self.quorum,
             "deadline": self.deadline,
+            "poses": self.poses,
+            "fence": self.fence,
+            "confirmed": self.confirmed,
+            "asks": self.asks,
             "reconnect": self.reconnect,
         }
 
@@ -142,11 +158,15 @@ class SurroundJob:
             settings=SurroundSettings.from_fields(options.table("settings")),
             seed=options.integer("seed", 0, MOST_SEED),
             seeds=options.integer("seeds", 1, MOST_SEEDS),
-            place=none_or(options, "place", lambda fields, name: one_of(fields, name, Place)),
+            place=none_or(options, "place", lambda fields, name: one_of(fields, name, StartPlace)),
             ring=ring,
             spare=options.flag("spare"),
             quorum=options.number("quorum", 0.0, 1.0),
             deadline=none_or(options, "deadline", lambda fields, name: fields.number(name, 0.0, DAY)),
+            poses=options.text("poses"),
+            fence=options.flag("fence"),
+            confirmed=options.flag("confirmed"),
+            asks=options.flag("asks"),
             reconnect=options.number("reconnect", 0.0, DAY),
             tables=files.get(TABLES),
             saved=files.get(CHECKPOINT),
@@ -166,12 +186,13 @@ class SurroundJob:
             QuorumError: Too few are there to go on.
             MissionError: A run that is gone on with does not come out as it did.
         """
-        with open_swarm(stage, self.links, reconnect=self.reconnect, quorum=self.quorum) as session:
+        with open_swarm(stage, self.links, reconnect=self.reconnect, quorum=self.quorum, poses=self.poses) as session:
             runs = _Runs(self, session, stage)
             try:
                 runs.play()
             except (HilError, KeyboardInterrupt):
                 runs.save()
+                runs.save_tables()
                 runs.attach()
                 self.outputs.cut(runs.checkpoint)
                 raise
@@ -186,7 +207,9 @@ class _Runs:
     def __init__(self, job: SurroundJob, session: SwarmSession, stage: Stage) -> None:
         self._job = job
         self._session = session
+        self._stage = stage
         self._swarm = session.swarm
+        self._asking = Asking(session, stage, possible=job.asks)
         saved = None if job.saved is None else checkpoint_of(job.saved)
         self._settings = job.settings if saved is None else saved.settings
         self._seed, self._seeds = (job.seed, job.seeds) if saved is None else (saved.seed, saved.seeds)
@@ -200,7 +223,7 @@ class _Runs:
         self._display.headline(self._swarm, self.case, self._settings)
         self._mission: SurroundMission | None = None
         self._seed_under_way = self._seed
-        self._again: Standing | None = None
+        self._again: StandingRun | None = None
         self._before: tuple[Absence, ...] = ()
         self._state: dict[str, Any] | None = None
         self._saved_at = 0.0
@@ -210,17 +233,21 @@ class _Runs:
         """How far it has come, in whole steps."""
         return SurroundCheckpoint(self._settings, self._seed, self._seeds, tuple(self.finished), self._stands())
 
-    def _stands(self) -> Standing | None:
+    def _stands(self) -> StandingRun | None:
         """Where the run under way stands after its last whole step."""
         mission = self._mission
         if mission is None or self._state is None:
             return self._again or self._standing
         if self._again is not None and mission.step_number < self._again.history.steps:
             return self._again
-        return Standing(self.case, mission.history, self._state, state_digest(self._state), self._absences(mission))
+        return StandingRun(self.case, mission.history, self._state, state_digest(self._state), self._absences(mission))
 
     def play(self) -> None:
         """Play all that are left."""
+        if not self._swarm.has_table:
+            self._asking.see_fence(wanted=self._job.fence and not self.case.wall)
+            if not self._job.confirmed:
+                self._asking.first_move()
         self._swarm.sense(**self._settings.sensed)
         self._swarm.arm()
         self._swarm.see_quorum()
@@ -231,8 +258,11 @@ class _Runs:
                 self._play(seed)
 
     def save(self) -> None:
-        """Write the checkpoint, and what was learnt in the run under way."""
+        """Write the checkpoint."""
         self._job.outputs.checkpoint(self.checkpoint.to_bytes())
+
+    def save_tables(self) -> None:
+        """Write what was learnt in the run under way."""
         if self._mission is not None:
             self._job.outputs.save(self._seed_under_way, self._tables(self._mission))
 
@@ -253,7 +283,7 @@ class _Runs:
         self._swarm.needed = {kind: found.count(kind) for kind in RobotClass}
         return found
 
-    def _sensing(self, host: SwarmHost) -> Sensing:
+    def _sensing(self, host: SwarmHost) -> SightSource:
         ring = self._job.ring
         if ring is None:
             ring = "robot" if self._swarm.rings[host.playing].all() else "positions"
@@ -263,18 +293,31 @@ class _Runs:
         """Bring the robots to where the run begins."""
         place = self._job.place
         if place is None:
-            place = Place.TABLE if self._swarm.has_table and not resumed else Place.AS_IS
-        if place is Place.TABLE:
+            place = StartPlace.AS_IS if resumed else StartPlace.TABLE if self._swarm.has_table else StartPlace.DRIVE
+        if place is not StartPlace.AS_IS:
             rng = generator(seed, Branch.START_PLACES)
             try:
                 for_kinds = start_places(self.case, rng, self._settings.area)
             except PlacesError as error:
                 raise MissionError(str(error)) from error
-            poses: dict[int, Any] = {}
-            for kind in RobotClass:
-                scaled = for_kinds[kind] * np.array([self._settings.unit, self._settings.unit, 1.0])
-                poses.update(zip(self._cast.players[kind].tolist(), scaled, strict=True))
+            unit = self._settings.unit
+            groups = [(self._cast.players[kind], for_kinds[kind] * np.array([unit, unit, 1.0])) for kind in RobotClass]
+            if place is StartPlace.DRIVE:
+                self._drive(groups, rng)
+                return
+            poses = {row: pose for rows, places in groups for row, pose in zip(rows.tolist(), places, strict=True)}
+            if place is StartPlace.ASK:
+                self._asking.places(poses)
+                return
             put_on_table(self._swarm, poses, seed=seed, size=self._settings.size, wall=self.case.wall)
+
+    def _drive(self, groups: list[tuple[NDArray[np.int64], NDArray[np.float64]]], rng: np.random.Generator) -> None:
+        """Have the robots drive to their places, and say who has not come there."""
+        host = SwarmHost(self._swarm, self._cast, observers=self._session.observers())
+        late = drive_to(host, groups, rng)
+        if late:
+            named = ", ".join(self._swarm.labels[row] for row in late)
+            self._stage.say(f"Not within 20 mm of their places, and left where they are: robots {named}")
 
     # --- a run -------------------------------------------------------------------------------------------------------
 
@@ -307,7 +350,7 @@ class _Runs:
         self.save()
         self._job.outputs.ended(self.finished[-1])
 
-    def _begun(self, seed: int, gone_on: Standing | None) -> SurroundMission:
+    def _begun(self, seed: int, gone_on: StandingRun | None) -> SurroundMission:
         """The run of a seed, to be played, or gone on with."""
         host = SwarmHost(
             self._swarm,
@@ -332,7 +375,7 @@ class _Runs:
             history=None if gone_on is None else gone_on.history,
         )
 
-    def _compare(self, mission: SurroundMission, again: Standing) -> None:
+    def _compare(self, mission: SurroundMission, again: StandingRun) -> None:
         """See that the steps that are made again lead where they led before."""
         if mission.digest() != again.digest:
             raise MissionError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING
 
+from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.bridge.operator import KEY
@@ -13,6 +14,7 @@ from hil.jobs.stage import keys_taken_in
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
 from hil.swarm.connecting import connect_swarm
+from hil.swarm.poses import PoseFeed, PoseFixes
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
@@ -49,9 +51,11 @@ class SwarmSession:
     Attributes:
         swarm: The robots.
         recorder: Writes the log; None where there is none.
+        keys: The keys that are pressed.
     """
 
-    def __init__(self, swarm: Swarm, recorder: Recorder | None) -> None:
+    def __init__(self, swarm: Swarm, recorder: Recorder | None, keys: SwarmKeys) -> None:
+        self.keys = keys
         self.swarm = swarm
         self.recorder = recorder
 
@@ -87,8 +91,8 @@ class SwarmSession:
             self.recorder.note("result", "done", **result)
 
 
-class _StopKeys:
-    """Sees to the stop keys between two steps of the links.
+class SwarmKeys:
+    """Sees to the keys that are pressed, and to what is said of where robots are, between two steps of the links.
 
     Args:
         swarm: The robots.
@@ -101,6 +105,22 @@ class _StopKeys:
         self._operator = operator
         self._attend = attend
         self._stopping = False
+        self._pressed: set[str] = set()
+        self._fixes = PoseFixes(swarm)
+
+    def wait_for(self, keys: frozenset[str]) -> None:
+        """Wait until one of some keys is pressed; the robots are looked after meanwhile.
+
+        Args:
+            keys: Which.
+
+        Raises:
+            SwarmStoppedError: A stop key was.
+            KeyboardInterrupt: The operator asked for it.
+        """
+        self._pressed.clear()
+        while not self._pressed & keys:
+            self._swarm.step()
 
     def attend(self) -> None:
         """Stop all where a stop key was pressed.
@@ -109,9 +129,12 @@ class _StopKeys:
             SwarmStoppedError: One was.
         """
         self._attend()
+        self._fixes.take(self._operator.poses())
         if self._stopping:  # stopping takes steps too
             return
-        if any(one.what.removeprefix(KEY) in STOP_KEYS for one in self._operator.pressed()):
+        pressed = {one.what.removeprefix(KEY) for one in self._operator.pressed()}
+        self._pressed |= pressed
+        if pressed & STOP_KEYS:
             self._stopping = True
             answers = self._swarm.stop()
             silent = sorted(answers.errors)
@@ -123,7 +146,9 @@ class _StopKeys:
 
 
 @contextmanager
-def open_swarm(stage: Stage, links: Sequence[str], *, reconnect: float, quorum: float) -> Iterator[SwarmSession]:
+def open_swarm(
+    stage: Stage, links: Sequence[str], *, reconnect: float, quorum: float, poses: str = ""
+) -> Iterator[SwarmSession]:
     """Connect to all micro-robots on some links, with a log; on the way out stop them, then close the log.
 
     Ctrl-Z stops the robots, then the program; Space and s are the emergency stop.
@@ -133,6 +158,7 @@ def open_swarm(stage: Stage, links: Sequence[str], *, reconnect: float, quorum: 
         links: Addresses of the links; the first is the stage's.
         reconnect: How long links and robots that are lost are waited for, in s.
         quorum: Least share of each class that must be there.
+        poses: Address of the link over which a camera's program tells where robots are; empty: none does.
 
     Yields:
         The session.
@@ -170,12 +196,27 @@ def open_swarm(stage: Stage, links: Sequence[str], *, reconnect: float, quorum: 
         )
         stack.enter_context(suspension)
         stack.enter_context(keys_taken_in(stage, lambda keys: [""] * len(keys)))
-        swarm.between = _StopKeys(swarm, stage.operator, suspension.attend).attend
+        if poses:
+            stack.enter_context(_poses_taken_in(stage, poses))
+        keys = SwarmKeys(swarm, stage.operator, suspension.attend)
+        swarm.between = keys.attend
         if stage.tell is not None:
             swarm.listen(_teller(swarm, stage.tell))
         if recorder is not None:
             recorder.metadata("swarm", {name: str(kind) for name, kind in zip(swarm.labels, swarm.kinds.tolist(), strict=True)})
-        yield SwarmSession(swarm, recorder)
+        yield SwarmSession(swarm, recorder, keys)
+
+
+@contextmanager
+def _poses_taken_in(stage: Stage, url: str) -> Iterator[None]:
+    """Inside, the bridges' steps take in what is said of where robots are."""
+    with stage.lines(parse_address(url)) as link:
+        if link is not None:
+            stage.operator.feed = PoseFeed(link).inputs
+        try:
+            yield
+        finally:
+            stage.operator.feed = None
 
 
 def _teller(swarm: Swarm, tell: Callable[[str], None]) -> Callable[[str, Event], None]:
