@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from firmware_protocol.messages import CommandAck
+    from firmware_protocol.peer.steady import SteadyMessages
     from firmware_protocol.vocabulary import Move
     from hil.bridge.networks import Networks
 
@@ -203,6 +204,15 @@ class Swarm(RobotHandles[MicroRobot]):
             return None
         (said,) = messages_of(SwarmObservation, fleet.last[SwarmObservation][system : system + 1])
         return said if isinstance(said, SwarmObservation) else None
+
+    def steady_of(self, robot: RobotAddress | int) -> SteadyMessages:
+        """What the robots of a robot's network say all the time, by system id.
+
+        Args:
+            robot: Its address; its id will do where there is one network.
+        """
+        bridge = self.networks.bridges[self.address(robot).network]
+        return bridge.fleet.steady  # type: ignore[attr-defined,no-any-return] # see `_give_rows`
 
     # --- time --------------------------------------------------------------------------------------------------------
 

@@ -6,6 +6,7 @@ import typer
 
 from hil.cli import common
 from hil.cli.arguments import Subcommand
+from hil.cli.swarm.robots import identify, list_robots
 from hil.cli.swarm.surround import surround
 
 app = typer.Typer(
@@ -15,5 +16,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
-for command in (surround,):
+for command in (surround, identify):
     app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+app.command("list", cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(list_robots))
