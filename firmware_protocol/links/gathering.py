@@ -11,12 +11,14 @@ from firmware_protocol.link import Link
 if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
 
+_SLACK: Final = 1e-9
+"""Slack for sums of control periods, in s."""
 _ROUNDING: Final = 1e-6
 """Slack for quotients of sums of control periods."""
 
 
 class GatheringLink(Link):
-    """Gives what has come at multiples of a span of time, or when the time of a read is over.
+    """Gives what has come at multiples of a span of time, and only then.
 
     Args:
         inner: The link, in lock-step; closed with this one.
@@ -31,6 +33,8 @@ class GatheringLink(Link):
         self._inner = inner
         self._now = clock.now
         self._span = span
+        self._parts: list[bytes] = []
+        self._due = 0.0
 
     def news(self) -> list[str]:
         """See `Link.news`."""
@@ -41,24 +45,33 @@ class GatheringLink(Link):
         self._inner.write(data)
 
     def read(self, timeout: float) -> bytes:
-        """Wait for bytes, and then for the end of the span in which they came.
+        """Wait for bytes, and then for the end of the span in which they came; a read that ends before that gives nothing.
 
         Args:
             timeout: Longest wait in s.
         """
-        until = self._now() + timeout
-        data = self._inner.read(timeout)
-        if not data:
-            return data
-        parts = [data]
-        now = self._now()
-        until = min(until, ceil(now / self._span - _ROUNDING) * self._span)
-        while (left := until - self._now()) > _ROUNDING:
+        until, first = self._now() + timeout, timeout > 0
+        while True:
+            now = self._now()
+            if self._parts and now >= self._due - _ROUNDING:
+                data = b"".join(self._parts)
+                self._parts.clear()
+                return data
+            left = (min(until, self._due) if self._parts else until) - now
+            if left <= _SLACK and not first:
+                return b""
+            first = False  # time passes in every read that is given any, however little
             try:
-                parts.append(self._inner.read(left))
-            except LinkClosedError:  # the next read says so
-                break
-        return b"".join(parts)
+                data = self._inner.read(max(left, _SLACK))
+            except LinkClosedError:
+                if not self._parts:
+                    raise
+                self._due = now  # the next read says so
+                continue
+            if data:
+                if not self._parts:
+                    self._due = ceil(self._now() / self._span - _ROUNDING) * self._span
+                self._parts.append(data)
 
     def close(self) -> None:
         """See `Link.close`."""

@@ -158,7 +158,9 @@ class AskingRound(NetworkRound):
         if batch.message is not self.kind:
             return
         system, rows, time = batch.system, batch.rows, batch.time
-        good = self.open[system] & (rows["sequence"] == self.count) & ~ends & mine
+        good = self.open[system] & (rows["sequence"] == self.count) & ~ends
+        if self._host:
+            good &= mine
         if good.any():
             these = system[good]
             self.reports[these] = rows[good]

@@ -243,7 +243,7 @@ def good_transfers(robot: Subject) -> str:
 
     def send() -> None:
         for number in range(5):
-            robot.put(*question(robot, number), *robot.frames(robot.wheels(0.0, 0.0, 0.0)))
+            robot.put(*question(robot, number), *robot.frames(robot.single(0.0)))
 
     before, after = robot.counted(send)
     count = after.good - before.good - 1
