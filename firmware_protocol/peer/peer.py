@@ -26,10 +26,10 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer.answers import ANSWERS, for_another
-from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
-from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
+from firmware_protocol.peer.exchanges.answers import ANSWERS, for_another
+from firmware_protocol.peer.exchanges.commands import Numbering, RequestExchange, SessionExchange
+from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.role import role_of
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Event, Received
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message

@@ -9,7 +9,7 @@ from firmware_protocol.peer.companion import Companion
 from firmware_protocol.peer.timetable import NEVER
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT
 from firmware_protocol.wire.batch import Arrivals
-from firmware_protocol.wire.can_batch import CanBatchCodec
+from firmware_protocol.wire.can.batch import CanBatchCodec
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_batch import MavlinkBatchCodec
 from hil.bridge.bridge import Bridge
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from firmware_protocol.errors import HilError
     from firmware_protocol.events import Event
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.fleet import Fleet, Said
+    from firmware_protocol.peer.fleets.fleet import Fleet, Said
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.codec import Codec

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from functools import partial
@@ -35,6 +36,8 @@ def main() -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "SIGBREAK"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
+    gc.freeze()  # what is loaded stays: nobody need look through it for rubbish
+    gc.enable()
     incoming, outgoing = sys.stdin.buffer, sys.stdout.buffer
     settings = read_frame(incoming)
     if settings is not None:

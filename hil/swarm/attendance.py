@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_protocol.events import PeerLost
 from firmware_protocol.messages import ROBOT_COMPONENT, SwarmSense
-from firmware_protocol.peer.commands import NumberedExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.vocabulary import RobotClass
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from firmware_protocol.events import Event
-    from firmware_protocol.peer.exchange import Ticket
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.exchanges.exchange import Ticket
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from hil.bridge.fleet_bridge import FleetBridge
     from hil.bridge.networks import RobotAddress
     from hil.swarm.robot import MicroRobot

@@ -26,15 +26,15 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.messages.swarm import LONG_RANGE
 from firmware_protocol.parameters import SWARM_PARAMETERS
-from firmware_protocol.peer.rounds import AskingRound, NumberedRound
+from firmware_protocol.peer.fleets.rounds import AskingRound, NumberedRound
 from firmware_protocol.peer.timetable import NEVER
 from firmware_protocol.vocabulary import MoveOption, RobotClass
 from firmware_protocol.wire.rows import ROWS, messages_of, rows_of
 from hil.bridge.fleet_bridge import FleetBridge
 from hil.bridge.networks import RobotAddress
-from hil.bridge.serving import WAIT
 from hil.connecting.connecting_all import GATHER
 from hil.connecting.handles import SETTLE, Answers, RobotHandles
+from hil.connecting.serving import WAIT
 from hil.safety import Limits
 from hil.swarm.attendance import Attendance, NetworkRows
 from hil.swarm.errors import DoubleIdError, QuorumError
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from firmware_protocol.messages import CommandAck
-    from firmware_protocol.peer.steady import SteadyMessages
+    from firmware_protocol.peer.fleets.steady import SteadyMessages
     from firmware_protocol.vocabulary import Move
     from hil.bridge.networks import Networks
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import SwarmMove, SwarmObservation, SwarmRanges
-from firmware_protocol.peer.rounds import AskingRound, NumberedRound
+from firmware_protocol.peer.fleets.rounds import AskingRound, NumberedRound
 from firmware_protocol.wire.rows import ROWS
 from hil.connecting.connecting_all import GATHER
 from hil.swarm.rounds import Round
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire.fields import Message
     from hil.bridge.networks import Networks
-    from hil.bridge.serving import Serving
+    from hil.connecting.serving import Serving
     from hil.swarm.attendance import Attendance, NetworkRows
 
     Numbers = NDArray[np.int64]

@@ -9,7 +9,7 @@ from firmware_protocol.vocabulary import RobotClass
 from hil.connecting.handle import RobotHandle
 
 if TYPE_CHECKING:
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
 

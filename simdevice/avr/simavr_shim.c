@@ -136,11 +136,10 @@ static avr_cycle_count_t on_turn(struct avr_t *avr, avr_cycle_count_t when, void
         board->shown[side] = (int16_t)to;
         for (output = 0; output < 2; output++) {
             const struct pin *pin = encoders[side][output];
-            avr_irq_t *irq = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(pin->port), pin->bit);
             int level = encoder_level(board, side, output);
 
-            if ((pin_register(board, pin->port)[0] >> pin->bit & 1) != level) {
-                avr_raise_irq(irq, (uint32_t)level); /* with the interrupt of a pin that changes */
+            if ((pin_register(board, pin->port)[0] >> pin->bit & 1) != level) { /* with the interrupt of a pin that changes */
+                avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(pin->port), pin->bit), (uint32_t)level);
             }
         }
     }

@@ -82,7 +82,7 @@ class SwarmLibrary(Protocol):
         ...
 
 
-class Board(NamedTuple):
+class BoardSettings(NamedTuple):
     """What is set of a robot's board before it boots.
 
     Attributes:
@@ -144,7 +144,7 @@ class SwarmArrays:
         self,
         host: Host,
         table: TableArrays,
-        boards: Sequence[Board],
+        boards: Sequence[BoardSettings],
         first: Sequence[int],
         *,
         wire: str,

@@ -12,10 +12,11 @@ from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
 from simdevice.emulation import check_periods
 from simdevice.junior.faults import DeviceFaults
-from simdevice.kernel.swarm import Board, SwarmArrays
-from simdevice.swarm.arrivals import Arrivals
+from simdevice.kernel.swarm import BoardSettings, SwarmArrays
+from simdevice.swarm.bodies import make_way
 from simdevice.swarm.component import TableComponent
 from simdevice.swarm.eeprom import image_of
+from simdevice.swarm.inbound import NEVER, InboundFrames
 from simdevice.swarm.noise import stream
 from simdevice.swarm.rooms import NAMES, built_in
 from simdevice.swarm.settings import SwarmSettings
@@ -37,6 +38,9 @@ _STAGGER_WITHIN: Final = 200
 their heartbeats do not come in one burst for ever after."""
 _IDENTITY: Final = 100
 """What the stream of random numbers is for that unique ids come from."""
+SETTING_UP: Final = 1.0
+"""For so long after TABLE_RESET, a robot that has not been placed yet is in nobody's way, in s: where the others come to stand
+does not depend on who is placed first."""
 _BATTERY: Final = 3700
 """Voltage of a robot's battery, in mV."""
 _BOXES: Final = {BoxShape.NONE: None, BoxShape.CYLINDER: "cylinder", BoxShape.CUBE: "cube"}
@@ -77,7 +81,10 @@ class SwarmWorld:
         self.arrays = SwarmArrays(
             board_host(),
             self.table.arrays,
-            [Board(uid + row, image_of(system, group)) for row, (system, group) in enumerate(zip(ids, groups, strict=True))],
+            [
+                BoardSettings(uid + row, image_of(system, group))
+                for row, (system, group) in enumerate(zip(ids, groups, strict=True))
+            ],
             [min(network * settings.per, settings.count) for network in range(settings.networks + 1)],
             wire=settings.wire,
             full_speed=settings.profile.full_speed,
@@ -90,11 +97,12 @@ class SwarmWorld:
         self.components = [
             TableComponent(self, network, wire=settings.wire, period=settings.period) for network in range(settings.networks)
         ]
-        self._arrivals = [Arrivals(self.arrays, network, settings.period) for network in range(settings.networks)]
+        self._arrivals = [InboundFrames(self.arrays, network, settings.period) for network in range(settings.networks)]
         faults = settings.faults
         self._faults = DeviceFaults(faults, self, settings.period) if faults is not None and faults.of_device else None
         self._orders: deque[Callable[[], None]] = deque()
         self._ticks = 0
+        self._set_up_at = NEVER
         self._starts = sorted(((row * _STAGGER % _STAGGER_WITHIN, row) for row in range(settings.count)), reverse=True)
 
     # --- time -------------------------------------------------------------------------------------------------------
@@ -162,7 +170,9 @@ class SwarmWorld:
         due = [component.due for component in self.components] + [arrivals.due for arrivals in self._arrivals]
         starts = [at for at, _ in self._starts[-1:]]
         quiet = [self._ticks + self._befall(self._faults)] if self._faults is not None else []
-        until = max(self._ticks + 1, min([end, *due, *starts, *quiet]))
+        if self._ticks >= self._set_up_at:
+            self._all_solid()
+        until = max(self._ticks + 1, min([end, *due, *starts, *quiet, self._set_up_at]))
         since = self._ticks
         while True:
             if self.table.arrays.struct.wanting:
@@ -282,8 +292,16 @@ class SwarmWorld:
             return Reason.BAD_VALUE
         finally:
             self.table.arrays.travel[:] = way
+        for body in self.table.bodies.robots:
+            make_way(body, gives_way=True)
+        self._set_up_at = self._ticks + round(SETTING_UP / self.period)
         self._changed()
         return Reason.NONE
+
+    def _all_solid(self) -> None:
+        """The table is set up: who was not placed stands where he was put at first."""
+        self._set_up_at = NEVER
+        self.table.bodies.enter_anew()
 
     def _room_of(self, wanted: TableReset) -> Room | None:
         """The room that is to stand on the table.
@@ -313,7 +331,9 @@ class SwarmWorld:
             elif wanted.system == THE_GOAL:
                 self.table.place_goal(x, y)
             else:
-                self.table.place(self.row(wanted.system, network + 1), x, y, wanted.heading)
+                row = self.row(wanted.system, network + 1)
+                self.table.place(row, x, y, wanted.heading)
+                make_way(self.table.bodies.robots[row], gives_way=False)
                 return Reason.NONE
         except ValueError:
             return Reason.BAD_VALUE

@@ -11,7 +11,7 @@ from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.messages import Heartbeat, RobotStatus
-from firmware_protocol.peer.steady import SteadyMessages
+from firmware_protocol.peer.fleets.steady import SteadyMessages
 from firmware_protocol.wire.rows import rows_of_messages
 
 if TYPE_CHECKING:

@@ -166,3 +166,19 @@ def test_a_touch_is_told_at_once() -> None:
     told = [event.time for _, event in bench.heard if isinstance(event.message, TableState) and event.message.contacts == 2]
     assert told
     assert told[0] - begun <= 0.0101
+
+
+def test_who_has_not_been_placed_since_the_reset_is_in_nobody_s_way() -> None:
+    bench = SwarmBench(rangers=3, wilds=0)
+    bench.live(BOOTED)
+    arrays = bench.world.table.arrays
+    bench.say(bench.reset(1))
+    x, y = arrays.x[2], arrays.y[2]
+    bench.say(bench.place(2, 1, x + 0.01, y), seconds=0.5)
+    assert (arrays.x[0], arrays.y[0]) == pytest.approx((x + 0.01, y), abs=1e-4)
+    bench.say(bench.place(3, 3, x + 0.015, y), seconds=0.3)
+    assert arrays.x[2] - arrays.x[0] > 0.02, "both have been placed: they push each other away"
+    bench.say(bench.place(4, 2, arrays.x[0], arrays.y[0] + 0.2), bench.reset(5))
+    x, y = arrays.x[2], arrays.y[2]
+    bench.say(bench.place(6, 1, x + 0.01, y), seconds=1.5)
+    assert arrays.x[0] - x > 0.02, "after a second all are solid"

@@ -6,8 +6,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import Command, ContestCommand, JuniorContest, Reason, State, Timesync
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
-from hil.conformance.numbering import STAY
+from hil.conformance.examples import STAY
 from hil.conformance.orders import SLACK, named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("contest")
+GROUP: Final = Group("contest", role=JUNIOR.name)
 _EYES: Final = 4
 """Stimuli of the eyes alone."""
 

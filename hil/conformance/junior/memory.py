@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.memory_table import MemorySlot, memory_checksum
 from firmware_protocol.messages import JuniorMemoryEntry, ManeuverOption, Reason
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.conformance.registry import Group, given, require
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorMemoryWrite
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("memory")
+GROUP: Final = Group("memory", role=JUNIOR.name)
 _ONE: Final = (Action.FF, Action.SB)
 _TWO: Final = (Action.LBRF, Action.MF, Action.LFRS)
 _EIGHT: Final = (Action.LSRF, Action.LBRS, Action.LBRF, Action.LFRS, Action.LSRB, Action.LFRB, Action.S, Action.B)

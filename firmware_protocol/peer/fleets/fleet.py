@@ -20,8 +20,8 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotResultAck,
 )
-from firmware_protocol.peer.commands import Numbering
-from firmware_protocol.peer.steady import STEADY, SYSTEMS, SteadyMessages
+from firmware_protocol.peer.exchanges.commands import Numbering
+from firmware_protocol.peer.fleets.steady import STEADY, SYSTEMS, SteadyMessages
 from firmware_protocol.peer.timetable import NEVER, NOW
 from firmware_protocol.peer.timing import SILENCE
 from firmware_protocol.wire.batch import batch_of
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from firmware_protocol.peer.fleets.rounds import NetworkRound
     from firmware_protocol.peer.peer import Peer
-    from firmware_protocol.peer.rounds import NetworkRound
     from firmware_protocol.wire.batch import Arrivals, Batch
     from firmware_protocol.wire.fields import Message
 

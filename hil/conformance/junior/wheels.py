@@ -13,6 +13,7 @@ from firmware_protocol.messages import (
     Reason,
     State,
 )
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
 from hil.conformance.registry import Group, given, require
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("wheels")
+GROUP: Final = Group("wheels", role=JUNIOR.name)
 _TURN: Final = 0.35
 """Effort of a turn on the spot."""
 _STILL: Final = 0.004

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import JuniorManeuverResult, ManeuverOption, ManualControl, Reason, State
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import MAX_ACTIONS, Outcome
-from hil.conformance.numbering import STAY
+from hil.conformance.examples import STAY
 from hil.conformance.orders import named
 from hil.conformance.registry import Group, require
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorManeuver
     from hil.conformance.subject import Subject
 
-GROUP: Final = Group("maneuvers")
+GROUP: Final = Group("maneuvers", role=JUNIOR.name)
 _SAMPLE: Final = 0.005
 """Control period, in s."""
 
