@@ -52,7 +52,9 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import LinkError
     from firmware_protocol.link import Link
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Circumstances, Opening, Tap
     from hil.sumo.bouts import Bout
     from hil.sumo.ring import Encounter
@@ -273,6 +275,12 @@ class Meter:
         if isinstance(event, Received) and isinstance(event.message, RobotStatus):
             self._boot = event.message.boot_count
             self.counted[self._boot] = max(self.counted.get(self._boot, 0), event.message.maneuvers)
+
+    def arrived(self, came: Arrivals) -> None:
+        """Messages were decoded as arrays: not here."""
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """Messages were sent as arrays: not here."""
 
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent."""

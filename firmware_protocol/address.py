@@ -19,6 +19,10 @@ EXAMPLES = (
 DEFAULT_BAUD = 115200
 FASTEST_BAUD = 2**31 - 1
 """No rate is greater, in bit/s: a system call takes no more."""
+MAY_REPEAT = frozenset({"room"})
+"""Options that may be given several times."""
+REPEATED = "\n"
+"""Between the values of one that is."""
 
 
 def whole_number(text: str, most: int) -> int | None:
@@ -45,7 +49,7 @@ class Address:
         url: The URL as given.
         scheme: What comes before `://`, in lower case.
         target: What comes between that and the options: a device, `host:port`, a name or a path.
-        options: The part after `?`.
+        options: The part after `?`; the values of one that is given several times, with `REPEATED` between them.
     """
 
     url: str
@@ -124,7 +128,9 @@ def parse_address(url: str) -> Address:
         pairs = parse_qsl(parts.query, keep_blank_values=True, strict_parsing=bool(parts.query))
     except ValueError as error:
         raise AddressError(url, f"options are not NAME=VALUE ({error})") from error
-    options = dict(pairs)
-    if len(options) != len(pairs):
-        raise AddressError(url, "an option is given twice")
+    options: dict[str, str] = {}
+    for name, value in pairs:
+        if name in options and name not in MAY_REPEAT:
+            raise AddressError(url, "an option is given twice")
+        options[name] = f"{options[name]}{REPEATED}{value}" if name in options else value
     return Address(url, parts.scheme.lower(), parts.netloc + parts.path, MappingProxyType(options))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from math import isfinite, remainder, tau
 from typing import Final
 
 MAX_ACTIONS: Final = 8
@@ -280,7 +281,8 @@ class Move:
 
     Attributes:
         distance: Way to drive, in m; 0 turns only.
-        heading: Which way, in rad: in the arena's frame, or with `MoveOption.BODY` from the nose. None: `sector` says it.
+        heading: Which way, in rad, kept within half a turn: in the arena's frame, or with `MoveOption.BODY` from the nose.
+            None: `sector` says it.
         sector: Number of the sector of the body along whose bisector it drives, from 1; 0: `heading` says it.
         sectors: How many sectors there are, where `sector` is given.
         face: Heading to turn to when there, in the arena's frame, in rad; None stays as it came.
@@ -310,3 +312,9 @@ class Move:
             raise ValueError("a move has a heading or a sector: one of the two")
         if not 0 <= self.effort <= 100:
             raise ValueError(f"the effort of a move is 0 to 100 percent, not {self.effort}")
+        for name in ("heading", "face"):
+            angle = getattr(self, name)
+            if angle is not None and not isfinite(angle):
+                raise ValueError(f"the {name} of a move is an angle in rad, not {angle}")
+            if angle is not None:
+                object.__setattr__(self, name, remainder(angle, tau))

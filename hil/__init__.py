@@ -1,8 +1,8 @@
 """The bridge: connects, coaches, records, replays, shows.
 
-`connect` opens a robot, real or emulated, `connect_all` all that are on a link, `replay` runs a log again; the rest are the
-types they deal in. Public names are loaded when they are first used: every pytest run loads this package for its plugin,
-whether a test asks for a robot or not.
+`connect` opens a robot, real or emulated, `connect_all` all that are on a link, `connect_swarm` a swarm of micro-robots,
+`replay` runs a log again; the rest are the types they deal in. Public names are loaded when they are first used: every pytest
+run loads this package for its plugin, whether a test asks for a robot or not.
 """
 
 from importlib import import_module
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
+    from firmware_protocol.vocabulary import Action, Maneuver, Move, MoveOption, Outcome, Stimulus
     from hil.bridge.networks import RobotAddress
     from hil.connecting.handles import Answers
     from hil.replaying.difference import ReplayDiverged
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from hil.sumo.connecting import connect, connect_all
     from hil.sumo.junior import Junior
     from hil.sumo.robots import Robots
+    from hil.swarm.connecting import connect_swarm
+    from hil.swarm.handle import Swarm
+    from hil.swarm.rounds import Round, SwarmMoves
 
 _HOMES: Final = {
     "Answers": "hil.connecting.handles",
@@ -31,10 +34,16 @@ _HOMES: Final = {
     "ReplayDiverged": "hil.replaying.difference",
     "ReplayReport": "hil.replaying.host",
     "RobotAddress": "hil.bridge.networks",
+    "Move": "firmware_protocol.vocabulary",
+    "MoveOption": "firmware_protocol.vocabulary",
+    "SwarmMoves": "hil.swarm.rounds",
     "Robots": "hil.sumo.robots",
+    "Round": "hil.swarm.rounds",
+    "Swarm": "hil.swarm.handle",
     "Stimulus": "firmware_protocol.vocabulary",
     "connect": "hil.sumo.connecting",
     "connect_all": "hil.sumo.connecting",
+    "connect_swarm": "hil.swarm.connecting",
     "replay": "hil.replaying.host",
 }
 
@@ -45,14 +54,20 @@ __all__ = [
     "Limits",
     "Maneuver",
     "ManeuverReport",
+    "Move",
+    "MoveOption",
     "Outcome",
     "ReplayDiverged",
     "ReplayReport",
     "RobotAddress",
     "Robots",
+    "Round",
     "Stimulus",
+    "Swarm",
+    "SwarmMoves",
     "connect",
     "connect_all",
+    "connect_swarm",
     "replay",
 ]
 

@@ -18,14 +18,17 @@ from firmware_protocol.messages import (
     JuniorManeuver,
     JuniorMemoryWrite,
     RobotSession,
+    SwarmMove,
+    SwarmSense,
 )
+from firmware_protocol.vocabulary import MoveOption
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
-MODES: Final = {"line": 0, "can": 1, "key": 2, "slow": 4, "key-slow": 6, "key-busy": 10}
+MODES: Final = {"line": 0, "can": 1, "key": 2, "slow": 4, "key-slow": 6, "key-busy": 10, "micro": 32, "micro-can": 33}
 MESSAGE, SIGNED, TIME, SENSORS = 0, 1, 4, 5
 """Steps of `guided.c`."""
 TARGETS: Final = ("target_system", "target_component", "target")
@@ -51,6 +54,17 @@ def driven() -> list[Message]:
     ]
 
 
+def moved() -> list[Message]:
+    """A session, what arms in it, and moves of a micro-robot: one that drives, one that ends at contact and tells ranges."""
+    target = (1, 1)
+    return [
+        *driven()[:2],
+        SwarmMove(1, 1, 1.0, 0.02, 0.5, 0.0, *target, 0, 0, 0, int(MoveOption.SENSE)),
+        SwarmSense(1, 2, 0.2, 0.05, 0.5, *target, sectors=8, ranges=8),
+        SwarmMove(1, 3, None, 0.1, None, 0.0, *target, 3, 8, 50, int(MoveOption.STOP_ON_CONTACT | MoveOption.RANGES)),
+    ]
+
+
 def addressed(message: Message) -> bool:
     """Whether it is for the robot, or for all."""
     return all(getattr(message, name, 0) in {0, 1} for name in TARGETS)
@@ -69,7 +83,7 @@ def write_seeds(folder: Path) -> int:
     alone = {v.name: [v.message] for v in vectors() if v.message.DIRECTION is not Direction.UP and addressed(v.message)}
     written = 0
     for mode, number in MODES.items():
-        for name, messages in {**alone, "driven": driven()}.items():
+        for name, messages in {**alone, "driven": driven(), "moved": moved()}.items():
             steps = b"".join(step(message, signed=mode.startswith("key")) + bytes([TIME, 40]) for message in messages)
             path = folder / f"{mode}-{name}".replace("/", "-").replace(" ", "-")
             path.write_bytes(bytes([number]) + steps + bytes([SENSORS, 255, *range(8), TIME, 200]))

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Final, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.link import Link
 from firmware_protocol.wire.fields import MAVLINK
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 Stamped = tuple[float, bytes]
 """What a device has sent, and when, in s of its time."""
@@ -59,6 +62,127 @@ class Runnable(Steppable, Protocol):
             What is sent to the host, and when.
         """
         ...
+
+
+class Networked(Protocol):
+    """What lives on one clock with several networks.
+
+    Attributes:
+        period: One control period, in s.
+        networks: How many networks it has.
+    """
+
+    period: float
+    networks: int
+
+    def now(self) -> float:
+        """Its time in s."""
+        ...
+
+    def run_networks(self, inbound: Sequence[bytes], periods: int) -> list[bytes]:
+        """Live for at most so many control periods, and return early when something is sent or is to be looked at.
+
+        Args:
+            inbound: What the host has sent since the last one, by network; received in the first of them.
+            periods: How many, 1 or more.
+
+        Returns:
+            What has been sent in the last of them, by network; nothing where nobody has sent anything.
+        """
+        ...
+
+
+class SharedTime:
+    """The time that several links to one emulation share: it passes while the host reads any of them.
+
+    Args:
+        device: What is at the other ends.
+    """
+
+    def __init__(self, device: Networked) -> None:
+        self.device = device
+        self._outbound: list[list[bytes]] = [[] for _ in range(device.networks)]
+        self._inbound: list[list[bytes]] = [[] for _ in range(device.networks)]
+
+    def send(self, network: int, data: bytes) -> None:
+        """Queue bytes: they arrive in the next control period."""
+        self._outbound[network].append(data)
+
+    def take(self, network: int) -> bytes:
+        """What has come on a network, and was not taken yet."""
+        data = b"".join(self._inbound[network])
+        self._inbound[network].clear()
+        return data
+
+    def run(self, timeout: float) -> None:
+        """Let it live until somebody sends something on any network, or the time is over.
+
+        Args:
+            timeout: In s, rounded up to whole control periods.
+        """
+        device = self.device
+        timeout -= _EPSILON
+        deadline = device.now() + timeout
+        outbound = [b"".join(chunks) for chunks in self._outbound]
+        self._outbound = [[] for _ in outbound]
+        while True:
+            said = device.run_networks(outbound, max(1, math.ceil(min(timeout / device.period, _MOST) - _ROUNDING)))
+            for queue, data in zip(self._inbound, said, strict=False):
+                if data:
+                    queue.append(data)
+            timeout = deadline - device.now()
+            if said or timeout <= 0:
+                return
+            outbound = [b""] * len(outbound)
+
+
+class SharedLink(Link):
+    """A link to one network of several that live on one clock.
+
+    A read whose network lags behind, since others have let time pass meanwhile, hands over what has come, and does not wait.
+
+    Args:
+        time: The time that it shares with the others.
+        network: Which network, from 0.
+        url: Name of the link in messages and logs.
+        wire: What the bytes are.
+    """
+
+    lockstep = True
+
+    def __init__(self, time: SharedTime, network: int, url: str, *, wire: str = MAVLINK) -> None:
+        self.url = url
+        self.wire = wire
+        self._time = time
+        self._network = network
+        self._read_at = time.device.now()
+        self._closed = False
+
+    def write(self, data: bytes) -> None:
+        """Queue bytes; they arrive in the next control period."""
+        if self._closed:
+            raise LinkClosedError(self.url, "the link is closed")
+        self._time.send(self._network, data)
+
+    def read(self, timeout: float) -> bytes:
+        """Let time pass until something is sent on any of the networks, or the time is over.
+
+        Args:
+            timeout: Longest wait in the device's time, in s, rounded up to whole control periods; 0 takes what has come.
+        """
+        if self._closed:
+            raise LinkClosedError(self.url, "the link is closed")
+        time, now = self._time, self._time.device.now
+        data = time.take(self._network)
+        if not data and timeout > 0 and self._read_at == now():
+            time.run(timeout)
+            data = time.take(self._network)
+        self._read_at = now()
+        return data
+
+    def close(self) -> None:
+        """Let go of the device."""
+        self._closed = True
 
 
 class MemoryLink(Link):

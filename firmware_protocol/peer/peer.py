@@ -26,10 +26,10 @@ from firmware_protocol.messages import (
     RobotStatus,
     Timesync,
 )
-from firmware_protocol.peer.answers import ANSWERS, for_another
-from firmware_protocol.peer.commands import Numbering, RequestExchange, SessionExchange
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
-from firmware_protocol.peer.exchange import Exchanges, Retry, Ticket
+from firmware_protocol.peer.exchanges.answers import ANSWERS, for_another
+from firmware_protocol.peer.exchanges.commands import Numbering, RequestExchange, SessionExchange
+from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry, Ticket
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.role import role_of
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Event, Received
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
@@ -66,6 +67,8 @@ class Peer(Requests):
         retry: When to ask again.
         pace: On a slow line, what to ask of the robot, instead of its role's streams and `retry`; None: it need not be spared.
         timetable: Is told when `due` must be called next, and whether the robot is to be kept moving; None: nobody's.
+        fleet: Looks after what the robot says all the time, and whether it is heard, while the robot can be used; heartbeats
+            of ours and comparisons of clocks are not this peer's business then. None: nobody else does.
 
     Attributes:
         role: What kind of robot it is, as far as is known.
@@ -93,6 +96,7 @@ class Peer(Requests):
         retry: Retry = Retry(),  # noqa: B008 - frozen
         pace: Pace | None = None,
         timetable: Timetable | None = None,
+        fleet: Fleet | None = None,
     ) -> None:
         role = roles[0]
         if pace is not None:
@@ -101,8 +105,10 @@ class Peer(Requests):
         label = f"robot {system}"
         exchanges = Exchanges(label, self.counters, retry, self._plan)
         table = Timetable() if timetable is None else timetable
+        numbering = Numbering() if fleet is None else fleet.numbering(system)
+        self._fleet = fleet
         super().__init__(
-            system, host_system, host, exchanges, Numbering(), timetable=table, role=role, open_session=open_session, pace=pace
+            system, host_system, host, exchanges, numbering, timetable=table, role=role, open_session=open_session, pace=pace
         )
         self.unavailable = PeerError(f"{label} has not answered the handshake yet")
         self.state = PeerState.SILENT
@@ -129,8 +135,7 @@ class Peer(Requests):
         self._robot_clock = RobotClock()
         self._heard = now
         self._armed_at = float("-inf")
-        self._heartbeat_due = NOW
-        self._timesync_due = NOW
+        self._heartbeat_due = self._timesync_due = NOW if fleet is None else NEVER
         self._silence_due = now + SILENCE
         self._timer_due = NOW
         self._plan()
@@ -181,7 +186,7 @@ class Peer(Requests):
                 self._move(Input.HEARD, time)
         elif self._pace is not None and self.ready:
             self._ease_companion(received.component)
-        if not self._frames.count(received):
+        if self._fleet is None and not self._frames.count(received):
             return self._take()
         if kind in ANSWERS and for_another(message, *self._us):
             return [received, *self._take()]
@@ -256,7 +261,11 @@ class Peer(Requests):
         self.unavailable = PeerLostError(f"{self._label} has not answered yet, since its link is back")
         self._frames.clear()
         self._heard, self._silence_due = now, now + SILENCE
-        self._heartbeat_due = self._timer_due = NOW
+        self._timer_due = NOW
+        if self._fleet is None:
+            self._heartbeat_due = NOW
+        else:
+            self._fleet.restarted(self.system)
         self._move(Input.LINK_BACK, now)
         self._plan()
         return self._take()
@@ -272,6 +281,18 @@ class Peer(Requests):
     def _plan(self) -> None:
         """Tell when `due` must be called next, since that may have changed."""
         self._timetable.plan(self.system, self.next_due())
+        if self._fleet is not None:
+            self._fleet.attend(self.system, usable=self.ready, waits=self._exchanges.active)
+
+    def fell_silent(self, now: float) -> None:
+        """Who looks after it has not heard it for `SILENCE`.
+
+        Args:
+            now: Time in s.
+        """
+        self._move(Input.SILENCE, now)
+        self._timer_due = NOW
+        self._plan()
 
     @property
     def urgent(self) -> bool:
@@ -338,7 +359,8 @@ class Peer(Requests):
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
         timesync_due = self._timesync_due if self.ready else NEVER
-        self._timer_due = min(self._heartbeat_due, self._silence_due, self.streams.next_due, timesync_due)
+        silence_due = NEVER if self._fleet is not None and self.ready else self._silence_due
+        self._timer_due = min(self._heartbeat_due, silence_due, self.streams.next_due, timesync_due)
         self._plan()
 
     def _watch_streams(self, now: float) -> None:
@@ -355,8 +377,10 @@ class Peer(Requests):
 
     def _watch_silence(self, now: float) -> None:
         """See whether the robot has been heard lately."""
+        if self._fleet is not None:
+            self._heard = max(self._heard, self._fleet.steady.heard[self.system])
         self._silence_due = self._heard + SILENCE
-        if now >= self._silence_due:
+        if now >= self._silence_due and not (self._fleet is not None and self.ready):
             self._silence_due = now + SILENCE
             self._move(Input.SILENCE, now)
         self._set_timer()
@@ -409,7 +433,7 @@ class Peer(Requests):
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
                 self.tell(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _ if self.role.ends(message, self.session):
+            case _ if self._fleet is None and self.role.ends(message, self.session):
                 result = cast("Any", message)
                 self.tell(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
@@ -484,7 +508,8 @@ class Peer(Requests):
         """It is of this kind."""
         self.role = role
         self._readings = None if role.readings is RobotStatus else role.readings  # a status means more than its clock
-        self.streams = Streams(role.streams if self._pace is None or self._pace.role is not role else self._pace.streams)
+        streams = role.streams if self._pace is None or self._pace.role is not role else self._pace.streams
+        self.streams = Streams(streams if self._fleet is None else {})
 
     def _move(self, happened: Input, now: float) -> bool:
         """Follow the table, and do what the new state begins with.
@@ -543,7 +568,7 @@ class Peer(Requests):
         elif self.state is PeerState.WATCHING:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self.streams.begin(now)
-        self._timesync_due = now
+        self._timesync_due = now if self._fleet is None else NEVER
         self._timer_due = NOW
         self._plan()
         if not self._known:
@@ -552,7 +577,7 @@ class Peer(Requests):
             self._events.append(PeerBack(self.system, now, self._restarted))
         self._known = self._present = True
         self._restarted = False
-        if self.status is None:  # the count of its starts, to compare later ones with
+        if self.status is None and self._fleet is None:  # the count of its starts, to compare later ones with
             self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False))
 
     def _gone(self, cause: str, now: float) -> None:
@@ -579,6 +604,8 @@ class Peer(Requests):
         self._set_armed(None)
         self.streams.end()
         self.clock.reset()
+        if self._fleet is not None:
+            self._fleet.restarted(self.system)
         self.unavailable = PeerLostError(f"{self._label} has restarted")
         self._exchanges.fail_all(self.unavailable)
 

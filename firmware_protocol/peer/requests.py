@@ -17,7 +17,7 @@ from firmware_protocol.messages import (
     State,
     SysStatus,
 )
-from firmware_protocol.peer.commands import (
+from firmware_protocol.peer.exchanges.commands import (
     ArmExchange,
     CommandExchange,
     NumberedExchange,
@@ -26,13 +26,17 @@ from firmware_protocol.peer.commands import (
     RequestExchange,
     StateExchange,
 )
-from firmware_protocol.peer.parameter_exchanges import ParameterListExchange, ParameterReadExchange, ParameterSetExchange
+from firmware_protocol.peer.exchanges.parameter_exchanges import (
+    ParameterListExchange,
+    ParameterReadExchange,
+    ParameterSetExchange,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.faults.failures import FailureType
-    from firmware_protocol.peer.exchange import Exchange, Exchanges, Ticket
+    from firmware_protocol.peer.exchanges.exchange import Exchange, Exchanges, Ticket
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
     from firmware_protocol.peer.timetable import Timetable

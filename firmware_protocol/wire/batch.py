@@ -8,13 +8,14 @@ same order.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.wire.payload import PAYLOADS
-from firmware_protocol.wire.rows import Rows, rows_of_payloads, take_rows
+from firmware_protocol.wire.rows import Rows, messages_of, rows_of_payloads, take_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -48,16 +49,34 @@ class Batch:
 
     def ordered(self) -> Batch:
         """The same, by place."""
-        order = np.argsort(self.place)
+        return self.part(np.argsort(self.place))
+
+    def part(self, these: NDArray[np.intp]) -> Batch:
+        """Some of them.
+
+        Args:
+            these: Their numbers in the batch.
+        """
         return Batch(
             self.message,
-            take_rows(self.rows, order),
-            self.system[order],
-            self.component[order],
-            self.sequence[order],
-            self.time[order],
-            self.place[order],
+            take_rows(np.ascontiguousarray(self.rows), these),
+            self.system[these],
+            self.component[these],
+            self.sequence[these],
+            self.time[these],
+            self.place[these],
         )
+
+    def objects(self) -> list[tuple[int, Received]]:
+        """Each as an object, without the frame as it came, and its place."""
+        columns = (self.system, self.component, self.sequence, self.time, self.place)
+        plain = zip(*(column.tolist() for column in columns), strict=True)
+        return [
+            (place, Received(message, system, component, sequence, time, b""))
+            for message, (system, component, sequence, time, place) in zip(
+                messages_of(self.message, self.rows), plain, strict=True
+            )
+        ]
 
 
 @dataclass(frozen=True)
@@ -73,6 +92,14 @@ class Arrivals:
     batches: Mapping[type[Message], Batch]
     events: Sequence[Received | Rejected]
     places: Sequence[int]
+
+    def objects(self) -> list[Received | Rejected]:
+        """All of it as objects, in the order in which it came."""
+        found: list[tuple[int, Received | Rejected]] = list(zip(self.places, self.events, strict=True))
+        for batch in self.batches.values():
+            found += batch.objects()
+        found.sort(key=itemgetter(0))
+        return [event for _, event in found]
 
 
 def packed(event: Received) -> bytes:
@@ -106,13 +133,21 @@ def arrivals(
             rest.append(event)
             rest_places.append(place)
     for kind, found in single.items():
-        more = _batch_of(kind, found, payload)
+        more = batch_of(kind, found, payload)
         batches[kind] = _merged(batches[kind], more) if kind in batches else more
     return Arrivals(batches, rest, rest_places)
 
 
-def _batch_of(kind: type[Message], found: list[tuple[Received, int]], payload: Callable[[Received], bytes]) -> Batch:
-    """Objects as a batch."""
+def batch_of(
+    kind: type[Message], found: Sequence[tuple[Received, int]], payload: Callable[[Received], bytes] = packed
+) -> Batch:
+    """Objects of one kind as a batch.
+
+    Args:
+        kind: Class of the messages.
+        found: The objects, and the place of each.
+        payload: Gives the payload of an object's message; zeros at the end may be left out.
+    """
     heads = [(event.system, event.component, event.sequence) for event, _ in found]
     system, component, sequence = np.array(heads, np.uint8).T
     return Batch(

@@ -95,6 +95,11 @@ class MavlinkCodec:
         self._junk_detail = ""
         self._junk_left = 0
 
+    @property
+    def pending(self) -> bytes:
+        """What has come and is not judged yet."""
+        return self._junk + self._buffer
+
     def encode(self, message: Message) -> bytes:
         """One frame; the frame sequence number goes up by one.
 

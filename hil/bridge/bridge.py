@@ -40,7 +40,9 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
+    from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
     from hil.bridge.pump import Chunk, Turn
@@ -146,7 +148,7 @@ class Bridge:
         self.host = self._session()
         self._alive = (RobotAlive(self.host),)
         self.signing = signing
-        self._codec = open_codec(link.wire, system=system, component=component, signing=signing)
+        self._codec = self._open_codec(link.wire)
         self._redaction = Redaction(link.wire)
         self._outlet = Outlet(self._codec.encode, self._taps)
         self._hello_due = self._alive_due = self._taken_in = self.now
@@ -167,6 +169,10 @@ class Bridge:
         self.operator = Operator() if operator is None else operator
         self._around = Surroundings(self.operator, self._pump)
         self.operator.attach(self._wake)
+
+    def _open_codec(self, wire: str) -> Codec:
+        """The codec of our wire."""
+        return open_codec(wire, system=self._system, component=self._component, signing=self.signing)
 
     def __enter__(self) -> Self:
         return self
@@ -258,14 +264,18 @@ class Bridge:
         for stamp, data in chunks:
             if self._looking:
                 self.witness.came(data, stamp)
-            found = self._codec.receive(data, stamp)
-            passed = self._redaction.received(stamp, data, found)
-            if self._taps:
-                self._pass(passed)
-            self._take(found, events)
+            self._take_chunk(stamp, data, events)
         if not chunks and (rest := self._codec.flush(now)):
             self._pass(self._redaction.judged(rest))
             self._take(rest, events)
+
+    def _take_chunk(self, stamp: float, data: bytes, events: list[Event]) -> None:
+        """Decode a chunk, and tell taps and peers of what is in it."""
+        found = self._codec.receive(data, stamp)
+        passed = self._redaction.received(stamp, data, found)
+        if self._taps:
+            self._pass(passed)
+        self._take(found, events)
 
     def _wake(self) -> None:
         """Have a step that waits return at once, since the operator asks for something."""
@@ -377,28 +387,32 @@ class Bridge:
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
-        taps, peers, witness = self._taps, self.peers, self.witness if self._looking else None
+        taps, witness = self._taps, self.witness if self._looking else None
         for item in items:
             if witness is not None:
                 witness.saw(item)
             if taps and (item.system not in self._shunned or not isinstance(item, Received)):  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
-            if not isinstance(item, Received):
+            if isinstance(item, Received):
+                self._hear(item, events)
+            else:
                 events.append(item)
                 self._blame(item)
-                continue
-            message = item.message
-            if type(message) is Statustext:
-                self._farewell.heard(message, item.time)
-            peer = peers.get(item.system) or self._meet(item)
-            if peer is None:
-                events.append(item)
-                continue
-            for event in peer.handle(item):
-                events.append(event)
-                if event is not item:
-                    self._tell(event)
+
+    def _hear(self, item: Received, events: list[Event]) -> None:
+        """Have the peer of a robot hear what it has said."""
+        message = item.message
+        if type(message) is Statustext:
+            self._farewell.heard(message, item.time)
+        peer = self.peers.get(item.system) or self._meet(item)
+        if peer is None:
+            events.append(item)
+            return
+        for event in peer.handle(item):
+            events.append(event)
+            if event is not item:
+                self._tell(event)
 
     def _blame(self, rejected: Rejected) -> None:
         """Count rejected input on the robot that it came from, or on the link."""
@@ -425,10 +439,15 @@ class Bridge:
         if not heartbeat:
             return None
         self._timetable.enter(system)
-        peer = Peer(
+        self.peers[system] = peer = self._make_peer(system, received.time)
+        return peer
+
+    def _make_peer(self, system: int, now: float, fleet: Fleet | None = None) -> Peer:
+        """A peer for a robot that is heard for the first time."""
+        return Peer(
             system,
             session=self._session,
-            now=received.time,
+            now=now,
             host=self.host,
             roles=ROLES,
             open_session=self._open_sessions,
@@ -436,9 +455,8 @@ class Bridge:
             host_component=self._component,
             pace=self.pace,
             timetable=self._timetable,
+            fleet=fleet,
         )
-        self.peers[system] = peer
-        return peer
 
     def _turn(self, reopening: Reopening, turn: Turn | None, now: float, events: list[Event]) -> None:
         """See to a link that was lost or is back, and to who is at its other end."""
@@ -533,11 +551,15 @@ class Bridge:
         """
         gap = chunks[0][0] - self._taken_in
         if gap > _GAP:
-            for peer in self.peers.values():
-                peer.missed(gap)
+            self._missed(gap)
         self._taken_in = chunks[-1][0]
         if now >= self.next_due():
             self._service(now, events)
+
+    def _missed(self, gap: float) -> None:
+        """Nobody has listened for so long, in s."""
+        for peer in self.peers.values():
+            peer.missed(gap)
 
     def _service(self, now: float, events: list[Event]) -> None:
         """Send what is due."""
@@ -574,7 +596,10 @@ class Bridge:
         """Encode, send, and tell the taps. A link that fails is noted."""
         if self._failed:
             return
-        sent = self._outlet.write(self.link, messages, now)
+        self._sent(self._outlet.write(self.link, messages, now))
+
+    def _sent(self, sent: bytes | LinkError) -> None:
+        """Note what went out, or a link that failed."""
         if isinstance(sent, bytes):
             if self._looking:
                 self.witness.sent(sent)

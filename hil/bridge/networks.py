@@ -97,7 +97,10 @@ class Networks:
             raise next(reversed(self.failures.values()))
         if len(alive) > 1:
             if next(iter(alive.values())).link.lockstep:
-                behind = min(alive, key=lambda name: alive[name].now)
+                behind = min(alive, key=lambda name: (alive[name].now, alive[name].next_due()))
+                due = min(bridge.next_due() for bridge in alive.values()) - alive[behind].now
+                if 0 < due < wait:  # nobody is let wait for what another one has to say
+                    wait = due
                 alive = {behind: alive[behind]}
             else:
                 due = min(bridge.next_due() for bridge in alive.values())

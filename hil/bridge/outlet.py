@@ -6,14 +6,20 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import LinkError
 from firmware_protocol.messages import SetupSigning
+from firmware_protocol.wire.rows import messages_of
 from firmware_protocol.wire.signing import redacted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.link import Link
+    from firmware_protocol.peer.fleets.fleet import Said
+    from firmware_protocol.wire.can.batch import CanBatchCodec
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.mavlink_batch import MavlinkBatchCodec
     from hil.bridge.taps import Tap
+
+    BatchCodec = MavlinkBatchCodec | CanBatchCodec
 
 
 class Outlet:
@@ -48,6 +54,44 @@ class Outlet:
             failure = error
         if self._taps:
             self._tell(messages, frames, now, failure)
+        return data if failure is None else failure
+
+    def write_rows(self, link: Link, said: Sequence[Said], now: float, batches: BatchCodec | None) -> bytes | LinkError:
+        """Write messages, many of a kind as arrays, in one piece.
+
+        Args:
+            link: Where to.
+            said: What to say.
+            now: Time of the step, in s.
+            batches: Encodes arrays; None: they are encoded one by one.
+
+        Returns:
+            As `write`.
+        """
+        frames: list[bytes] = []
+        for one in said:
+            if not isinstance(one, tuple):
+                frames.append(self._encode(one))
+            elif batches is not None:
+                frames.append(batches.encode_batch(*one))
+            else:
+                frames += map(self._encode, messages_of(*one))
+        data = b"".join(frames)
+        failure: LinkError | None = None
+        try:
+            link.write(data)
+        except LinkError as error:
+            failure = error
+        for tap in self._taps:
+            if failure is not None:
+                tap.unsent(now, data, failure)
+                continue
+            tap.wire_tx(now, data)
+            for one in said:
+                if isinstance(one, tuple):
+                    tap.sent_rows(now, *one)
+                else:
+                    tap.sent(now, one)
         return data if failure is None else failure
 
     def _tell(self, messages: Sequence[Message], frames: Sequence[bytes], now: float, failure: LinkError | None) -> None:

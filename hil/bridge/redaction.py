@@ -38,6 +38,23 @@ class Redaction:
         self._chunks: list[tuple[float, int]] = []
         """Of each that is held, stamp in s and length."""
 
+    def suspects(self, data: bytes) -> bool:
+        """Whether a key may be in a chunk, or a part of one: then it is for `received`.
+
+        Args:
+            data: The chunk.
+        """
+        return self._keys and bool(self._chunks or self._claimed or may_carry_key(self._unjudged + data))
+
+    def passed(self, rest: bytes) -> None:
+        """A chunk has come in which there can be no key.
+
+        Args:
+            rest: What the codec has not judged yet.
+        """
+        if self._keys:
+            self._unjudged = rest
+
     def received(self, stamp: float, data: bytes, events: list[Received | Rejected]) -> list[Chunk]:
         """A chunk has come.
 

@@ -10,7 +10,9 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import LinkError
     from firmware_protocol.events import Event, Received, Rejected
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.operator import OperatorInput
 
 
@@ -99,8 +101,16 @@ class Tap(Protocol):
         """A message was decoded, or input rejected."""
         ...
 
+    def arrived(self, came: Arrivals) -> None:
+        """Messages were decoded and input rejected, many at once: as `received` for each, in the order of their places."""
+        ...
+
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent."""
+        ...
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """Many messages of ours, all of a kind, were sent: as `sent` for each."""
         ...
 
     def event(self, event: Event) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+import re
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 from rich.table import Table
@@ -13,14 +14,21 @@ from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.conformance import CHECKS, LAST, Check, CheckOutcome, Verdict
+from hil.conformance.page import wheels_of
 from hil.connecting.connecting import DEFAULT_URL
-from hil.jobs.check import CheckJob, chosen_checks
+from hil.jobs.check import MOST_SYSTEM, CheckJob, chosen_checks
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-_COLOURS = {CheckOutcome.PASSED: "green", CheckOutcome.FAILED: "bold red", CheckOutcome.NOT_RUN: "dim"}
+_COLOURS = {
+    CheckOutcome.PASSED: "green",
+    CheckOutcome.FAILED: "bold red",
+    CheckOutcome.NOT_RUN: "dim",
+    CheckOutcome.OTHER_ROLE: "dim",
+}
 _WIRE_NAMES = {MAVLINK: "MAVLink", CAN: "CAN"}
+_ADDRESS: Final = re.compile(r"(1\.)?(?P<id>[0-9]{1,3})")
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
 
 
@@ -38,6 +46,9 @@ def check(
     ] = False,
     system: Annotated[
         int | None, typer.Option("--system", min=1, max=254, help="System id of the robot; the first that answers if left out.")
+    ] = None,
+    second: Annotated[
+        str | None, typer.Option("--with", metavar="ADDRESS", help="Another robot on the link, for the checks that need two.")
     ] = None,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
     signing_key: common.SigningKeyOption = None,
@@ -67,7 +78,7 @@ def check(
         if not as_json and (not quiet or verdict.outcome is CheckOutcome.FAILED):
             _tell(console, verdict)
 
-    job = CheckJob(moving, named, system, timeout, seed, told=told)
+    job = CheckJob(moving, named, system, _second(second, system), timeout, seed, told=told)
     with running(
         "check",
         "emulated" if link is None else "robot",
@@ -108,6 +119,19 @@ def _named(only: list[str] | None) -> tuple[str, ...]:
     return named
 
 
+def _second(address: str | None, system: int | None) -> int | None:
+    """The system id in the address of a second robot: ID, or 1.ID, since a link is one network."""
+    if address is None:
+        return None
+    found = _ADDRESS.fullmatch(address)
+    number = int(found["id"]) if found else 0
+    if not 1 <= number <= MOST_SYSTEM:
+        raise common.UsageError(f"--with {address}: write the system id of another robot on the link, 1 to {MOST_SYSTEM}")
+    if number == system:
+        raise common.UsageError(f"--with {address}: that is the robot that is checked; name another one")
+    return number
+
+
 def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
     if as_json:
         common.print_json(
@@ -117,7 +141,11 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
                     "group": check.group,
                     "demands": check.demands,
                     "rule": check.rule,
+                    "role": check.role or None,
                     "moving": check.moving,
+                    "motion": check.motion,
+                    "room": check.room,
+                    "second": check.second,
                     "wire": check.wire or None,
                     "keyed": check.keyed,
                 }
@@ -126,15 +154,18 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
         )
         return
     table = Table(box=None)
-    for head in ("check", "about", "wheels turn", "over", "what the protocol demands"):
+    for head in ("check", "about", "for", "wheels turn", "over", "what the protocol demands"):
         table.add_column(head)
     for check in checks:
         over = _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
-        table.add_row(check.name, check.group, "yes" if check.moving else "", over, check.demands)
+        table.add_row(check.name, check.group, check.role, wheels_of(check), over, check.demands)
     console.print(table)
 
 
 def _tell(console: Console, verdict: Verdict) -> None:
+    if verdict.outcome is CheckOutcome.OTHER_ROLE:
+        console.print(f"{verdict.check.name:{_NAME_WIDTH}}  ", Text(verdict.outcome.value, _COLOURS[verdict.outcome]), sep="")
+        return
     word = f"{verdict.outcome.value:8}"
     console.print(f"{verdict.check.name:{_NAME_WIDTH}}  ", Text(word, _COLOURS[verdict.outcome]), f"  {verdict.detail}", sep="")
     if verdict.outcome is CheckOutcome.FAILED:

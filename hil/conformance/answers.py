@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
@@ -11,21 +11,14 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     Heartbeat,
-    JuniorManeuverResult,
-    JuniorMemoryEntry,
-    JuniorMemoryRead,
     MissionCount,
     MissionRequestList,
     Ping,
-    Reason,
     RobotAck,
     RobotSession,
     Timesync,
 )
-from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.fields import Message
-from hil.conformance.keeping import NO_SLOT
-from hil.conformance.numbering import STAY
 from hil.conformance.probe import HOST, TRIES
 from hil.conformance.registry import CheckFailedError, Group
 
@@ -48,7 +41,7 @@ def _names(answer: Message) -> tuple[int, int]:
     return getattr(answer, "target_system", 0), getattr(answer, "target_component", 0)
 
 
-def _expect_named(
+def expect_named(
     robot: Subject, who: tuple[int, int], question: Message, kind: type[M], match: Callable[[M], bool] = lambda _: True
 ) -> M:
     """Ask in somebody's name, and see that the answer names that one.
@@ -81,7 +74,8 @@ def _expect_named(
     raise CheckFailedError(f"{asked}, {kind.NAME} names system {others[-1][0]}, component {others[-1][1]}")
 
 
-def _askers(robot: Subject) -> tuple[tuple[int, int], ...]:
+def askers(robot: Subject) -> tuple[tuple[int, int], ...]:
+    """Who asks: system and component, our own first."""
     return (HOST, *robot.strangers)
 
 
@@ -89,33 +83,33 @@ def _askers(robot: Subject) -> tuple[tuple[int, int], ...]:
 def command_ack(robot: Subject) -> str:
     """COMMAND_ACK names who asked, whatever the answer is."""
     for command, param in ((_NO_COMMAND, 0.0), (Command.REQUEST_MESSAGE, Heartbeat.ID)):
-        for who in _askers(robot):
+        for who in askers(robot):
             question = CommandLong(robot.system, ROBOT_COMPONENT, command, param1=float(param))
-            _expect_named(robot, who, question, CommandAck, lambda m, command=command: m.command == command)  # type: ignore[misc]
+            expect_named(robot, who, question, CommandAck, lambda m, command=command: m.command == command)  # type: ignore[misc]
     return "three askers, accepted and refused"
 
 
 @GROUP.check("timesync-addressed", rule="Answers")
 def timesync(robot: Subject) -> str:
     """TIMESYNC names who asked."""
-    for mark, who in enumerate(_askers(robot), _MARK):
-        _expect_named(robot, who, Timesync(0, mark), Timesync, lambda m, mark=mark: m.ts1 == mark and m.tc1 != 0)  # type: ignore[misc]
+    for mark, who in enumerate(askers(robot), _MARK):
+        expect_named(robot, who, Timesync(0, mark), Timesync, lambda m, mark=mark: m.ts1 == mark and m.tc1 != 0)  # type: ignore[misc]
     return "three askers"
 
 
 @GROUP.check("ping-addressed", rule="Answers")
 def ping(robot: Subject) -> str:
     """The answer to PING names who asked."""
-    for mark, who in enumerate(_askers(robot), _MARK):
-        _expect_named(robot, who, Ping(time_usec=1, seq=mark), Ping, lambda m, mark=mark: m.seq == mark)  # type: ignore[misc]
+    for mark, who in enumerate(askers(robot), _MARK):
+        expect_named(robot, who, Ping(time_usec=1, seq=mark), Ping, lambda m, mark=mark: m.seq == mark)  # type: ignore[misc]
     return "three askers"
 
 
 @GROUP.check("mission-count-addressed", rule="Answers")
 def mission_count(robot: Subject) -> str:
     """MISSION_REQUEST_LIST is answered, and MISSION_COUNT names who asked."""
-    for who in _askers(robot):
-        answer = _expect_named(robot, who, MissionRequestList(robot.system, ROBOT_COMPONENT), MissionCount)
+    for who in askers(robot):
+        answer = expect_named(robot, who, MissionRequestList(robot.system, ROBOT_COMPONENT), MissionCount)
         if answer.count != 0:
             raise CheckFailedError(f"MISSION_COUNT says {answer.count}")
     return "three askers, no mission"
@@ -124,41 +118,14 @@ def mission_count(robot: Subject) -> str:
 @GROUP.check("ack-addressed", rule="Answers")
 def ack(robot: Subject) -> str:
     """ROBOT_ACK names who asked: for what is refused, what is repeated, and for a session."""
-    read = robot.numbered(JuniorMemoryRead, index=NO_SLOT)
-    foreign = robot.numbered(JuniorMemoryRead, index=NO_SLOT, session=robot.session ^ 1)
+    read = robot.question()
+    foreign = robot.question(session=robot.session ^ 1)
     same = RobotSession(robot.session, 0, robot.host, robot.system, ROBOT_COMPONENT, PROTOCOL_MAJOR, robot.minor)
     for question in (read, foreign, same):
-        for who in (*_askers(robot), HOST):
+        for who in (*askers(robot), HOST):
 
-            def match(m: RobotAck, question: JuniorMemoryRead | RobotSession = question) -> bool:
+            def match(m: RobotAck, question: Any = question) -> bool:  # noqa: ANN401 - any numbered message
                 return (m.message, m.session, m.sequence) == (question.ID, question.session, question.sequence)
 
-            _expect_named(robot, who, question, RobotAck, match)
+            expect_named(robot, who, question, RobotAck, match)
     return "a repetition, another session, ROBOT_SESSION"
-
-
-@GROUP.check("result-addressed", rule="Answers", needs=("ack-addressed",))
-def result(robot: Subject) -> str:
-    """JUNIOR_MANEUVER_RESULT names who asked for the maneuver."""
-    robot.need_sources()
-    robot.arm()
-    for who in _askers(robot):
-        maneuver = robot.maneuver(STAY, 0.02)
-
-        def match(m: JuniorManeuverResult, sequence: int = maneuver.sequence) -> bool:
-            return (m.session, m.sequence) == (robot.session, sequence)
-
-        robot.acknowledge(_expect_named(robot, who, maneuver, JuniorManeuverResult, match))
-    return "three askers"
-
-
-@GROUP.check("memory-entry-addressed", rule="Answers", needs=("ack-addressed",))
-def memory_entry(robot: Subject) -> str:
-    """JUNIOR_MEMORY_ENTRY names who asked."""
-    robot.need_sources()
-    with robot.emptied_memory():
-        robot.expect(robot.write((Action.S,), current=0), Reason.NONE)
-        read = robot.numbered(JuniorMemoryRead, index=0)
-        for who in (*_askers(robot), HOST):
-            _expect_named(robot, who, read, JuniorMemoryEntry, lambda m: m.sequence == read.sequence)
-    return "three askers, a repetition"

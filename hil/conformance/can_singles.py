@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.events import RejectReason
 from firmware_protocol.messages import (
     ROBOT_COMPONENT,
     Command,
     CommandAck,
-    JuniorSensors,
     Reason,
     RobotAck,
     RobotAlive,
     State,
     Timesync,
 )
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import MAX_DATA, CanFrame, split_records
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import MAX_DATA, CanFrame
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.can_frames import STOP, identifier, readdressed, resized
 from hil.conformance.can_transfers import question
@@ -29,10 +27,8 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("CAN frames", CAN)
-_SINGLES: Final = (layout.ESTOP_FUNCTION, layout.WHEELS_FUNCTION, layout.ALIVE_FUNCTION)
 _BASE_SHIFT: Final = 18
 """Of a 29-bit identifier, the upper 11 bits are where an 11-bit one would be."""
-_DIGESTS: Final = (layout.SWITCHES_FUNCTION, layout.EYES_FUNCTION, layout.TRAVEL_FUNCTION)
 
 
 def _stop(node: int) -> CanFrame:
@@ -69,24 +65,24 @@ def stop_exact(robot: Subject) -> str:
 
 @GROUP.check("wheels-frame-exact", rule="A single frame of another length")
 def wheels_exact(robot: Subject) -> str:
-    """A JUNIOR_WHEELS_FRAME of another length turns nothing, and is counted."""
+    """A JUNIOR_WHEELS_FRAME or a SWARM_MOVE_FRAME of another length turns nothing, and is counted."""
     robot.arm()
     start = len(robot.heard)
 
     def send() -> None:
         for length in range(MAX_DATA):
-            (frame,) = robot.frames(robot.wheels(0.0, 0.0, 5.0))
+            (frame,) = robot.frames(robot.single(5.0))
             robot.put(resized(frame, length))
 
     before, after = robot.counted(send)
     require(not robot.got(RobotAck, start), "one was answered")
-    robot.expect_state(State.READY, "after frames that are no JUNIOR_WHEELS_FRAME")
+    robot.expect_state(State.READY, "after frames of a wrong length")
     count = after.unknown - before.unknown
     require(count == MAX_DATA, f"ROBOT_STATUS.unknown rose by {count} after {MAX_DATA} such frames")
     return "lengths 0 to 7"
 
 
-@GROUP.check("alive-frame-exact", rule="A single frame of another length")
+@GROUP.check("alive-frame-exact", rule="A single frame of another length", motion=True)
 def alive_exact(robot: Subject) -> str:
     """A ROBOT_ALIVE of another length is counted, and keeps nothing."""
     (alive,) = robot.frames(RobotAlive(robot.host, robot.system, ROBOT_COMPONENT))
@@ -100,9 +96,9 @@ def alive_exact(robot: Subject) -> str:
 
 @GROUP.check("wheels-frame-in-open-session", rule="JUNIOR_WHEELS_FRAME belongs to the session that is open")
 def wheels_session(robot: Subject) -> str:
-    """A JUNIOR_WHEELS_FRAME is answered in the session that is open, and a late copy from the one before turns nothing."""
+    """Such a frame is answered in the session that is open, and a late copy from the one before turns nothing."""
     robot.arm()
-    wheels = robot.wheels(0.0, 0.0, 1.0)
+    wheels = robot.single()
     robot.expect(wheels, Reason.NONE)
     (late,) = robot.frames(wheels)
     robot.open_session()
@@ -122,9 +118,10 @@ def wheels_session(robot: Subject) -> str:
 def foreign_functions(robot: Subject) -> str:
     """Frames under the robots' identifiers, or under functions that mean nothing, are not taken."""
     robot.arm()
-    known = {*_SINGLES, layout.TRANSFER_DOWN_FUNCTION}
+    (wheels,) = robot.frames(robot.single(5.0))
+    own = wheels.identifier >> layout.FUNCTION_SHIFT
+    known = {layout.ESTOP_FUNCTION, own, layout.ALIVE_FUNCTION, layout.TRANSFER_DOWN_FUNCTION}
     foreign = [function for function in range(16) if function not in known]
-    (wheels,) = robot.frames(robot.wheels(0.0, 0.0, 5.0))
     robot.forget()
     for function in foreign:
         frames = (_stop(robot.system), wheels, *question(robot, function))
@@ -150,24 +147,6 @@ def long_identifiers(robot: Subject) -> str:
     require(not robot.got(Timesync), "a question was answered")
     robot.expect_state(State.READY, "after an emergency stop with a 29-bit identifier")
     return "the same bits at either end"
-
-
-@GROUP.check("digests-together", rule="The digests stand for JUNIOR_SENSORS")
-def digests(robot: Subject) -> str:
-    """JUNIOR_SENSORS leaves as its three digests, together and in the order of their identifiers."""
-    wanted = [identifier(function, robot.system) for function in _DIGESTS]
-    robot.spend(1.0)
-    moments = [split_records(event.raw) for event in robot.heard if isinstance(event.message, JuniorSensors)]
-    found = [[CanFrame.unpack(record).identifier for record in records] for records in moments]
-    strange = [" ".join(f"{number:03X}" for number in numbers) for numbers in found if numbers != wanted]
-    require(not strange, f"JUNIOR_SENSORS came as {strange[:1]}")
-    apart = [
-        event
-        for event in robot.rejected
-        if event.reason is RejectReason.INCOMPLETE and CanFrame.unpack(split_records(event.raw)[0]).identifier in wanted
-    ]
-    require(found and not apart, f"{len(apart)} digests came without the others of their moment, and {len(found)} with them")
-    return f"{len(found)} moments"
 
 
 @GROUP.check("node-within-the-bus", rule="A system id above 127")

@@ -57,6 +57,7 @@ def untrimmed_payload(robot: Subject) -> str:
 @GROUP.check("bad-checksum-dropped", rule="Damage")
 def bad_checksum(robot: Subject) -> str:
     """A frame with a bad checksum is not acted on, and is counted."""
+    robot.need_own_line()
 
     def send() -> None:
         frame = _ping(robot, 3)
@@ -72,6 +73,7 @@ def bad_checksum(robot: Subject) -> str:
 @GROUP.check("unknown-message-counted", rule="What is not understood")
 def unknown_message(robot: Subject) -> str:
     """A frame with an unknown id is counted and left alone."""
+    robot.need_own_line()
 
     def send() -> None:
         robot.raw(robot.sealed(foreign(_ping(robot, 3))) + _ping(robot, 4))
@@ -86,6 +88,7 @@ def unknown_message(robot: Subject) -> str:
 @GROUP.check("impossible-length-refused", rule="Damage")
 def impossible_length(robot: Subject) -> str:
     """A header whose length its message cannot have is refused at once."""
+    robot.need_own_line()
     with robot.silence():
         first, second = (robot.frame(Timesync(0, stamp)) for stamp in (101, 102))
         robot.raw(header(_ping(robot, 0), length=payload_length(CommandLong)) + first)

@@ -11,7 +11,6 @@ from firmware_protocol.messages import (
     CommandAck,
     CommandLong,
     CommandResult,
-    JuniorMemoryRead,
     ManualControl,
     Reason,
     RobotAlive,
@@ -19,13 +18,11 @@ from firmware_protocol.messages import (
     Timesync,
 )
 from firmware_protocol.peer.timing import HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.vocabulary import Outcome
 from firmware_protocol.wire.fields import MAVLINK
-from hil.conformance.numbering import STAY
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
-from hil.conformance.stopping import LONG, expect_stopped, in_time
+from hil.conformance.stopping import LONG, TICK, in_time
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,15 +30,12 @@ if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("who may drive")
-NO_SLOT: Final = 254
-"""JUNIOR_MEMORY_READ.index that no memory has: asking for it changes nothing."""
 _SPAN: Final = 0.48
 """How long it is seen whether something keeps a robot, in s: nearly two times WATCHDOG."""
 _WATCHDOG: Final = 0.25
 _SHORT: Final = 0.2
 """A WATCHDOG in s that ends MANUAL_CONTROL before its own 0.25 s are over."""
 _STICK: Final = 0.25
-_TICK: Final = 0.005
 _MARK: Final = 44
 
 
@@ -63,26 +57,28 @@ def expect_not_kept(robot: Subject, say: Callable[[], None], what: str) -> None:
     """
     with robot.parameters(WATCHDOG=_WATCHDOG * 1e3):
         robot.arm()
-        maneuver = robot.maneuver(STAY, 5.0)
-        robot.expect(maneuver, Reason.NONE)
+        motion = robot.lasting(5.0)
+        robot.expect(motion, Reason.NONE)
         _saying(robot, say)
         robot.expect_state(State.READY, f"after {_SPAN:g} s in which only {what} was heard")
-        expect_stopped(robot.result(maneuver, 0.0), Reason.WATCHDOG)
+        robot.expect_stopped(robot.ended(motion, 0.0), Reason.WATCHDOG)
 
 
 def _expect_kept(robot: Subject, say: Callable[[], None], what: str) -> None:
     """See that something keeps a robot that a host has armed."""
     with robot.parameters(WATCHDOG=_WATCHDOG * 1e3):
         robot.arm()
-        maneuver = robot.maneuver(STAY, 2 * _WATCHDOG)
-        robot.expect(maneuver, Reason.NONE)
+        motion = robot.lasting(2 * _WATCHDOG)
+        robot.expect(motion, Reason.NONE)
         _saying(robot, say, 2 * _WATCHDOG + QUIET)
-        result = robot.result(maneuver, 0.0)
-        found = named(Outcome, result.outcome)
-        require(result.outcome == Outcome.COMPLETED, f"a maneuver of {2 * _WATCHDOG:g} s, kept by {what}, ended with {found}")
+        result = robot.ended(motion, 0.0)
+        found = robot.outcome(result)
+        require(
+            result.outcome == robot.examples.completed, f"what takes {2 * _WATCHDOG:g} s, kept by {what}, ended with {found}"
+        )
 
 
-@GROUP.check("heartbeats-do-not-keep", rule="The keeper", needs=("watchdog-stops",))
+@GROUP.check("heartbeats-do-not-keep", rule="The keeper", motion=True, needs=("watchdog-stops",))
 def heartbeats(robot: Subject) -> str:
     """What names no host does not keep what a host has armed, whoever sends it: HEARTBEAT, TIMESYNC."""
     said = HOST_HEARTBEAT, Timesync(0, 1)
@@ -94,7 +90,7 @@ def heartbeats(robot: Subject) -> str:
     return "from the host's own address, another component, another system"
 
 
-@GROUP.check("alive-keeps", rule="The keeper")
+@GROUP.check("alive-keeps", rule="The keeper", motion=True)
 def alive(robot: Subject) -> str:
     """ROBOT_ALIVE of the host whose session is open keeps what it has armed, said to the robot or to all."""
     for system, component in ((robot.system, ROBOT_COMPONENT), (0, 0)):
@@ -103,7 +99,7 @@ def alive(robot: Subject) -> str:
     return "to the robot, to all"
 
 
-@GROUP.check("alive-of-other-host-ignored", rule="The keeper", needs=("watchdog-stops", "heartbeats-do-not-keep"))
+@GROUP.check("alive-of-other-host-ignored", rule="The keeper", motion=True, needs=("watchdog-stops", "heartbeats-do-not-keep"))
 def other_alive(robot: Subject) -> str:
     """ROBOT_ALIVE of another host does not keep it."""
     other = robot.host ^ 1 or 2
@@ -112,16 +108,18 @@ def other_alive(robot: Subject) -> str:
     return "to the robot, to all"
 
 
-@GROUP.check("numbered-messages-keep", rule="The keeper", needs=("watchdog-stops",))
+@GROUP.check("numbered-messages-keep", rule="The keeper", motion=True, needs=("watchdog-stops",))
 def numbered(robot: Subject) -> str:
     """Numbered messages of the session keep what its host has armed."""
-    _expect_kept(robot, lambda: robot.send(robot.numbered(JuniorMemoryRead, index=NO_SLOT)), "JUNIOR_MEMORY_READ")
-    return "JUNIOR_MEMORY_READ"
+    name = robot.question().NAME
+    _expect_kept(robot, lambda: robot.send(robot.question()), name)
+    return name
 
 
 @GROUP.check(
     "other-session-does-not-keep",
     rule="The keeper",
+    motion=True,
     needs=("watchdog-stops", "other-session-refused", "heartbeats-do-not-keep"),
 )
 def other_session(robot: Subject) -> str:
@@ -129,10 +127,11 @@ def other_session(robot: Subject) -> str:
     other = robot.session ^ 1
 
     def say() -> None:
-        robot.send(robot.numbered(JuniorMemoryRead, index=NO_SLOT, session=other))
+        robot.send(robot.question(session=other))
 
-    expect_not_kept(robot, say, "JUNIOR_MEMORY_READ of another session")
-    return "JUNIOR_MEMORY_READ"
+    name = robot.question().NAME
+    expect_not_kept(robot, say, f"{name} of another session")
+    return name
 
 
 @GROUP.check("other-host-cannot-arm", rule="The keeper")
@@ -153,7 +152,7 @@ def _result(result: int | None) -> str:
 def obeyed(robot: Subject) -> str:
     """Who arms without a number, a ground station, is obeyed though a host has opened a session, and has gone."""
     robot.arm()
-    robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+    robot.expect(robot.single(5.0), Reason.NONE)
     with robot.silence():
         robot.spend(0.3)
         for number in (0.0, math.nan):
@@ -172,29 +171,26 @@ def closes(robot: Subject) -> str:
     robot.arm()
     robot.order(Command.ARM_DISARM, 1)
     when = "when a ground station has armed the robot"
-    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.WRONG_SESSION, when)
-    robot.expect(robot.maneuver(STAY), Reason.WRONG_SESSION, when)
-    robot.expect(robot.numbered(JuniorMemoryRead, index=NO_SLOT), Reason.WRONG_SESSION, when)
+    refused = robot.single(), robot.brief(), robot.question()
+    for message in refused:
+        robot.expect(message, Reason.WRONG_SESSION, when)
     robot.expect_state(State.READY, "after messages of a closed session")
     result = robot.command(Command.ARM_DISARM, 1, param3=robot.host)
     require(result == CommandResult.DENIED, f"arming by the host of a closed session was answered by {_result(result)}")
     robot.open_session()
     robot.expect_state(State.DISARMED, "after a session was opened again")
     robot.arm()
-    robot.expect(robot.wheels(0.0, 0.0, 0.1), Reason.NONE, "of the session that was opened then")
-    return "JUNIOR_WHEELS, JUNIOR_MANEUVER, JUNIOR_MEMORY_READ, arming"
+    robot.expect(robot.single(0.1), Reason.NONE, "of the session that was opened then")
+    return ", ".join(dict.fromkeys([*(message.NAME for message in refused), "arming"]))
 
 
-@GROUP.check("new-keeper-stops-motion", rule="The keeper", needs=("ground-station-obeyed",))
+@GROUP.check("new-keeper-stops-motion", rule="The keeper", motion=True, needs=("ground-station-obeyed",))
 def new_keeper(robot: Subject) -> str:
     """A change of the keeper stops what was set in motion; a keeper that arms again changes nothing."""
-    for make, state in (
-        (lambda: robot.wheels(0.0, 0.0, 5.0), State.DRIVING),
-        (lambda: robot.maneuver(STAY, 5.0), State.PERFORMING),
-    ):
+    for make, state in robot.examples.under_way:
         robot.open_session()
         robot.arm()
-        robot.expect(make(), Reason.NONE)
+        robot.expect(make(robot), Reason.NONE)
         robot.arm()
         robot.expect_state(state, "after its host has armed it again")
         robot.order(Command.ARM_DISARM, 1)
@@ -219,7 +215,7 @@ def dead_man(robot: Subject) -> str:
             robot.send(ManualControl(robot.system, x=0, r=0), Timesync(0, 44))
             reading = given(robot.wait(Timesync, lambda m: m.ts1 == 44 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
             begun = reading.tc1 * 1e-9
-            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=0.5), "it did not drive")
+            driven = given(robot.entered(State.DRIVING, after=begun - TICK, timeout=0.5), "it did not drive")
             ended = given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s")
     return in_time("it ended", ended - begun, 0.25)
 
@@ -250,7 +246,7 @@ def _driven(robot: Subject, say: Callable[[], None]) -> float:
         _saying(robot, say, _STICK + QUIET)
         reading = robot.wait(Timesync, lambda m: m.ts1 == _MARK and m.tc1 != 0, start=0)
         begun = given(reading, "TIMESYNC was not answered").tc1 * 1e-9
-        driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=QUIET), "it did not drive")
+        driven = given(robot.entered(State.DRIVING, after=begun - TICK, timeout=QUIET), "it did not drive")
         return given(robot.entered(State.READY, after=driven, timeout=LONG), f"it still drove after {LONG:g} s") - begun
 
 
@@ -303,7 +299,7 @@ def hosted(robot: Subject) -> str:
     robot.arm()
     robot.send(ManualControl(robot.system, x=0, r=0))
     robot.expect_state(State.READY, "after MANUAL_CONTROL to what a host has armed")
-    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.NONE, "of its host, after that")
+    robot.expect(robot.single(), Reason.NONE, "of its host, after that")
     return "it stands, and its host still drives"
 
 
@@ -320,7 +316,7 @@ def anybody(robot: Subject) -> str:
         for command, value, state in orders:
             if state is not State.DISARMED or robot.state() != State.STOPPED:
                 robot.arm()
-                robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+                robot.expect(robot.single(5.0), Reason.NONE)
             start = len(robot.heard)
             robot.send_as(who, CommandLong(robot.system, ROBOT_COMPONENT, command, param1=value))
             robot.wait(CommandAck, start=start)

@@ -8,37 +8,28 @@ from firmware_protocol.messages import (
     PROTOCOL_MAJOR,
     ROBOT_COMPONENT,
     Command,
-    JuniorManeuver,
-    JuniorManeuverResult,
-    JuniorMemoryRead,
     Reason,
     RobotSession,
     State,
 )
-from firmware_protocol.vocabulary import Action
 from hil.conformance.orders import named
 from hil.conformance.probe import TRIES
 from hil.conformance.registry import Group, given, require
-from hil.conformance.subject import BY_STIMULI
 
 if TYPE_CHECKING:
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("sessions and sequences")
-STAY: Final = (Action.S,)
-"""A maneuver that stands still."""
 
 
 @GROUP.check("other-session-refused", rule="Numbered messages")
 def other_session(robot: Subject) -> str:
     """A numbered message of another session is refused."""
     robot.arm()
-    actions = robot.maneuver(STAY).actions
-    other = robot.session ^ 1
-    message = robot.numbered(JuniorManeuver, session=other, period=0.1, options=0, count=1, actions=actions)
+    message = robot.brief(session=robot.session ^ 1)
     robot.expect(message, Reason.WRONG_SESSION, "of another session")
-    robot.expect_state(State.READY, "after a maneuver of another session")
-    return "JUNIOR_MANEUVER"
+    robot.expect_state(State.READY, f"after {message.NAME} of another session")
+    return message.NAME
 
 
 @GROUP.check("same-session-only-acknowledged", rule="ROBOT_SESSION")
@@ -54,10 +45,10 @@ def same_session(robot: Subject) -> str:
 def new_session(robot: Subject) -> str:
     """Opening a new session stops and disarms the robot."""
     robot.arm()
-    robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+    robot.expect(robot.single(5.0), Reason.NONE)
     robot.open_session()
     robot.expect_state(State.DISARMED, "after a new session was opened")
-    return "from driving to disarmed"
+    return "disarmed"
 
 
 @GROUP.check("new-session-keeps-stop", rule="ROBOT_SESSION")
@@ -104,7 +95,7 @@ def performs_once(robot: Subject) -> str:
     """The same message again repeats the answer, and never does the thing twice."""
     robot.arm()
     before = robot.status().maneuvers
-    maneuver = robot.maneuver(STAY, 0.05)
+    maneuver = robot.brief()
     for _ in range(4):
         start = len(robot.heard)
         robot.send(maneuver)
@@ -112,14 +103,14 @@ def performs_once(robot: Subject) -> str:
         require(reason == Reason.NONE, f"a repetition was refused by {named(Reason, reason)}")
         robot.spend(0.1)
     count = robot.status().maneuvers - before
-    require(count == 1, f"one maneuver, sent 4 times, was performed {count} times by ROBOT_STATUS.maneuvers")
+    require(count == 1, f"{maneuver.NAME}, sent 4 times, was performed {count} times by ROBOT_STATUS.maneuvers")
     return "sent 4 times, performed once"
 
 
 @GROUP.check("same-sequence-repeats-refusal", rule="Numbered messages")
 def repeats_refusal(robot: Subject) -> str:
     """A refusal is repeated too, whatever has changed meanwhile."""
-    maneuver = robot.maneuver(STAY)
+    maneuver = robot.brief()
     robot.expect(maneuver, Reason.DISARMED, "while disarmed")
     robot.arm()
     robot.expect(maneuver, Reason.DISARMED, "sent again when armed")
@@ -129,16 +120,17 @@ def repeats_refusal(robot: Subject) -> str:
 
 @GROUP.check("finished-result-repeated", rule="A maneuver")
 def finished_result(robot: Subject) -> str:
-    """A maneuver that comes again when it is over gets its result again."""
+    """A maneuver, or a move, that comes again when it is over gets its result again."""
     robot.arm()
-    maneuver = robot.maneuver(STAY, 0.05)
+    maneuver = robot.brief()
     robot.expect(maneuver, Reason.NONE)
-    first = robot.result(maneuver, 0.05)
+    first = robot.ended(maneuver, 0.05)
     robot.spend(0.3)
     start = len(robot.heard)
     robot.send(maneuver)
-    again = robot.wait(JuniorManeuverResult, timeout=0.3, start=start)
-    require(again == first, "the result did not come again" if again is None else f"first {first}, then {again}")
+    again = robot.wait(robot.examples.result, timeout=0.3, start=start)
+    again = given(again, "the result did not come again")
+    require(vars(again) == vars(first), f"first {first}, then {again}")
     robot.acknowledge(first)
     return "the same result"
 
@@ -148,11 +140,11 @@ def older(robot: Subject) -> str:
     """A message older than what was accepted is refused."""
     robot.arm()
     before = robot.status().maneuvers
-    robot.expect(robot.maneuver(STAY, 0.02, sequence=100), Reason.NONE)
+    robot.expect(robot.brief(100), Reason.NONE)
     for sequence in (99, 50, 1):
-        robot.expect(robot.maneuver(STAY, 0.02, sequence=sequence), Reason.OLD_SEQUENCE, f"with sequence {sequence} after 100")
+        robot.expect(robot.brief(sequence), Reason.OLD_SEQUENCE, f"with sequence {sequence} after 100")
     count = robot.status().maneuvers - before
-    require(count == 1, f"{count} maneuvers were performed")
+    require(count == 1, f"{count} of them were performed")
     return "99, 50 and 1 after 100"
 
 
@@ -160,10 +152,10 @@ def older(robot: Subject) -> str:
 def long_past(robot: Subject) -> str:
     """A repetition of what is long past is refused, or answered as before; it is never done again."""
     robot.arm()
-    first = robot.maneuver(STAY, 0.02)
+    first = robot.brief()
     robot.expect(first, Reason.NONE)
     for _ in range(40):
-        robot.expect(robot.wheels(0.0, 0.0, 0.0), Reason.NONE)
+        robot.expect(robot.single(0.0), Reason.NONE)
     before = robot.status().maneuvers
     reason = robot.request(first)
     require(reason in {Reason.OLD_SEQUENCE, Reason.NONE}, f"it was refused by {named(Reason, reason)}")
@@ -176,7 +168,7 @@ def long_past(robot: Subject) -> str:
 def former_session(robot: Subject) -> str:
     """Late copies of what opened an earlier session, and of what was said in it, do nothing again."""
     robot.arm()
-    former, maneuver = robot.session, robot.maneuver(STAY, 0.02)
+    former, maneuver = robot.session, robot.brief()
     robot.expect(maneuver, Reason.NONE)
     robot.open_session()
     robot.open_session(former)
@@ -186,7 +178,7 @@ def former_session(robot: Subject) -> str:
     robot.send(maneuver)
     reason = given(robot.answered(maneuver, start=start), "a late copy was not answered")
     count = robot.status().maneuvers - before
-    require(count == 0, "a maneuver of an earlier session was performed again")
+    require(count == 0, "what belongs to an earlier session was performed again")
     return f"answered by {named(Reason, reason)}"
 
 
@@ -195,7 +187,7 @@ def wraps(robot: Subject) -> str:
     """A sequence may wrap."""
     robot.arm()
     for sequence in (30_000, 60_000, 65_535, 0, 7):
-        robot.expect(robot.maneuver(STAY, 0.02, sequence=sequence), Reason.NONE, f"with sequence {sequence}")
+        robot.expect(robot.brief(sequence), Reason.NONE, f"with sequence {sequence}")
     return "65535, 0, 7"
 
 
@@ -203,20 +195,19 @@ def wraps(robot: Subject) -> str:
 def other_message(robot: Subject) -> str:
     """Another message with a sequence that was used is refused."""
     robot.arm()
-    maneuver = robot.maneuver(STAY, 0.02)
-    robot.expect(maneuver, Reason.NONE)
-    read = robot.numbered(JuniorMemoryRead, maneuver.sequence, index=BY_STIMULI)
-    robot.expect(read, Reason.OLD_SEQUENCE, "with the sequence of another message")
-    return "JUNIOR_MEMORY_READ after JUNIOR_MANEUVER"
+    robot.expect(robot.brief(1), Reason.NONE)
+    other = robot.examples.other(robot, 1)
+    robot.expect(other, Reason.OLD_SEQUENCE, "with the sequence of another message")
+    return f"{other.NAME} after {robot.brief().NAME}"
 
 
 @GROUP.check("status-tells-session", rule="ROBOT_STATUS")
 def tells_session(robot: Subject) -> str:
     """ROBOT_STATUS says the session and the last sequence accepted."""
     robot.arm()
-    wheels = robot.wheels(0.0, 0.0, 0.0)
-    robot.expect(wheels, Reason.NONE)
+    sequence = 17
+    robot.expect(robot.brief(sequence), Reason.NONE)
     status = robot.status()
     found = (status.session, status.sequence)
-    require(found == (robot.session, wheels.sequence), f"{found}, not {(robot.session, wheels.sequence)}")
+    require(found == (robot.session, sequence), f"{found}, not {(robot.session, sequence)}")
     return f"session {status.session}, sequence {status.sequence}"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import struct
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.messages import (
@@ -12,7 +14,6 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorSensors,
     ParamRequestList,
     ParamRequestRead,
     ParamSet,
@@ -22,13 +23,13 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
+from hil.conformance.examples import JUNIOR_EXAMPLES, Examples
 from hil.conformance.probe import TRIES, Probe
 from hil.conformance.registry import CheckFailedError, require
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Mapping
     from enum import IntEnum
 
 M = TypeVar("M", bound=Message)
@@ -39,7 +40,6 @@ SLACK: Final = 0.025
 """How much later than it happens a change of state may be seen, in s: the interval, two control periods, and a full line."""
 LIST_WAIT: Final = 0.4
 """A list of parameters is over when nothing has come for so long, in s."""
-_MOTION: Final = ("SPD_FAST", "SPD_MODERATE", "SPD_SLOW", "SPD_TURN", "REFLEX_SPEED")
 
 
 def named(kind: type[IntEnum], code: int) -> str:
@@ -47,8 +47,21 @@ def named(kind: type[IntEnum], code: int) -> str:
     return kind(code).name if code in set(kind) else str(code)
 
 
+def single(value: float) -> float:
+    """The nearest value that a REAL32 can have."""
+    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+
+
 class Orders(Probe):
-    """A probe that knows the standard commands; the same arguments and attributes."""
+    """A probe that knows the standard commands; the same arguments and attributes.
+
+    Attributes:
+        examples: What the robot's role has of its own.
+        parameters_found: Parameters as they were found, by name.
+    """
+
+    examples: Examples = JUNIOR_EXAMPLES
+    parameters_found: Mapping[str, float] = MappingProxyType({})
 
     # --- standard commands -------------------------------------------------------------------------------------------
 
@@ -149,14 +162,16 @@ class Orders(Probe):
 
     @contextmanager
     def watching(self) -> Iterator[None]:
-        """Inside, ROBOT_STATUS comes every 10 ms, and the sensors every 100 ms: a line of 115200 baud has room for that."""
-        self.order(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 100_000)
+        """Inside, ROBOT_STATUS comes every 10 ms, and sensors every 100 ms: a line of 115200 baud has room for that."""
+        for kind in self.examples.chatter:
+            self.order(Command.SET_MESSAGE_INTERVAL, kind.ID, 100_000)
         self.order(Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, WATCH * 1e6)
         try:
             yield
         finally:
             self.command(Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, 0)
-            self.command(Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, 0)
+            for kind in self.examples.chatter:
+                self.command(Command.SET_MESSAGE_INTERVAL, kind.ID, 0)
 
     def entered(self, state: State, *, after: float, timeout: float) -> float | None:
         """Wait until the robot is seen in a state; only while it is watched.
@@ -183,7 +198,7 @@ class Orders(Probe):
         start = len(self.heard)
         self.send(ParamRequestList(self.system, ROBOT_COMPONENT))
         while self.wait(ParamValue, timeout=LIST_WAIT) is not None:
-            if len(self.got(ParamValue, start)) >= 2 * len(JUNIOR_PARAMETERS):
+            if len(self.got(ParamValue, start)) >= 2 * len(self.examples.parameters):
                 break
         return self.got(ParamValue, start)
 
@@ -211,18 +226,8 @@ class Orders(Probe):
         before = {name: self.parameter(name).param_value for name in values}
         try:
             for name, value in values.items():
-                require(self.set_parameter(name, value) == value, f"{name} did not take {value:g}")
+                require(self.set_parameter(name, value) == single(value), f"{name} did not take {value:g}")
             yield
         finally:
             for name, value in before.items():
                 self.set_parameter(name, value)
-
-    @contextmanager
-    def still(self, **values: float) -> Iterator[None]:
-        """Inside, no action and no reflex turns a wheel: their speeds are 0.
-
-        Args:
-            **values: Further parameters.
-        """
-        with self.parameters(**dict.fromkeys(_MOTION, 0.0), **values):
-            yield

@@ -7,24 +7,23 @@ import struct
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
-from firmware_protocol.parameters import JUNIOR_PARAMETERS, Parameter
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
+from hil.conformance.orders import single
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, require
 
 if TYPE_CHECKING:
+    from firmware_protocol.parameters import Parameter
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("parameters")
-WRITABLE: Final = tuple(parameter for parameter in JUNIOR_PARAMETERS if not parameter.read_only)
 _NO_INDEX: Final = 65_535
 _NOBODY: Final = "NO_SUCH_NAME"
 
 
-def single(value: float) -> float:
-    """The nearest value that a REAL32 can have."""
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
+def _writable(robot: Subject) -> tuple[Parameter, ...]:
+    return tuple(parameter for parameter in robot.examples.parameters if not parameter.read_only)
 
 
 def _beyond(parameter: Parameter) -> tuple[float, float]:
@@ -42,7 +41,7 @@ def listed(robot: Subject) -> str:
     """PARAM_REQUEST_LIST gives every parameter once, in order, with index and count."""
     values = robot.list_parameters()
     names = [value.param_id for value in values]
-    known = [parameter.name for parameter in JUNIOR_PARAMETERS]
+    known = [parameter.name for parameter in robot.examples.parameters]
     missing = [name for name in known if name not in names]
     require(not missing, f"missing: {', '.join(missing)}")
     require([name for name in names if name in known] == known, "they come twice, or in another order")
@@ -55,12 +54,12 @@ def listed(robot: Subject) -> str:
 @GROUP.check("parameter-read-by-name-and-index", rule="PARAM_REQUEST_READ")
 def read(robot: Subject) -> str:
     """A parameter is read by its name and by its index."""
-    for index, parameter in enumerate(JUNIOR_PARAMETERS):
+    for index, parameter in enumerate(robot.examples.parameters):
         by_name = robot.parameter(parameter.name)
         question = ParamRequestRead(robot.system, ROBOT_COMPONENT, "", index)
         by_index = robot.ask(question, ParamValue, lambda value, index=index: value.param_index == index)  # type: ignore[misc]
         require(by_index == by_name, f"{parameter.name}: by name {by_name}, by index {by_index}")
-    return f"{len(JUNIOR_PARAMETERS)} parameters"
+    return f"{len(robot.examples.parameters)} parameters"
 
 
 @GROUP.check("unknown-parameter-told", rule="PARAM_VALUE")
@@ -79,7 +78,7 @@ def unknown(robot: Subject) -> str:
 @GROUP.check("parameters-take-their-limits", rule="Parameters")
 def limits(robot: Subject) -> str:
     """A parameter takes its least and its greatest value."""
-    for parameter in WRITABLE:
+    for parameter in _writable(robot):
         before = robot.parameter(parameter.name).param_value
         try:
             greatest = LAST_NODE if parameter.name == "SYS_ID" and robot.wire == CAN else parameter.maximum
@@ -88,26 +87,26 @@ def limits(robot: Subject) -> str:
                 require(found == single(value), f"{parameter.name} did not take {value:g} and has {found:g}")
         finally:
             robot.set_parameter(parameter.name, before)
-    return f"{len(WRITABLE)} parameters"
+    return f"{len(_writable(robot))} parameters"
 
 
 @GROUP.check("parameters-keep-their-range", rule="What is not understood")
 def beyond(robot: Subject) -> str:
     """A value beyond a parameter's limits is refused, not clipped."""
-    for parameter in WRITABLE:
+    for parameter in _writable(robot):
         before = robot.parameter(parameter.name).param_value
         for value in (*_beyond(parameter), -1e9, 1e9):
             found = robot.set_parameter(parameter.name, value)
             if found != before:
                 robot.set_parameter(parameter.name, before)
             require(found == before, f"{parameter.name} took {value:g} and has {found:g}")
-    return f"{len(WRITABLE)} parameters"
+    return f"{len(_writable(robot))} parameters"
 
 
 @GROUP.check("parameters-refuse-nan", rule="What is not understood")
 def not_a_number(robot: Subject) -> str:
     """NaN and infinity are refused."""
-    for parameter in WRITABLE:
+    for parameter in _writable(robot):
         before = robot.parameter(parameter.name).param_value
         for value in (math.nan, math.inf, -math.inf):
             message = ParamSet(robot.system, ROBOT_COMPONENT, parameter.name, 0.0)
@@ -119,13 +118,13 @@ def not_a_number(robot: Subject) -> str:
             if not kept:
                 robot.set_parameter(parameter.name, before)
             require(kept, f"{parameter.name} took {value}")
-    return f"{len(WRITABLE)} parameters"
+    return f"{len(_writable(robot))} parameters"
 
 
 @GROUP.check("parameters-whole", rule="Parameters")
 def whole(robot: Subject) -> str:
     """Where only whole numbers are accepted, a fraction is refused."""
-    counted = [parameter for parameter in WRITABLE if parameter.whole]
+    counted = [parameter for parameter in _writable(robot) if parameter.whole]
     for parameter in counted:
         before = robot.parameter(parameter.name).param_value
         found = robot.set_parameter(parameter.name, parameter.minimum + 0.5)
@@ -138,7 +137,7 @@ def whole(robot: Subject) -> str:
 @GROUP.check("parameters-read-only", rule="Parameters")
 def read_only(robot: Subject) -> str:
     """A parameter that is the firmware's own is not set."""
-    own = [parameter for parameter in JUNIOR_PARAMETERS if parameter.read_only]
+    own = [parameter for parameter in robot.examples.parameters if parameter.read_only]
     for parameter in own:
         before = robot.parameter(parameter.name).param_value
         found = robot.set_parameter(parameter.name, parameter.minimum if before != parameter.minimum else parameter.maximum)
@@ -149,9 +148,10 @@ def read_only(robot: Subject) -> str:
 @GROUP.check("parameters-survive-reboot", rule="PARAM_SET")
 def survive(robot: Subject) -> str:
     """Parameters survive power-off."""
-    with robot.parameters(SPD_SLOW=single(0.311), WATCHDOG=333.0):
+    kept = {name: single(value) for name, value in robot.examples.kept.items()}
+    with robot.parameters(**robot.examples.kept):
         robot.reboot()
-        for name, value in (("SPD_SLOW", single(0.311)), ("WATCHDOG", 333.0)):
+        for name, value in kept.items():
             found = robot.parameter(name).param_value
             require(found == value, f"{name} was set to {value:g} and is {found:g} after a reboot")
-    return "SPD_SLOW, WATCHDOG"
+    return ", ".join(kept)

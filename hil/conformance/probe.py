@@ -11,11 +11,20 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeVar
 
 from firmware_protocol.errors import EncodeError, LinkClosedError, LinkError, NoRobotError, PeerLostError
 from firmware_protocol.events import Received, Rejected
-from firmware_protocol.messages import GROUND_STATION, HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, Heartbeat, RobotAlive
+from firmware_protocol.messages import (
+    GROUND_STATION,
+    HOST_COMPONENT,
+    HOST_SYSTEM,
+    ROBOT_COMPONENT,
+    TABLE_COMPONENT,
+    Heartbeat,
+    RobotAlive,
+)
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.wire.can_frame import pack_frames
+from firmware_protocol.roles.swarm_table import table_system
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import pack_frames
 from firmware_protocol.wire.codec import open_codec
-from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
@@ -36,7 +45,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
     from hil.bridge.pump import Chunk, Pump
@@ -90,7 +99,10 @@ class Probe:
         system: System id of the robot; 0 while none has been heard.
         others: System ids of other robots that were heard.
         wire: What the link carries: `mavlink` or `can`.
+        second: System id of a robot beside it that is listened to as well; None: none.
+        table: The table of emulated micro-robots has been heard.
         heard: Everything the robot has said since `forget`, in order.
+        beside: Everything the second robot and the table have said since then.
         rejected: What came that was no good message, since `forget`.
         spoilt: Pieces of wire input that were no good message, in all.
         lost: Frames of the robot that did not arrive, by their numbers, in all.
@@ -114,7 +126,10 @@ class Probe:
         self.system = system or 0
         self.others: set[int] = set()
         self.wire = link.wire
+        self.second: int | None = None
+        self.table = False
         self.heard: list[Received] = []
+        self.beside: list[Received] = []
         self.rejected: list[Rejected] = []
         self.spoilt = 0
         self.lost = 0
@@ -179,6 +194,15 @@ class Probe:
         """
         if self.wire == CAN:
             raise NotRunError("a bus has no source")
+
+    def need_own_line(self) -> None:
+        """See that a frame that is no good one reaches the robot.
+
+        Raises:
+            NotRunError: It is one of several of an emulated table, which get good frames only.
+        """
+        if self.table and (self.others or self.second is not None):
+            raise NotRunError("several robots of an emulated table share the line, and get good frames only")
 
     @property
     def strangers(self) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -337,6 +361,10 @@ class Probe:
             self.system = event.system
         if self.system and event.system not in {0, self.system, HOST_SYSTEM} and event.component == ROBOT_COMPONENT:
             self.others.add(event.system)
+        of_table = (event.system, event.component) == (table_system(self.wire), TABLE_COMPONENT)
+        self.table |= of_table
+        if of_table or (event.system == self.second and event.component == ROBOT_COMPONENT):
+            self.beside.append(event)
         if event.system == self.system and event.component == ROBOT_COMPONENT:
             self.heard.append(event)
             self._last = event.time
@@ -358,6 +386,7 @@ class Probe:
     def forget(self) -> None:
         """Forget what was heard."""
         self.heard.clear()
+        self.beside.clear()
         self.rejected.clear()
 
     def got(self, kind: type[M], start: int = 0) -> list[M]:

@@ -17,6 +17,8 @@ T = TypeVar("T")
 
 ANY_WIRE: Final = ""
 """What a check is about can be seen on every wire."""
+ANY_ROLE: Final = ""
+"""A check is for every robot."""
 
 
 class CheckFailedError(Exception):
@@ -38,6 +40,10 @@ class Check:
         rule: Where the protocol page says so: a paragraph's first words, a message or a parameter.
         run: Performs it.
         moving: The wheels turn.
+        motion: Something is performed for a while: the wheels of a robot that cannot do that standing turn.
+        room: Free room that is needed around the robot, in m; 0 where it stays where it is.
+        second: A second robot is needed beside it.
+        role: Name of the role that it is for; empty is any.
         needs: Checks that must not have failed: what they look at is taken for granted here.
         wire: The wire whose frames it is about, `mavlink` or `can`; empty where it is about messages, on any wire.
         keyed: It is about signatures: without a key it is not run.
@@ -52,6 +58,18 @@ class Check:
     needs: tuple[str, ...] = ()
     wire: str = ANY_WIRE
     keyed: bool = False
+    motion: bool = False
+    room: float = 0.0
+    second: bool = False
+    role: str = ANY_ROLE
+
+    def turns(self, *, stands: bool) -> bool:
+        """Whether wheels turn.
+
+        Args:
+            stands: The robot can perform something with wheels that stand.
+        """
+        return self.moving or (self.motion and not stands)
 
 
 @dataclass(frozen=True)
@@ -61,11 +79,13 @@ class Group:
     Attributes:
         title: What they are about.
         wire: The wire whose frames they are about; empty is any.
+        role: Name of the role that they are for; empty is any.
         checks: Filled by `check`, in the order of the source.
     """
 
     title: str
     wire: str = ANY_WIRE
+    role: str = ANY_ROLE
     checks: list[Check] = field(default_factory=list)
 
     def check(
@@ -77,15 +97,33 @@ class Group:
         needs: tuple[str, ...] = (),
         wire: str | None = None,
         keyed: bool = False,
+        motion: bool = False,
+        room: float = 0.0,
+        second: bool = False,
     ) -> Callable[[Run], Run]:
         """Register the decorated function as a check; see `Check` for the arguments. Its docstring is what is demanded.
 
-        The wire is the group's unless another is named.
+        The wire is the group's unless another is named; the role is the group's.
         """
 
         def register(run: Run) -> Run:
-            about = self.wire if wire is None else wire
-            self.checks.append(Check(name, self.title, run.__doc__ or "", rule, run, moving, needs, about, keyed))
+            self.checks.append(
+                Check(
+                    name=name,
+                    group=self.title,
+                    demands=run.__doc__ or "",
+                    rule=rule,
+                    run=run,
+                    moving=moving,
+                    needs=needs,
+                    wire=self.wire if wire is None else wire,
+                    keyed=keyed,
+                    motion=motion,
+                    room=room,
+                    second=second,
+                    role=self.role,
+                )
+            )
             return run
 
         return register

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.wire.fields import CAN, MAVLINK
-from hil.conformance.registry import ANY_WIRE, CheckFailedError, NotRunError
+from hil.conformance.registry import ANY_ROLE, ANY_WIRE, CheckFailedError, NotRunError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,6 +26,7 @@ class CheckOutcome(Enum):
     PASSED = "passed"
     FAILED = "failed"
     NOT_RUN = "not run"
+    OTHER_ROLE = "not for this role"
 
 
 @dataclass(frozen=True)
@@ -44,7 +46,8 @@ class Verdict:
     @property
     def passed(self) -> bool | None:
         """None where it was not run."""
-        return None if self.outcome is CheckOutcome.NOT_RUN else self.outcome is CheckOutcome.PASSED
+        ran = self.outcome in {CheckOutcome.PASSED, CheckOutcome.FAILED}
+        return self.outcome is CheckOutcome.PASSED if ran else None
 
 
 def perform(
@@ -82,8 +85,13 @@ def perform(
 
     try:
         for check in checks:
-            if check.moving and not moving:
-                note(Verdict(check, CheckOutcome.NOT_RUN, "turns the wheels: --moving"))
+            if check.role not in {ANY_ROLE, robot.role.name}:
+                note(Verdict(check, CheckOutcome.OTHER_ROLE, CheckOutcome.OTHER_ROLE.value))
+            elif check.turns(stands=robot.examples.stands) and not moving:
+                room = f" and needs {check.room:g} m of free room around it" if check.room else ""
+                note(Verdict(check, CheckOutcome.NOT_RUN, f"turns the wheels{room}: --moving"))
+            elif check.second and robot.second is None:
+                note(Verdict(check, CheckOutcome.NOT_RUN, "needs a second robot: --with ADDRESS"))
             elif check.wire not in {ANY_WIRE, robot.wire}:
                 note(Verdict(check, CheckOutcome.NOT_RUN, f"only on links that carry {CARRIED[check.wire]}"))
             elif check.keyed and robot.signing is None:
@@ -110,7 +118,8 @@ def on_wire(checks: Sequence[Check], wire: str) -> list[Check]:
 def _judge(check: Check, robot: Subject) -> Verdict:
     try:
         robot.fresh()
-        return Verdict(check, CheckOutcome.PASSED, check.run(robot))
+        with robot.slowly() if check.motion else nullcontext():
+            return Verdict(check, CheckOutcome.PASSED, check.run(robot))
     except CheckFailedError as failure:
         return Verdict(check, CheckOutcome.FAILED, str(failure))
     except NotRunError as reason:

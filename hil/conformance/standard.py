@@ -20,8 +20,6 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorSensors,
-    JuniorWheels,
     ParamRequestRead,
     ParamSet,
     ParamValue,
@@ -32,13 +30,14 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET
 from hil.conformance.registry import Group, given, require
 
 if TYPE_CHECKING:
+    from firmware_protocol.wire.fields import Message
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("identity and commands")
@@ -104,8 +103,8 @@ def command_values(robot: Subject) -> str:
         (Command.ARM_DISARM, math.nan, 0.0),
         (Command.FLIGHT_TERMINATION, 0.0, 0.0),
         (Command.PREFLIGHT_REBOOT, 7.0, 0.0),
-        (Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, -2.0),
-        (Command.SET_MESSAGE_INTERVAL, JuniorSensors.ID, math.nan),
+        (Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, -2.0),
+        (Command.SET_MESSAGE_INTERVAL, RobotStatus.ID, math.nan),
     ):
         result = robot.command(command, value, other)
         require(result == CommandResult.DENIED, f"{command.name} {value:g} {other:g} was answered by {_result(result)}")
@@ -129,11 +128,12 @@ def failures(robot: Subject) -> str:
 @GROUP.check("message-on-request", rule="COMMAND_LONG")
 def on_request(robot: Subject) -> str:
     """Each of the robot's streams comes on request; any other message is UNSUPPORTED."""
-    for kind in (Heartbeat, SysStatus, JuniorSensors, RobotStatus, AutopilotVersion):
+    kinds: tuple[type[Message], ...] = (Heartbeat, SysStatus, *robot.examples.requested, RobotStatus, AutopilotVersion)
+    for kind in kinds:
         require(robot.requested(kind) is not None, f"{kind.NAME} was requested and did not come")
     result = robot.command(Command.REQUEST_MESSAGE, ParamValue.ID)
     require(result == CommandResult.UNSUPPORTED, f"PARAM_VALUE was answered by {_result(result)}")
-    return "5 messages"
+    return f"{len(kinds)} messages"
 
 
 @GROUP.check("ping-answered", rule="PING")
@@ -173,13 +173,13 @@ def other_target(robot: Subject) -> str:
             CommandLong(system, component, Command.ARM_DISARM, param1=1.0),
             CommandLong(system, component, Command.FLIGHT_TERMINATION, param1=1.0),
             ParamRequestRead(system, component, "SYS_ID"),
-            ParamSet(system, component, "SPD_SLOW", 0.123),
-            robot.numbered(JuniorWheels, speed=(0.0, 0.0), duration=1.0, target_system=system, target_component=component),
+            ParamSet(system, component, "WATCHDOG", 123.0),
+            robot.single(target_system=system, target_component=component),
         )
         robot.spend(QUIET)
         require(not robot.got(CommandAck), f"a command to system {system}, component {component} was answered")
         require(not robot.got(ParamValue), f"a parameter asked of system {system}, component {component} was answered")
-        require(not robot.got(RobotAck), f"wheels of system {system}, component {component} were answered")
+        require(not robot.got(RobotAck), f"motion of system {system}, component {component} was answered")
     robot.expect_state(State.DISARMED, "after somebody else was armed and stopped")
     return "another system" if on_can else "another system, another component"
 
@@ -200,7 +200,7 @@ def broadcast(robot: Subject) -> str:
     require(not robot.got(ParamValue), "a parameter asked of all was answered")
     robot.arm()
     robot.forget()
-    robot.send(robot.numbered(JuniorWheels, speed=(0.0, 0.0), duration=1.0, target_system=0, target_component=0))
+    robot.send(robot.single(target_system=0, target_component=0))
     robot.spend(QUIET)
     require(not robot.got(RobotAck), "all were told to drive, and one answered")
     say(Command.ARM_DISARM, 0.0)

@@ -11,26 +11,24 @@ from firmware_protocol.messages import (
     CommandLong,
     CommandResult,
     Heartbeat,
-    JuniorContest,
-    JuniorManeuverResult,
     ManualControl,
     Reason,
     RobotStatus,
     State,
     Timesync,
 )
-from firmware_protocol.vocabulary import Action, Outcome
-from hil.conformance.numbering import STAY
 from hil.conformance.orders import SLACK, named
 from hil.conformance.registry import Group, given, require
 
 if TYPE_CHECKING:
     from hil.conformance.subject import Subject
+    from hil.conformance.talk import Result
 
 GROUP: Final = Group("stopping")
 _EARLY: Final = 0.006
 """How much too early a deadline may be seen to act, in s: a control period, and rounding."""
-_TICK: Final = 0.005
+TICK: Final = 0.005
+"""A control period, in s."""
 LONG: Final = 2.0
 """Longer than anything that is to end earlier, in s."""
 
@@ -58,11 +56,12 @@ def in_time(what: str, found: float, wanted: float) -> str:
 @GROUP.check("disarmed-refuses-motion", rule="Stopping")
 def disarmed(robot: Subject) -> str:
     """A disarmed robot refuses everything that would turn its wheels."""
-    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.DISARMED, "while disarmed")
-    robot.expect(robot.maneuver(STAY), Reason.DISARMED, "while disarmed")
+    refused = robot.single(), robot.brief()
+    for message in refused:
+        robot.expect(message, Reason.DISARMED, "while disarmed")
     robot.send(ManualControl(robot.system, x=0, r=0))
     robot.expect_state(State.DISARMED, "after MANUAL_CONTROL while disarmed")
-    return "JUNIOR_WHEELS, JUNIOR_MANEUVER, MANUAL_CONTROL"
+    return ", ".join(dict.fromkeys([*(message.NAME for message in refused), "MANUAL_CONTROL"]))
 
 
 @GROUP.check("arms-and-disarms", rule="In a minute")
@@ -87,8 +86,8 @@ def latched(robot: Subject) -> str:
     result = robot.command(Command.ARM_DISARM, 1, param3=robot.host)
     refused = CommandResult.TEMPORARILY_REJECTED
     require(result == refused, f"arming was answered by {'nothing' if result is None else named(CommandResult, result)}")
-    robot.expect(robot.wheels(0.0, 0.0, 1.0), Reason.EMERGENCY_STOP, "after an emergency stop")
-    robot.expect(robot.maneuver(STAY), Reason.EMERGENCY_STOP, "after an emergency stop")
+    for message in (robot.single(), robot.brief()):
+        robot.expect(message, Reason.EMERGENCY_STOP, "after an emergency stop")
     robot.expect_state(State.STOPPED, "after arming was refused")
     robot.order(Command.ARM_DISARM, 0)
     robot.arm()
@@ -96,58 +95,46 @@ def latched(robot: Subject) -> str:
     return "until disarmed"
 
 
-@GROUP.check("emergency-stop-at-once", rule="Stopping")
+@GROUP.check("emergency-stop-at-once", rule="Stopping", motion=True)
 def at_once(robot: Subject) -> str:
     """An emergency stop acts in the control period in which it arrives."""
     robot.arm()
     with robot.watching():
-        maneuver = robot.maneuver(STAY, 5.0)
-        robot.expect(maneuver, Reason.NONE)
+        motion = robot.lasting(5.0)
+        robot.expect(motion, Reason.NONE)
         robot.send(CommandLong(robot.system, 1, Command.FLIGHT_TERMINATION, param1=1.0), Timesync(0, 55))
         answer = given(robot.wait(Timesync, lambda m: m.ts1 == 55 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
-        seen = given(robot.entered(State.STOPPED, after=answer.tc1 * 1e-9 - _TICK, timeout=LONG), "it never stopped")
+        seen = given(robot.entered(State.STOPPED, after=answer.tc1 * 1e-9 - TICK, timeout=LONG), "it never stopped")
         late = max(0.0, seen - answer.tc1 * 1e-9)
         require(late <= SLACK, f"it stopped {late * 1e3:.0f} ms after the order")
-        result = robot.result(maneuver, 1.0)
-    expect_stopped(result, Reason.EMERGENCY_STOP)
-    return f"within {max(late, _TICK) * 1e3:.0f} ms"
+        result = robot.ended(motion, 1.0)
+    robot.expect_stopped(result, Reason.EMERGENCY_STOP)
+    return f"within {max(late, TICK) * 1e3:.0f} ms"
 
 
-def expect_stopped(result: JuniorManeuverResult, reason: Reason) -> None:
-    """See that a maneuver was stopped.
-
-    Args:
-        result: Its result.
-        reason: What must have stopped it.
-    """
-    found = (named(Outcome, result.outcome), named(Reason, result.reason))
-    wanted = (Outcome.STOPPED.name, reason.name)
-    require(found == wanted, f"the maneuver's outcome is {', '.join(found)}, not {', '.join(wanted)}")
-
-
-@GROUP.check("disarming-ends-maneuver", rule="A maneuver")
+@GROUP.check("disarming-ends-maneuver", rule="A maneuver", motion=True)
 def disarming(robot: Subject) -> str:
-    """Disarming stops a maneuver, and its result says so."""
+    """Disarming stops a maneuver, or a move, and its result says so."""
     robot.arm()
-    maneuver = robot.maneuver(STAY, 5.0)
-    robot.expect(maneuver, Reason.NONE)
+    motion = robot.lasting(5.0)
+    robot.expect(motion, Reason.NONE)
     robot.order(Command.ARM_DISARM, 0)
-    expect_stopped(robot.result(maneuver, 0.5), Reason.DISARMED)
+    robot.expect_stopped(robot.ended(motion, 0.5), Reason.DISARMED)
     robot.expect_state(State.DISARMED, "after disarming")
     return "STOPPED, DISARMED"
 
 
-def _silent(robot: Subject, maneuver_period: float = 5.0) -> tuple[float, JuniorManeuverResult]:
-    """Perform a maneuver that stands still, fall silent, and see when the robot ends it, in s of its own time."""
+def _silent(robot: Subject) -> tuple[float, Result]:
+    """Have something performed, fall silent, and see when the robot ends it, in s of its own time."""
     robot.arm()
     with robot.watching():
-        maneuver = robot.maneuver(STAY, maneuver_period)
-        robot.expect(maneuver, Reason.NONE)
+        motion = robot.lasting(5.0)
+        robot.expect(motion, Reason.NONE)
         with robot.silence():
             last = robot.last_word()
             seen = robot.entered(State.READY, after=last, timeout=LONG)
         end = given(seen, f"it went on for {LONG:g} s with no word from its host")
-        return end - last, robot.result(maneuver, 0.5)
+        return end - last, robot.ended(motion, 0.5)
 
 
 @GROUP.check("stopped-state-said-at-once", rule="COMMAND_LONG", needs=("emergency-stop-latched",))
@@ -155,7 +142,7 @@ def said_at_once(robot: Subject) -> str:
     """Asked for together with the order, HEARTBEAT says that the robot is disarmed, or stopped."""
     for command, value, state in ((Command.ARM_DISARM, 0.0, State.DISARMED), (Command.FLIGHT_TERMINATION, 1.0, State.STOPPED)):
         robot.arm()
-        robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
+        robot.expect(robot.single(5.0), Reason.NONE)
         order = CommandLong(robot.system, ROBOT_COMPONENT, command, param1=value)
         request = CommandLong(robot.system, ROBOT_COMPONENT, Command.REQUEST_MESSAGE, param1=Heartbeat.ID)
         start = len(robot.heard)
@@ -168,16 +155,16 @@ def said_at_once(robot: Subject) -> str:
     return "disarmed, stopped"
 
 
-@GROUP.check("watchdog-stops", rule="WATCHDOG")
+@GROUP.check("watchdog-stops", rule="WATCHDOG", motion=True)
 def watchdog(robot: Subject) -> str:
     """A robot that moves and hears nothing from its keeper for WATCHDOG ms stops."""
     with robot.parameters(WATCHDOG=250.0):
         after, result = _silent(robot)
-    expect_stopped(result, Reason.WATCHDOG)
+    robot.expect_stopped(result, Reason.WATCHDOG)
     return in_time("it stopped", after, 0.25)
 
 
-@GROUP.check("watchdog-follows-parameter", rule="WATCHDOG", needs=("watchdog-stops",))
+@GROUP.check("watchdog-follows-parameter", rule="WATCHDOG", motion=True, needs=("watchdog-stops",))
 def watchdog_parameter(robot: Subject) -> str:
     """The watchdog's time is the parameter WATCHDOG."""
     with robot.parameters(WATCHDOG=500.0):
@@ -185,46 +172,15 @@ def watchdog_parameter(robot: Subject) -> str:
     return in_time("with WATCHDOG at 500 it stopped", after, 0.5)
 
 
-@GROUP.check("watchdog-stops-driving", rule="WATCHDOG", needs=("watchdog-stops",))
-def watchdog_driving(robot: Subject) -> str:
-    """The watchdog stops JUNIOR_WHEELS before its time is over."""
-    with robot.parameters(WATCHDOG=250.0):
-        robot.arm()
-        with robot.watching():
-            robot.expect(robot.wheels(0.0, 0.0, 5.0), Reason.NONE)
-            with robot.silence():
-                last = robot.last_word()
-                seen = robot.entered(State.READY, after=last, timeout=LONG)
-    return in_time("it stopped", given(seen, "it went on driving with no word from its host") - last, 0.25)
-
-
-@GROUP.check("watchdog-lets-heard-host-be", rule="In a minute")
+@GROUP.check("watchdog-lets-heard-host-be", rule="In a minute", motion=True)
 def heard(robot: Subject) -> str:
     """A robot that hears ROBOT_ALIVE of its host every 40 ms goes on."""
     robot.arm()
-    maneuver = robot.maneuver(STAY, 1.0)
-    robot.expect(maneuver, Reason.NONE)
-    result = robot.result(maneuver, 1.0)
-    require(result.outcome == Outcome.COMPLETED, f"a maneuver of 1 s ended with {named(Outcome, result.outcome)}")
+    motion = robot.lasting(1.0)
+    robot.expect(motion, Reason.NONE)
+    result = robot.ended(motion, 1.0)
+    require(result.outcome == robot.examples.completed, f"what takes 1 s ended with {robot.outcome(result)}")
     return "1 s"
-
-
-@GROUP.check("wheels-run-out", rule="JUNIOR_WHEELS")
-def run_out(robot: Subject) -> str:
-    """JUNIOR_WHEELS holds for its time and no longer."""
-    robot.arm()
-    words = ""
-    with robot.watching():
-        for duration in (0.1, 0.4):
-            robot.forget()
-            robot.send(wheels := robot.wheels(0.0, 0.0, duration), Timesync(0, 66))
-            reading = given(robot.wait(Timesync, lambda m: m.ts1 == 66 and m.tc1 != 0, start=0), "TIMESYNC was not answered")
-            require(robot.answered(wheels, start=0) == Reason.NONE, "JUNIOR_WHEELS was not accepted")
-            begun = reading.tc1 * 1e-9
-            driven = given(robot.entered(State.DRIVING, after=begun - _TICK, timeout=LONG), "it did not drive")
-            ended = given(robot.entered(State.READY, after=driven, timeout=LONG), "it did not end")
-            words = in_time("it ended", ended - begun, duration)
-    return words
 
 
 @GROUP.check("reboot-comes-up-disarmed", rule="ROBOT_STATUS")
@@ -238,15 +194,3 @@ def reboot(robot: Subject) -> str:
     require(count == 1, f"ROBOT_STATUS.boot_count rose by {count}")
     require(after.maneuvers == 0, f"ROBOT_STATUS.maneuvers is {after.maneuvers}")
     return f"boot {after.boot_count}"
-
-
-@GROUP.check("contest-stop-changes-nothing-else", rule="JUNIOR_CONTEST")
-def idle_contest(robot: Subject) -> str:
-    """Ending a contest that is not going on changes nothing."""
-    robot.expect(robot.numbered(JuniorContest, command=0, countdown=0.0), Reason.NONE, "that ends no contest")
-    robot.expect_state(State.DISARMED, "after the end of no contest")
-    robot.arm()
-    robot.expect(robot.maneuver((Action.S, Action.S), 0.3), Reason.NONE)
-    robot.expect(robot.numbered(JuniorContest, command=0, countdown=0.0), Reason.NONE, "that ends no contest")
-    robot.expect_state(State.PERFORMING, "after the end of no contest")
-    return "disarmed, performing"

@@ -8,20 +8,18 @@ from hil.conformance import (
     answers,
     can_singles,
     can_transfers,
-    contest,
     framing,
     keeping,
-    maneuvers,
-    memory,
     numbering,
     parameters,
     signatures,
     standard,
     stopping,
     streams,
-    values,
-    wheels,
 )
+from hil.conformance.junior import contest, maneuvers, memory, sensors, values, wheels
+from hil.conformance.junior import stopping as junior_stopping
+from hil.conformance.micro import drives, endings, neighbours, observing, refusals
 from hil.conformance.registry import Check, Group, require
 
 if TYPE_CHECKING:
@@ -34,6 +32,7 @@ _MODULES: Final = (
     can_singles,
     can_transfers,
     standard,
+    sensors,
     streams,
     parameters,
     numbering,
@@ -41,10 +40,16 @@ _MODULES: Final = (
     values,
     stopping,
     keeping,
+    junior_stopping,
     maneuvers,
     memory,
     contest,
     wheels,
+    observing,
+    drives,
+    refusals,
+    endings,
+    neighbours,
 )
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
-from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.gathering import GatheringLink
+from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.wire.codec import SPLITTERS
@@ -20,7 +22,8 @@ from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
-from hil.connecting.lines import pace_of
+from hil.connecting.lines import capacity_of, pace_of
+from hil.connecting.swarm_address import is_swarm, network_of, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -33,12 +36,14 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
     from simdevice.boards import BoardMaker
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
+    from simdevice.swarm.world import SwarmWorld
 
 H = TypeVar("H", bound=RobotHandle)
 
@@ -183,6 +188,7 @@ def open_bridge(
     patience: float,
     operator: Operator | None = None,
     arrived: Callable[[], None] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> Bridge:
     """Open a network, and begin to serve it.
 
@@ -196,18 +202,25 @@ def open_bridge(
         patience: Likewise.
         operator: Likewise.
         arrived: Likewise.
+        fleet_of: Makes what looks after many robots at once, by what the line carries, in bytes/s; None: each is looked after
+            by itself.
 
     Raises:
         AddressError: Nothing can be signed on this link.
         LinkOpenError: The link could not be opened.
     """
-    pace = pace_of(address, opener.faults, signed=key is not None)
+    pace = pace_of(address, opener.faults, signed=key is not None) if fleet_of is None else None
     link = opener.open()
     reading = LastReading(opener.clock)
     reopening = Reopening(opener, patience) if patience > 0 else None
     signing = open_signing(key, link, reading, opener.signing_time)
     operator = operator or Operator()
-    return Bridge(
+    kind: Callable[..., Bridge] = Bridge
+    if fleet_of is not None:
+        from hil.bridge.fleet_bridge import FleetBridge  # noqa: PLC0415 - numpy is only needed here
+
+        kind = partial(FleetBridge, fleet=fleet_of(capacity_of(address, opener.faults)))
+    return kind(
         link,
         reading,
         taps=taps,
@@ -235,6 +248,8 @@ class AddressOpener:
         ports: Lists the serial ports of this machine.
         key: Signing key that an emulated robot in this process comes up with.
         clock: Tells the time in real time; None makes one.
+        table: What several networks of one emulated table share; None where the address is all that there is.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Attributes:
         faults: What goes wrong with the line and with an emulated robot; None where nothing is asked for.
@@ -251,6 +266,9 @@ class AddressOpener:
         ports: Callable[[], Sequence[SerialPort]] = list_ports,
         key: SigningKey | None = None,
         clock: Clock | None = None,
+        table: SharedTime | None = None,
+        *,
+        gather: float = 0.0,
     ) -> None:
         seed = number_option(address, "seed") or 0
         self.faults = fault_option(address)
@@ -258,11 +276,16 @@ class AddressOpener:
         self.session: Callable[[], int] = random_session
         self._inner: Callable[[], Link]
         if address.scheme == "sim":
-            world = _emulated(address, seed, self.faults, key)
+            if table is None:
+                world = _emulated(address, seed, self.faults, key)
+                self.clock = world
+                self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
+            else:
+                self.clock = table.device
+                wire, network = address.options.get("wire", MAVLINK), network_of(address) - 1
+                self._inner = lambda: SharedLink(table, network, address.url, wire=wire)
             numbers = generator(seed, Branch.SESSION)
-            self.clock = world
             self.session = lambda: int(numbers.integers(1, 0x10000))
-            self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
         else:
             self.clock = clock or MonotonicClock()
             bare, _, options = address.url.partition("?")
@@ -270,6 +293,7 @@ class AddressOpener:
             self._inner = LinkOpener(f"{bare}?{kept}" if kept else bare, ports).open
         self._seed = seed
         self._faulty: FaultyLink | None = None
+        self._gather = gather
 
     def open(self) -> Link:
         """Open the link.
@@ -278,6 +302,10 @@ class AddressOpener:
             AddressError: The URL is no address we know.
             LinkOpenError: The link could not be opened.
         """
+        link = self._open()
+        return GatheringLink(link, self.clock, self._gather) if self._gather and link.lockstep else link
+
+    def _open(self) -> Link:
         if self.faults is None:
             return self._inner()
         if self._faulty is None:
@@ -311,6 +339,53 @@ class AddressOpener:
         with self._inner() as nobody:
             while self.clock.now() < end:
                 nobody.read(end - self.clock.now())
+
+
+class AddressOpeners:
+    """Opens the networks of one program: those of one emulated table share it, and its clock.
+
+    Args:
+        ports: Lists the serial ports of this machine.
+        key: Signing key.
+        clock: Tells the time of those that run in real time.
+        gather: As of `AddressOpener`.
+    """
+
+    def __init__(
+        self,
+        ports: Callable[[], Sequence[SerialPort]] = list_ports,
+        key: SigningKey | None = None,
+        clock: Clock | None = None,
+        *,
+        gather: float = 0.0,
+    ) -> None:
+        self._gather = gather
+        self._ports = ports
+        self._key = key
+        self._clock = clock
+        self._tables: dict[str, SharedTime] = {}
+
+    def opener_of(self, address: Address) -> AddressOpener:
+        """What opens the link of an address.
+
+        Args:
+            address: The address; of a table with several networks, one of `networks_of`.
+
+        Raises:
+            AddressError: The URL is no address we know.
+        """
+        if not is_swarm(address) or not network_of(address):
+            return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
+        whole = address.url.rpartition("&network=")[0]
+        if whole not in self._tables:
+            from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
+
+            try:
+                world = SwarmWorld(swarm_settings(address, _befalling(address)))
+            except ValueError as error:
+                raise AddressError(address.url, str(error)) from error
+            self._tables[whole] = SharedTime(world)
+        return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)
 
 
 def asked_for(address: Address) -> int | None:
@@ -399,15 +474,38 @@ def fault_file(address: Address) -> bytes | None:
         raise AddressError(address.url, f"faults: {error}") from error
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd:
+def _befalling(address: Address) -> FaultSpec | None:
+    """What befalls the robots of an address, if anything does."""
+    faults = fault_option(address)
+    return faults if faults is not None and faults.of_device else None
+
+
+def _swarm(address: Address, key: SigningKey | None) -> SwarmWorld:
+    """Emulated micro-robots on one network, and their table."""
+    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
+
+    settings = swarm_settings(address, _befalling(address))
+    if settings.networks > 1:
+        raise AddressError(address.url, f"it has {settings.networks} networks", "Use connect_swarm, or connect_all")
+    if key is not None:
+        raise AddressError(address.url, "emulated micro-robots come without a signing key", "Leave --signing-key out")
+    try:
+        return SwarmWorld(settings)
+    except ValueError as error:
+        raise AddressError(address.url, str(error)) from error
+
+
+def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd | SwarmWorld:
     """An emulated robot in this process, or several."""
+    if is_swarm(address):
+        return _swarm(address, key)
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
-    address.only(*SIM_OPTIONS)
     if address.target != "junior":
-        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior")
+        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior or sim://swarm")
+    address.only(*SIM_OPTIONS)
     referee = address.options.get("referee", "1")
     if referee not in {"0", "1"}:
         raise AddressError(address.url, "referee is 0 or 1")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
 from hil.bridge.clock import MonotonicClock
 from hil.bridge.networks import Networks, RobotAddress
 from hil.bridge.operator import Operator
-from hil.connecting.connecting import AddressOpener, asked_for, check_patience, number_option, open_bridge
+from hil.connecting.connecting import AddressOpeners, asked_for, check_patience, number_option, open_bridge
 from hil.connecting.handles import SETTLE, RobotHandles
+from hil.connecting.swarm_address import is_swarm, networks_of, robots_of
 from hil.safety import Limits
 from hil.signing.key_file import load_key
 
@@ -19,9 +20,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.links.serial import SerialPort
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
+
+GATHER: Final = 0.02
+"""In lock-step, what many robots say within so long is looked at together, in s."""
 
 R = TypeVar("R", bound=RobotHandles[Any])
 
@@ -40,6 +45,7 @@ def connect_all_as(
     signing_key: SigningKey | Path | str | None = None,
     operator: Operator | None = None,
     opener_of: Callable[[Address], NetworkOpener] | None = None,
+    fleet_of: Callable[[float | None], Fleet] | None = None,
 ) -> R:
     """Connect to all robots on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
@@ -60,6 +66,8 @@ def connect_all_as(
         signing_key: Key that host and robots sign with, on every network, or the file that holds it.
         operator: Whose keys and signals are taken in by the bridges' steps; None: nobody's.
         opener_of: Gives what opens the link of an address; None opens what it names.
+        fleet_of: Makes what looks after the many robots of a network at once, by what its line carries, in bytes/s; None:
+            each is looked after by itself.
 
     Returns:
         The robots; use it in a `with` block, which stops and disarms all on every way out.
@@ -75,7 +83,7 @@ def connect_all_as(
     if not urls:
         raise ValueError("connect_all needs the address of a link")
     patience = check_patience(reconnect)
-    addresses = [parse_address(url) for url in urls]
+    addresses = [network for url in urls for network in networks_of(parse_address(url))]
     key = load_key(Path(signing_key)) if isinstance(signing_key, str | Path) else signing_key
     if opener_of is None and addresses[0].scheme == "replay":
         from hil.replaying.opening import RecordedNetworks  # noqa: PLC0415 - only where it is wanted
@@ -83,10 +91,9 @@ def connect_all_as(
         recorded = RecordedNetworks(addresses[0])
         addresses, opener_of = recorded.addresses, recorded.opener_of
     elif opener_of is None:
-        clock = MonotonicClock()  # one for all: their times are compared
-
-        def opener_of(address: Address) -> NetworkOpener:
-            return AddressOpener(address, ports, key, clock)
+        gather = GATHER if fleet_of is not None else 0.0
+        openers = AddressOpeners(ports, key, MonotonicClock(), gather=gather)  # one clock for all: their times are compared
+        opener_of = openers.opener_of
 
     operator = operator or Operator()
     networks = Networks()
@@ -103,6 +110,7 @@ def connect_all_as(
                 patience=patience,
                 operator=operator,
                 arrived=networks.wake,
+                fleet_of=fleet_of,
             )
             try:
                 networks.add(address.url, bridge)
@@ -110,12 +118,17 @@ def connect_all_as(
                 bridge.close()
                 raise
         if expect is None and all(address.scheme == "sim" for address in addresses):
-            expect = sum(1 if asked_for(address) else number_option(address, "count") or 1 for address in addresses)
+            expect = sum(1 if asked_for(address) else _emulated(address) for address in addresses)
         robots.find(settle=settle, expect=expect, timeout=timeout)
     except BaseException:
         robots.close()
         raise
     return robots
+
+
+def _emulated(address: Address) -> int:
+    """How many robots are emulated at an address."""
+    return robots_of(address) if is_swarm(address) else number_option(address, "count") or 1
 
 
 def _allowed(address: Address, expect: int | Collection[int | RobotAddress] | None) -> Collection[int] | None:

@@ -76,6 +76,7 @@ class CheckJob:
         moving: Also those in which wheels turn.
         only: Names of those to be made; empty makes all.
         system: System id of the robot; None takes the first that answers.
+        second: System id of another robot on the link, for the checks that need one; None: there is none.
         timeout: How long to wait for a robot, in s.
         seed: Seed of an emulated robot in this process.
         told: Is told each verdict as it comes.
@@ -86,6 +87,7 @@ class CheckJob:
     moving: bool
     only: tuple[str, ...]
     system: int | None
+    second: int | None
     timeout: float
     seed: int
     told: Callable[[Verdict], None] = field(default=nothing, compare=False)
@@ -101,6 +103,7 @@ class CheckJob:
             "moving": self.moving,
             "only": list(self.only),
             "system": self.system,
+            "second": self.second,
             "timeout": self.timeout,
             "seed": self.seed,
         }
@@ -121,6 +124,7 @@ class CheckJob:
             moving=options.flag("moving"),
             only=only,
             system=none_or(options, "system", lambda fields, name: fields.integer(name, 1, MOST_SYSTEM)),
+            second=none_or(options, "second", lambda fields, name: fields.integer(name, 1, MOST_SYSTEM)),
             timeout=options.number("timeout", 0, LONGEST),
             seed=options.integer("seed", 0, MOST_SEED),
         )
@@ -148,6 +152,7 @@ class CheckJob:
                 pump=opener.pump(wire, None, None, stage.operator),
                 operator=stage.operator,
                 network=address.url,
+                second=self.second,
             )
             stack.callback(robot.close)
             robot.greet(self.timeout)

@@ -9,14 +9,18 @@ from __future__ import annotations
 import marshal
 from collections.abc import Callable
 from dataclasses import fields
-from operator import attrgetter, index
+from operator import attrgetter, index, itemgetter
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, SetupSigning
+from firmware_protocol.wire.batch import Batch
 from firmware_protocol.wire.fields import wire_fields
+from firmware_protocol.wire.rows import ROWS
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import NOTHING, Circumstances
 from hil.mcaplog.records import RECORDS
@@ -34,6 +38,7 @@ Item = tuple[Any, ...]
 STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD, REPORT = (
     range(16)
 )
+ARRIVED, SENT_ROWS = range(16, 18)
 """Kinds of items."""
 
 PIECE_SIZE: Final = 1 << 18
@@ -169,6 +174,8 @@ class Playback:
             TX: recorder.wire_tx,
             RECEIVED: self._received,
             SENT: self._sent,
+            ARRIVED: self._arrived,
+            SENT_ROWS: self._sent_rows,
             RECORD: self._record,
             NOTE: self._note,
             METADATA: recorder.metadata,
@@ -202,6 +209,20 @@ class Playback:
     def _sent(self, time: float, number: int, values: Item) -> None:
         self.recorder.sent(time, _message(number, values))
 
+    def _arrived(self, batches: Sequence[Item], others: Sequence[Item]) -> None:
+        found = []
+        for place, number, values, system, component, sequence, time in others:
+            found.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
+        for batch in batches:
+            found += _batch(*batch).objects()
+        found.sort(key=itemgetter(0))
+        for _, event in found:
+            self.recorder.received(event)
+
+    def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
+        kind = MESSAGES[number]
+        self.recorder.sent_rows(time, kind, np.frombuffer(rows, ROWS[kind]))
+
     def _record(self, topic: str, number: int, values: Item, time: float) -> None:
         self.recorder.record(topic, RECORDS[number](*values), time)
 
@@ -230,6 +251,23 @@ class Playback:
             network.wire_rx(*values)
         else:
             network.wire_tx(*values)
+
+
+def packed_batch(batch: Batch) -> Item:
+    """Messages of one kind, taken apart.
+
+    Args:
+        batch: The messages.
+    """
+    columns = (batch.system, batch.component, batch.sequence, batch.time, batch.place)
+    return batch.message.ID, batch.rows.tobytes(), *[column.tobytes() for column in columns]
+
+
+def _batch(number: int, rows: bytes, *columns: bytes) -> Batch:
+    kind = MESSAGES[number]
+    types = (np.uint8, np.uint8, np.uint8, np.float64, np.intp)
+    each = [np.frombuffer(column, type_) for column, type_ in zip(columns, types, strict=True)]
+    return Batch(kind, np.frombuffer(rows, ROWS[kind]), *each)
 
 
 def _message(number: int, values: Item) -> Message:

@@ -13,7 +13,7 @@ from hil.files.outputs import Output, OutputExistsError, is_special
 from hil.mcaplog.errors import LogError
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
-from hil.recording.handover import MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, exact
+from hil.recording.handover import MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, exact, packed_batch
 from hil.recording.pipe import HelperPipe, can_start
 from hil.recording.recorder import Recorder
 from hil.recording.wire_log import Network, OneOfSeveral
@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from firmware_protocol.events import Received
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Circumstances, Tap
     from hil.recording.feeds import Feed
 
@@ -172,6 +174,22 @@ class RecorderProcess(Recorder):
         if found is not None:
             number, take = found
             self.feed.add((kinds.SENT, time, number, exact(take(message))))
+
+    def arrived(self, came: Arrivals) -> None:
+        """See `Recorder.arrived`."""
+        others = []
+        for event, place in zip(came.events, came.places, strict=True):
+            if isinstance(event, Rejected):
+                super().received(event)
+            elif (found := MESSAGE_VALUES.get(type(event.message))) is not None:
+                number, values = found
+                sender = (event.system, event.component, event.sequence, event.time)
+                others.append((place, number, values(event.message), *sender))
+        self.feed.add((kinds.ARRIVED, tuple(map(packed_batch, came.batches.values())), tuple(others)))
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """See `Recorder.sent_rows`."""
+        self.feed.add((kinds.SENT_ROWS, time, message.ID, rows.tobytes()))
 
     # --- what happens above the bridge -------------------------------------------------------------------------------
 

@@ -28,6 +28,7 @@ from firmware_protocol.messages import (
     SetupSigning,
     Statustext,
 )
+from firmware_protocol.wire.rows import messages_of
 from hil.bridge.taps import NOTHING
 from hil.mcaplog.records import (
     EVENTS,
@@ -51,7 +52,9 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from firmware_protocol.errors import LinkError
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Circumstances, Opening, Tap
     from hil.mcaplog.writing.sink import LogSink
     from hil.recording.drawing import Drawing
@@ -209,6 +212,16 @@ class WireLog:
         elif isinstance(message, Statustext):
             self._say(event.time, message.severity, message.text, f"robot {event.system}")
 
+    def arrived(self, came: Arrivals) -> None:
+        """Messages were decoded and bytes refused, many at once: each is an entry, as of `received`."""
+        for event in came.objects():
+            self.received(event)
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """Many messages of ours of one kind were sent: each is an entry, as of `sent`."""
+        for one in messages_of(message, rows):
+            self.sent(time, one)
+
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent; time is the bridge's, in s."""
         self._drawing.sent(message)
@@ -365,6 +378,8 @@ class OneOfSeveral:
         self.opened = recorder.opened
         self.received = recorder.received
         self.sent = recorder.sent
+        self.arrived = recorder.arrived
+        self.sent_rows = recorder.sent_rows
         self.event = recorder.event
         self.wire_rx = network.wire_rx
         self.wire_tx = network.wire_tx

@@ -23,7 +23,17 @@ from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogEntry, LogReader
-from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import (
+    SERIES,
+    AdviceRecord,
+    EventRecord,
+    RejectedInput,
+    StepRecord,
+    SurroundStateRecord,
+    SwarmRoundRecord,
+    TrialRecord,
+    WireBytes,
+)  # fmt: skip
 from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
 from hil.report.learnt import read_learnt
@@ -151,6 +161,10 @@ class Gatherer:
             data.trial_times.append(time)
         elif isinstance(value, StepRecord):
             data.generations.append(value)
+        elif isinstance(value, SurroundStateRecord):
+            data.surround.append(value)
+        elif isinstance(value, SwarmRoundRecord):
+            data.rounds.append(value)
         elif isinstance(value, AdviceRecord):
             self._advice = value.json
         elif isinstance(value, RejectedInput):
@@ -259,6 +273,8 @@ class Gatherer:
             trials=list(data.trials),
             trial_times=list(data.trial_times),
             bouts=list(data.bouts),
+            surround=list(data.surround),
+            rounds=list(data.rounds),
             events=list(data.events),
             parameters=_parameters(metadata, data.parameters),
         )
@@ -282,7 +298,7 @@ class Gatherer:
         data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
         data.start, data.end = (self._first, self._last) if self._first <= self._last else (0.0, 0.0)
-        if not data.learnt and not data.bouts:
+        if not data.learnt and not data.bouts and not data.surround:
             data.sensors = _sensors(LogReader(data.path, reader.limits), self.robot.system, self.wheels)
         data.metadata, data.health, data.whole = reader.metadata, reader.health(), reader.whole
         data.parameters = _parameters(reader.metadata, data.parameters)

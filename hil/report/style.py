@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
@@ -118,10 +118,8 @@ def png(drawn: Figure) -> bytes:
     """
     buffer = BytesIO()
     # `savefig` would draw everything twice: once to lay it out, though drawing does that itself.
-    canvas = FigureCanvasAgg(drawn)
-    canvas.print_png(  # type: ignore[no-untyped-call]
-        buffer, metadata={"Software": None}, pil_kwargs={"compress_level": COMPRESSION}
-    )
+    write: Callable[..., None] = FigureCanvasAgg(drawn).print_png
+    write(buffer, metadata={"Software": None}, pil_kwargs={"compress_level": COMPRESSION})
     return buffer.getvalue()
 
 

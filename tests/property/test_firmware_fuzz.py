@@ -9,6 +9,7 @@ import pytest
 from firmware_bench import HOST, FirmwareBench
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from micro_bench import MicroBench
 
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import Command, CommandLong, Ping, State
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 GOLDEN = [v.frame for v in vectors() if v.message.DIRECTION is not Direction.UP]
+ROLES = (FirmwareBench, MicroBench)
 ARM = CommandLong(target_system=1, target_component=1, command=int(Command.ARM_DISARM), param1=1.0)
 
 
@@ -42,8 +44,9 @@ def damaged_chunks(total: int, seed: int) -> Iterator[bytes]:
         yield bytes(frame)
 
 
-def test_a_million_damaged_bytes() -> None:
-    bench = FirmwareBench()
+@pytest.mark.parametrize("kind", ROLES)
+def test_a_million_damaged_bytes(kind: type[FirmwareBench]) -> None:
+    bench = kind()
     robot: Any = bench.robot
     wheel = bench.io.wheel
     micros = 0
@@ -77,10 +80,13 @@ def test_good_frames_between_noise_without_markers_are_all_taken(pieces: list[by
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("kind", ROLES)
 @settings(max_examples=200, deadline=None, derandomize=True)
 @given(st.lists(st.sampled_from(GOLDEN), min_size=1, max_size=5), st.randoms(use_true_random=False))
-def test_three_damaged_bits_never_arm_and_never_move(frames: list[bytes], rng: random.Random) -> None:
-    bench = FirmwareBench()
+def test_three_damaged_bits_never_arm_and_never_move(
+    kind: type[FirmwareBench], frames: list[bytes], rng: random.Random
+) -> None:
+    bench = kind()
     arm = bench.host.encode(ARM)
     for frame in (*frames, arm):
         damaged = bytearray(frame)

@@ -12,6 +12,8 @@ from hil.conformance import CHECKS
 
 NEED_SOURCES: Final = {
     *(check.name for check in CHECKS if check.group == "answers"),
+    "result-addressed",
+    "memory-entry-addressed",
     "streams-set-again",
     "ground-station-not-kept-by-others",
     "manual-control-from-who-armed",

@@ -9,7 +9,9 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import LinkError
     from firmware_protocol.events import Event, Received, Rejected
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Circumstances, Opening
 
 
@@ -39,6 +41,12 @@ class QuietTap:
         """Not looked at."""
 
     def received(self, event: Received | Rejected) -> None:
+        """Not looked at."""
+
+    def arrived(self, came: Arrivals) -> None:
+        """Not looked at."""
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
         """Not looked at."""
 
     def sent(self, time: float, message: Message) -> None:

@@ -277,6 +277,20 @@ def test_a_new_session_stops_it_and_nobody_is_told(bench: MicroBench) -> None:
     assert not list(bench.observations())
 
 
+def test_what_has_ended_is_told_before_the_next_command_is_answered(bench: MicroBench) -> None:
+    bench.move(0.0, 0.3)
+    bench.run(300)
+    bench.disarm()
+    bench.clear()
+    observation, ack = bench.tick(bench.move_message(0.0, 0.1))
+    assert isinstance(observation, SwarmObservation)
+    assert (observation.sequence, observation.outcome) == (1, SwarmOutcome.STOPPED)
+    assert isinstance(ack, RobotAck)
+    assert ack.reason == Reason.DISARMED
+    bench.run(1000)
+    assert list(bench.observations()) == [observation]
+
+
 # --- said twice -----------------------------------------------------------------------------------------------------
 
 
@@ -339,6 +353,12 @@ def test_what_makes_no_sense_is_refused(bench: MicroBench, changes: dict[str, fl
     before = bench.move_message(0.0, 0.1)
     (ack,) = [answer for answer in bench.tick(raw=forge(before, **{"face": 0.0, **changes})) if isinstance(answer, RobotAck)]
     assert (ack.message, ack.reason) == (SwarmMove.ID, Reason.BAD_VALUE)
+    assert bench.state() is State.READY
+
+
+def test_what_is_said_to_all_moves_nobody(bench: MicroBench) -> None:
+    message = bench.move_message(0.0, 0.1)
+    assert bench.tick(raw=forge(message, target_system=0, face=0.0)) == []
     assert bench.state() is State.READY
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,14 +32,14 @@ from firmware_protocol.messages import (
     TableState,
 )
 from firmware_protocol.vocabulary import Move, MoveOption, ObservationFlag, RobotClass, SwarmOutcome
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
 from firmware_protocol.wire.fields import Message, Party, Wire, wire_fields
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import payload_length
 from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
 
 SIZES = {
     SwarmMove: (47200, 18),
@@ -203,9 +204,17 @@ def test_elements_have_as_many_names_as_there_are() -> None:
         {"sector": 1},
         {"sector": 17, "sectors": 17},
         {"heading": 0.0, "effort": 101},
+        {"heading": math.inf},
+        {"heading": 0.0, "face": math.nan},
     ],
     ids=str,
 )
 def test_a_move_that_there_can_not_be_is_not_made(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=r"move|sector"):
         Move(**wrong)  # type: ignore[arg-type]
+
+
+def test_a_heading_is_the_same_after_any_number_of_turns() -> None:
+    move = Move(heading=0.3 + 5 * math.tau, face=3.5)
+    assert move.heading == pytest.approx(0.3)
+    assert move.face == pytest.approx(3.5 - math.tau)

@@ -25,6 +25,7 @@ void micro_act(struct robot *robot)
 {
     struct micro *micro = micro_of(robot);
 
+    micro->bumps = hal_bump(robot->board, micro_milli(micro, MICRO_PARAM_CONTACT_GAP));
     pose_step(micro);
     ring_step(micro);
     wheels_step(robot);
@@ -108,7 +109,7 @@ bool micro_ready(struct robot *robot, uint16_t id)
 
 uint8_t micro_perform(struct robot *robot, uint16_t id, const union inbound *message)
 {
-    move_drop(micro_of(robot));
+    observation_pass(micro_of(robot));
     if (id == MAVLINK_MSG_ID_SWARM_MOVE) {
         return move_request(micro_of(robot), &micro_inbound_of(message)->move);
     }

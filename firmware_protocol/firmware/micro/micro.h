@@ -93,6 +93,7 @@ struct observations {
 
 struct micro {
     struct robot robot;
+    uint8_t bumps; /* contact in this period, as hal_bump says it */
     struct pose pose;
     struct move move;
     struct ring ring;

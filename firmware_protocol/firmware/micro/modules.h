@@ -66,7 +66,6 @@ uint16_t pose_heading(const struct micro *micro);
 uint16_t pose_age(const struct micro *micro); /* of the fix, ms; LENGTH_NONE: there was none */
 bool pose_known(const struct micro *micro);   /* by a fix that counts */
 int16_t pose_mm(int32_t um);
-uint8_t pose_bumps(const struct micro *micro); /* contact, as hal_bump says it */
 
 /* fence.c */
 bool fence_there(const struct micro *micro);
@@ -79,7 +78,7 @@ void move_step(struct micro *micro);
 void move_interrupt(struct micro *micro, uint8_t event, uint8_t reason);
 void move_drop(struct micro *micro);   /* its observation is not repeated any more */
 void move_repeat(struct micro *micro); /* its observation is sent again */
-bool move_contact_ahead(const struct micro *micro, uint8_t bumps);
+bool move_contact_ahead(const struct micro *micro);
 
 /* ring.c */
 void ring_start(struct micro *micro);
@@ -94,6 +93,7 @@ enum { STREAM_OBSERVATION, STREAM_RANGES }; /* among the role's */
 void observation_end(struct micro *micro, bool sensed); /* of the move, as it has ended */
 void observation_send_now(struct micro *micro);         /* the same, once */
 void observation_report(struct micro *micro);
+void observation_pass(struct micro *micro); /* there is news: what has not been said yet is said, and nothing is repeated */
 uint8_t observation_ask(struct micro *micro, uint8_t stream, const mavlink_command_long_t *command); /* MAV_RESULT */
 bool observation_answer(struct micro *micro, uint8_t stream);
 

@@ -204,10 +204,10 @@ static void turn_step(struct micro *micro, uint16_t heading)
 }
 
 /* A sector that is closed, and whose bisector lies near the way. */
-bool move_contact_ahead(const struct micro *micro, uint8_t bumps)
+bool move_contact_ahead(const struct micro *micro)
 {
     uint16_t bisector = (uint16_t)(BISECTOR + pose_heading(micro) - micro->move.way);
-    uint8_t i;
+    uint8_t bumps = micro->bumps, i;
 
     for (i = 0; i < BUMPERS; i++) {
         if (bumps & 0x80 && angles_size(bisector) <= AHEAD) {
@@ -238,7 +238,7 @@ static bool drive_ends(struct micro *micro)
     } else if (fence_there(micro) && fence_crossed(micro, move->way)) {
         end(micro, SWARM_OUTCOME_STOPPED, ROBOT_REASON_BAD_VALUE);
     } else if ((move->options & (SWARM_MOVE_OPTION_STOP_ON_CONTACT | SWARM_MOVE_OPTION_PUSH)) == SWARM_MOVE_OPTION_STOP_ON_CONTACT
-               && (move_contact_ahead(micro, pose_bumps(micro)) || stalls(micro))) {
+               && (move_contact_ahead(micro) || stalls(micro))) {
         end(micro, SWARM_OUTCOME_BLOCKED, ROBOT_REASON_NONE);
     } else {
         return false;

@@ -129,8 +129,3 @@ int16_t pose_mm(int32_t um)
 
     return um > most ? INT16_MAX : um < -most ? -INT16_MAX : (int16_t)((um + half) / UM_PER_MM);
 }
-
-uint8_t pose_bumps(const struct micro *micro)
-{
-    return hal_bump(micro->robot.board, micro_milli(micro, MICRO_PARAM_CONTACT_GAP));
-}

@@ -22,7 +22,7 @@ void fuzz_check(int good, const char *what)
 }
 
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra, system_at, component_at},
-const struct row fuzz_rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
+const struct row fuzz_rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) MICRO_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
 #undef ROW
 
 uint8_t fuzz_build(struct fuzz *fuzz, uint8_t *frame, const struct row *row, const uint8_t *payload)
@@ -53,7 +53,7 @@ uint8_t fuzz_build(struct fuzz *fuzz, uint8_t *frame, const struct row *row, con
 /* A well-formed frame with values at random; the target is mostly right. What would arm is left out. */
 uint8_t fuzz_random_frame(struct fuzz *fuzz, uint8_t *frame)
 {
-    const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % junior_inbound_count];
+    const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % FUZZ_UNSIGNED];
     uint8_t payload[LARGEST] = {0};
     uint8_t i;
 
@@ -90,6 +90,34 @@ void fuzz_add_up(struct fuzz *fuzz)
     fuzz->total.boots = counters->boots;
 }
 
+enum { NEIGHBOURS = 20 };
+
+/* What a micro-robot senses. */
+static void sense(struct fuzz *fuzz)
+{
+    static uint8_t groups[NEIGHBOURS];
+    static uint16_t bearings[NEIGHBOURS];
+    static uint32_t distances[NEIGHBOURS];
+    host_io *io = &fuzz->host.io;
+    uint8_t i;
+
+    for (i = 0; i < NEIGHBOURS; i++) {
+        groups[i] = (uint8_t)(fuzz_draw(fuzz) % 3);
+        bearings[i] = (uint16_t)fuzz_draw(fuzz);
+        distances[i] = fuzz_draw(fuzz) % 2 ? fuzz_draw(fuzz) : fuzz_draw(fuzz) % 1000000;
+    }
+    host_see(&fuzz->host, fuzz_draw(fuzz) % NEIGHBOURS, groups, bearings, distances);
+    io->bump = (uint8_t)(fuzz_draw(fuzz) % 4 ? 0 : fuzz_draw(fuzz));
+    io->ready = fuzz_draw(fuzz) % 4 != 0;
+    io->fix_new = fuzz_draw(fuzz) % 8 == 0;
+    io->fix_um[0] = (int32_t)fuzz_draw(fuzz) / 64; /* 33 m */
+    io->fix_um[1] = (int32_t)fuzz_draw(fuzz) / 64;
+    io->fix_heading = (uint16_t)fuzz_draw(fuzz);
+    io->fix_age = (uint16_t)(fuzz_draw(fuzz) % 2000);
+    io->range[fuzz_draw(fuzz) % 32] = (uint16_t)fuzz_draw(fuzz);
+    io->has_box = io->has_goal = fuzz_draw(fuzz) % 2;
+}
+
 void fuzz_tick(struct fuzz *fuzz, const uint8_t *bytes, uint32_t length)
 {
     host_io *io = &fuzz->host.io;
@@ -105,6 +133,9 @@ void fuzz_tick(struct fuzz *fuzz, const uint8_t *bytes, uint32_t length)
     io->travel_um[0] = (int32_t)fuzz_draw(fuzz);
     io->travel_um[1] = (int32_t)fuzz_draw(fuzz);
     io->ground_um = (int32_t)fuzz_draw(fuzz);
+    if (io->role == FUZZ_MICRO) {
+        sense(fuzz);
+    }
     fuzz_check(host_tick(&fuzz->host, fuzz->micros, bytes, length) <= sizeof io->tx, "sent more than there is room for");
     if (io->reboot) {
         fuzz_add_up(fuzz);

@@ -66,16 +66,53 @@ static void run_disarmed(struct fuzz *fuzz, uint32_t bytes)
     }
 }
 
-enum { HOST_NUMBER = 7 };
+enum { HOST_NUMBER = 7, SESSION = 0x0101 };
+
+static void say(struct fuzz *fuzz, uint8_t row, const void *message, uint8_t length)
+{
+    uint8_t payload[LARGEST] = {0}, frame[FUZZ_FRAME];
+
+    memcpy(payload, message, length);
+    fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[row], payload));
+}
+
+static void perform(struct fuzz *fuzz, uint16_t sequence)
+{
+    mavlink_junior_maneuver_t maneuver = {SESSION, sequence, 20, 15, 1, 1, 8, {5, 6, 7, 8, 9, 10, 11, 12}};
+
+    say(fuzz, ROW_JUNIOR_MANEUVER, &maneuver, MAVLINK_MSG_ID_JUNIOR_MANEUVER_LEN);
+}
+
+static void begin_contest(struct fuzz *fuzz, uint16_t sequence)
+{
+    mavlink_junior_contest_t contest = {SESSION, sequence, 10, 1, 1, 1};
+
+    say(fuzz, ROW_JUNIOR_CONTEST, &contest, MAVLINK_MSG_ID_JUNIOR_CONTEST_LEN);
+}
+
+static void move(struct fuzz *fuzz, uint16_t sequence)
+{
+    mavlink_swarm_move_t move;
+
+    memset(&move, 0, sizeof move);
+    move.session = SESSION;
+    move.sequence = sequence;
+    move.heading = (int16_t)fuzz_draw(fuzz);
+    move.distance = (uint16_t)(fuzz_draw(fuzz) % 2 ? fuzz_draw(fuzz) % 100 : fuzz_draw(fuzz));
+    move.face = (int16_t)fuzz_draw(fuzz);
+    move.speed = (uint16_t)(fuzz_draw(fuzz) % 2 ? 0 : fuzz_draw(fuzz));
+    move.options = (uint8_t)(fuzz_draw(fuzz) % 64);
+    move.target_system = 1;
+    move.target_component = 1;
+    say(fuzz, ROW_SWARM_MOVE, &move, MAVLINK_MSG_ID_SWARM_MOVE_LEN);
+}
 
 /* Armed and in session all the time, so that motion, memory and contest run on whatever comes. */
 static void run_armed(struct fuzz *fuzz, uint32_t bytes)
 {
     uint8_t chunk[CHUNK], payload[LARGEST], frame[LARGEST + 32];
     mavlink_command_long_t arm = {1.0f, 0, HOST_NUMBER, 0, 0, 0, 0, MAV_CMD_COMPONENT_ARM_DISARM, 1, 1, 0};
-    mavlink_robot_session_t session = {0x0101, 0, HOST_NUMBER, 1, 1, PROTOCOL_MAJOR, PROTOCOL_MINOR};
-    mavlink_junior_maneuver_t maneuver = {0x0101, 0, 20, 15, 1, 1, 8, {5, 6, 7, 8, 9, 10, 11, 12}};
-    mavlink_junior_contest_t contest = {0x0101, 0, 10, 1, 1, 1};
+    mavlink_robot_session_t session = {SESSION, 0, HOST_NUMBER, 1, 1, PROTOCOL_MAJOR, PROTOCOL_MINOR};
     uint32_t done = 0;
     uint16_t number = 0;
 
@@ -95,13 +132,13 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
         arm.param1 = 1.0f;
         memcpy(payload, &arm, MAVLINK_MSG_ID_COMMAND_LONG_LEN);
         fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[ROW_COMMAND_LONG], payload));
-        maneuver.sequence = ++number;
-        memcpy(payload, &maneuver, MAVLINK_MSG_ID_JUNIOR_MANEUVER_LEN);
-        fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[ROW_JUNIOR_MANEUVER], payload));
-        if (fuzz_draw(fuzz) % 16 == 0) {
-            contest.sequence = ++number;
-            memcpy(payload, &contest, MAVLINK_MSG_ID_JUNIOR_CONTEST_LEN);
-            fuzz_tick(fuzz, frame, fuzz_build(fuzz, frame, &fuzz_rows[ROW_JUNIOR_CONTEST], payload));
+        if (fuzz->host.io.role == FUZZ_MICRO) {
+            move(fuzz, ++number);
+        } else {
+            perform(fuzz, ++number);
+            if (fuzz_draw(fuzz) % 16 == 0) {
+                begin_contest(fuzz, ++number);
+            }
         }
         used = fill(fuzz, chunk);
         fuzz_tick(fuzz, chunk, used);
@@ -111,7 +148,7 @@ static void run_armed(struct fuzz *fuzz, uint32_t bytes)
               "more effort than there is");
     }
     fuzz_add_up(fuzz);
-    fuzz_check(fuzz->total.maneuvers > 1000, "hardly a maneuver was performed: this fuzzes less than it should");
+    fuzz_check(fuzz->total.maneuvers > 1000, "hardly a maneuver or move was performed: this fuzzes less than it should");
 }
 
 enum { RECORD = 16, FRAMES = 24, HEAD = 3, PART = 7 };
@@ -178,7 +215,7 @@ static void run_can(struct fuzz *fuzz, uint32_t rounds)
     fuzz->host.io.can = 1;
     host_power_on(&fuzz->host, fuzz->micros);
     for (round = 0; round < rounds; round++) {
-        const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % junior_inbound_count];
+        const struct row *row = &fuzz_rows[fuzz_draw(fuzz) % FUZZ_UNSIGNED];
         uint16_t command = 511;
 
         for (i = 0; i < LARGEST; i++) {
@@ -213,24 +250,33 @@ static void run_can(struct fuzz *fuzz, uint32_t rounds)
            (unsigned long)fuzz->host.as.robot.counters.unknown, (unsigned long)fuzz->host.as.robot.counters.lost);
 }
 
+static void run_role(struct fuzz *fuzz, uint8_t role, uint32_t bytes)
+{
+    host_io *io = &fuzz->host.io;
+
+    memset(io, 0, sizeof *io);
+    memset(io->nvm, 0xFF, sizeof io->nvm);
+    memset(&fuzz->total, 0, sizeof fuzz->total);
+    io->role = role;
+    io->has_ground = io->has_encoders = io->has_ring = io->has_pose = 1;
+    host_power_on(&fuzz->host, fuzz->micros);
+    run_disarmed(fuzz, bytes);
+    fuzz_check_understands(fuzz);
+    run_armed(fuzz, bytes);
+    printf("role %u: %lu bytes disarmed, as many armed: good %lu, bad checksum %lu, unknown %lu, maneuvers %lu, boots %u\n", role,
+           (unsigned long)bytes, (unsigned long)fuzz->total.good, (unsigned long)fuzz->total.bad_checksum,
+           (unsigned long)fuzz->total.unknown, (unsigned long)fuzz->total.maneuvers, fuzz->total.boots);
+    run_can(fuzz, bytes / 20);
+}
+
 int main(int argc, char **argv)
 {
     uint32_t bytes = argc > 1 ? (uint32_t)strtoul(argv[1], NULL, 10) : 1000000UL;
     static struct fuzz fuzz;
 
     fuzz.random = 2463534242UL;
-    memset(fuzz.host.io.nvm, 0xFF, sizeof fuzz.host.io.nvm);
-    fuzz.host.io.has_ground = 1;
-    fuzz.host.io.has_encoders = 1;
-    host_power_on(&fuzz.host, 0);
-    run_disarmed(&fuzz, bytes);
-    fuzz_check_understands(&fuzz);
-    run_armed(&fuzz, bytes);
-    printf("%lu bytes disarmed, %lu armed: good %lu, bad checksum %lu, unknown %lu, maneuvers %lu, boots %u\n",
-           (unsigned long)bytes, (unsigned long)bytes, (unsigned long)fuzz.total.good,
-           (unsigned long)fuzz.total.bad_checksum, (unsigned long)fuzz.total.unknown, (unsigned long)fuzz.total.maneuvers,
-           fuzz.total.boots);
-    run_can(&fuzz, bytes / 20);
+    run_role(&fuzz, FUZZ_MICRO, bytes / 2);
+    run_role(&fuzz, FUZZ_JUNIOR, bytes);
     fuzz_run_signed(&fuzz, bytes / 100);
     return 0;
 }

@@ -20,11 +20,13 @@ struct row {
     uint8_t length, crc_extra, system_at, component_at;
 };
 
-/* What a robot understands, and behind that what only one that can sign does. */
+/* What a robot of either role understands, and behind that what only one that can sign does. */
 extern const struct row fuzz_rows[];
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) ROW_##name,
-enum { INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW) FUZZ_ROWS }; /* where a message stands there */
+enum { INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) MICRO_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW) FUZZ_ROWS }; /* where a message stands there */
 #undef ROW
+
+enum { FUZZ_JUNIOR = 0, FUZZ_MICRO = 2, FUZZ_UNSIGNED = ROW_SETUP_SIGNING /* rows before that */ };
 
 uint32_t fuzz_draw(struct fuzz *fuzz); /* the next random number */
 void fuzz_check(int good, const char *what); /* ends the program where it is not */

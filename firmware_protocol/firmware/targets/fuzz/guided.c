@@ -10,7 +10,7 @@
 #include "host.h"
 
 enum { TICK_US = 5000, HEADER = 10, HASH_SIZE = 6, LARGEST = 64, FRAME = LARGEST + 32, KEY_SIZE = SIGNING_KEY_SIZE };
-enum mode { MODE_CAN = 1, MODE_KEY = 2, MODE_SLOW = 4, MODE_BUSY = 8, MODE_SPOILT = 16 };
+enum mode { MODE_CAN = 1, MODE_KEY = 2, MODE_SLOW = 4, MODE_BUSY = 8, MODE_SPOILT = 16, MODE_MICRO = 32 };
 enum step { STEP_MESSAGE, STEP_SIGNED, STEP_BAD_SIGNED, STEP_RAW, STEP_TIME, STEP_SENSORS, STEP_POWER, STEP_TICK, STEPS };
 
 struct row {
@@ -19,9 +19,11 @@ struct row {
 };
 
 #define ROW(name, id, base, length, crc_extra, system_at, component_at) {id, length, crc_extra},
-static const struct row rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
+static const struct row rows[] = {INBOUND_TABLE(ROW) JUNIOR_INBOUND_TABLE(ROW) MICRO_INBOUND_TABLE(ROW) SIGNING_TABLE(ROW)};
 #undef ROW
 enum { ROWS = sizeof rows / sizeof rows[0] };
+
+enum { NEIGHBOURS = 4 };
 
 struct guided {
     host_robot host;
@@ -31,6 +33,9 @@ struct guided {
     size_t left;
     uint8_t rx[1024];
     uint32_t rx_len;
+    uint8_t groups[NEIGHBOURS];
+    uint16_t bearings[NEIGHBOURS];
+    uint32_t distances[NEIGHBOURS]; /* of those that a micro-robot's ring finds */
 };
 
 static uint8_t take(struct guided *guided)
@@ -96,16 +101,16 @@ static void receive_transfer(struct guided *guided, const struct row *row, const
         uint8_t length, crc_extra, cut_at, cut;
     } table[] = {
 #define ROW(name, id, length, crc_extra, cut_at, cut, inbound) {id, length, crc_extra, cut_at, cut},
-        CAN_TABLE(ROW) JUNIOR_CAN_TABLE(ROW)
+        CAN_TABLE(ROW) JUNIOR_CAN_TABLE(ROW) MICRO_CAN_TABLE(ROW)
 #undef ROW
     };
     uint8_t data[LARGEST + 8], frame[8], at = 3, i, k = 0, size;
     uint16_t crc = 0xFFFF;
 
-    while (k < junior_can_count && table[k].id != row->id) {
+    while (k < sizeof table / sizeof table[0] && table[k].id != row->id) {
         k++;
     }
-    if (k == junior_can_count) {
+    if (k == sizeof table / sizeof table[0]) {
         return;
     }
     for (i = 0; i < row->length; i++) {
@@ -228,6 +233,21 @@ static void sensors(struct guided *guided)
     io->start = flags >> 2 & 1;
     io->battery_mv = (uint16_t)(flags * 40U);
     io->ground_um = (int32_t)((uint32_t)io->ground_um + (uint32_t)take(guided) * 1000U);
+    if (guided->mode & MODE_MICRO) {
+        io->bump = take(guided);
+        io->ready = flags & 1;
+        io->has_box = io->has_goal = io->fix_new = flags >> 3 & 1;
+        io->fix_um[0] = (int8_t)take(guided) * 250000; /* 32 m */
+        io->fix_um[1] = (int8_t)take(guided) * 250000;
+        io->fix_heading = (uint16_t)(take(guided) << 8);
+        io->fix_age = (uint16_t)(take(guided) * 10U);
+        for (i = 0; i < NEIGHBOURS; i++) {
+            guided->groups[i] = flags >> (4 + i) & 1;
+            guided->bearings[i] = (uint16_t)(take(guided) << 8);
+            guided->distances[i] = take(guided) * 4000U;
+        }
+        host_see(&guided->host, NEIGHBOURS, guided->groups, guided->bearings, guided->distances);
+    }
 }
 
 static void begin(struct guided *guided)
@@ -252,6 +272,8 @@ static void begin(struct guided *guided)
         }
     }
     guided->host.io.can = guided->mode & MODE_CAN;
+    guided->host.io.role = guided->mode & MODE_MICRO ? 2 : 0;
+    guided->host.io.has_ring = guided->host.io.has_pose = 1;
     guided->host.io.has_encoders = 1;
     guided->host.io.has_ground = 1;
     host_power_on(&guided->host, 0);

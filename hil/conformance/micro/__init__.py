@@ -1,0 +1,1 @@
+"""Checks that are for a micro-robot alone."""
