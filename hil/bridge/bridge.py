@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Self, TypeVar
 
 from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message
@@ -48,6 +47,8 @@ if TYPE_CHECKING:
     from hil.bridge.pump import Chunk, Turn
     from hil.bridge.reopening import Reopening
     from hil.bridge.taps import Circumstances, Tap
+
+P = TypeVar("P", bound=Peer)
 
 _GAP: Final = 0.1
 """A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
@@ -442,9 +443,13 @@ class Bridge:
         self.peers[system] = peer = self._make_peer(system, received.time)
         return peer
 
-    def _make_peer(self, system: int, now: float, fleet: Fleet | None = None) -> Peer:
+    def _make_peer(self, system: int, now: float) -> Peer:
         """A peer for a robot that is heard for the first time."""
-        return Peer(
+        return self._introduce(Peer, system, now)
+
+    def _introduce(self, make: Callable[..., P], system: int, now: float) -> P:
+        """A peer of a certain kind."""
+        return make(
             system,
             session=self._session,
             now=now,
@@ -455,7 +460,6 @@ class Bridge:
             host_component=self._component,
             pace=self.pace,
             timetable=self._timetable,
-            fleet=fleet,
         )
 
     def _turn(self, reopening: Reopening, turn: Turn | None, now: float, events: list[Event]) -> None:
