@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Self, TypeVar
 
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     HOST_COMPONENT,
@@ -17,7 +17,6 @@ from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.known import ROLES
 from firmware_protocol.wire.codec import open_codec
-from firmware_protocol.wire.signing import trouble
 from hil.bridge.acquaintances import Acquaintances
 from hil.bridge.clock import LastReading
 from hil.bridge.farewell import Farewell
@@ -29,7 +28,6 @@ from hil.bridge.sessions import random_session
 from hil.bridge.surroundings import Surroundings
 from hil.bridge.taps import NOTHING, Opening
 from hil.bridge.witness import Witness
-from hil.connecting.diagnosis import Seen
 from hil.signing.redaction import Redaction
 
 if TYPE_CHECKING:
@@ -96,6 +94,7 @@ class Bridge:
         host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
         peers: Robots heard so far that are spoken with, by system id.
+        acquaintances: Who has been heard.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
@@ -127,8 +126,8 @@ class Bridge:
         self.pace = self._pace_untold = pace
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
-        self._acquaintances = Acquaintances(system, robots)
-        self.peers = self._acquaintances.peers
+        self.acquaintances = Acquaintances(system, robots)
+        self.peers = self.acquaintances.peers
         self._timetable = Timetable()
         self.unsent = 0
         self.lost: LinkError | None = None
@@ -177,12 +176,12 @@ class Bridge:
     @property
     def strangers(self) -> set[int]:
         """System ids of robots heard that are not spoken with."""
-        return self._acquaintances.strangers
+        return self.acquaintances.strangers
 
     @property
     def unclaimed(self) -> int:
         """Rejected pieces of wire input of which nobody can tell whose they were."""
-        return self._acquaintances.unclaimed
+        return self.acquaintances.unclaimed
 
     @property
     def rejected(self) -> dict[RejectReason, int]:
@@ -313,7 +312,7 @@ class Bridge:
         Args:
             robots: Their system ids.
         """
-        for system in self._acquaintances.keep(robots):
+        for system in self.acquaintances.keep(robots):
             self._timetable.leave(system)
 
     def begin_anew(self, cause: str) -> None:
@@ -383,7 +382,7 @@ class Bridge:
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
-        taps, witness, shunned = self._taps, self.witness if self._looking else None, self._acquaintances.shunned
+        taps, witness, shunned = self._taps, self.witness if self._looking else None, self.acquaintances.shunned
         for item in items:
             if witness is not None:
                 witness.saw(item)
@@ -394,7 +393,7 @@ class Bridge:
                 self._hear(item, events)
             else:
                 events.append(item)
-                self._acquaintances.blame(item)
+                self.acquaintances.blame(item)
 
     def _hear(self, item: Received, events: list[Event]) -> None:
         """Have the peer of a robot hear what it has said."""
@@ -412,7 +411,7 @@ class Bridge:
 
     def _meet(self, received: Received) -> Peer | None:
         """A new robot, if this is the heartbeat of one that is to be spoken with."""
-        if not self._acquaintances.admits(received):
+        if not self.acquaintances.admits(received):
             return None
         system = received.system
         self._timetable.enter(system)
@@ -492,23 +491,6 @@ class Bridge:
             self._report(text, now, events)
         if text := self._around.dropped_news(now):
             self._report(text, now, events)
-
-    def seen(self, wanted: int | None = None) -> Seen:
-        """What there is to judge by why no robot can be used.
-
-        Args:
-            wanted: System id of the robot that was asked for; None for any, or for the only one that is spoken with.
-        """
-        return Seen(
-            url=self.link.url,
-            witness=self.witness,
-            wire=self.link.wire,
-            now=self.now,
-            wanted=self._acquaintances.only if wanted is None else wanted,
-            unusable=[system for system, peer in self.peers.items() if isinstance(peer.failure, VersionError)],
-            key=trouble(self.rejected, self.signed, self.signing),
-            farewell=self.farewell,
-        )
 
     def _tell(self, event: Event) -> None:
         if isinstance(event, PeerFound | PeerBack):
