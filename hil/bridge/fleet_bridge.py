@@ -108,7 +108,7 @@ class FleetBridge(Bridge):
         for item in came.events:
             if not isinstance(item, Received):
                 events.append(item)
-                self._blame(item)
+                self.acquaintances.blame(item)
         for received in news:
             if self._looking:
                 self.witness.saw(received)
