@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.errors import LinkError, bare_text
-from firmware_protocol.events import Received
+from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.messages import MESSAGES, SetupSigning
 from firmware_protocol.wire.batch import Batch
 from firmware_protocol.wire.fields import wire_fields
@@ -209,8 +209,10 @@ class Playback:
     def _sent(self, time: float, number: int, values: Item) -> None:
         self.recorder.sent(time, _message(number, values))
 
-    def _arrived(self, batches: Sequence[Item], others: Sequence[Item]) -> None:
-        found = []
+    def _arrived(self, batches: Sequence[Item], others: Sequence[Item], refused: Sequence[Item]) -> None:
+        found: list[tuple[int, Received | Rejected]] = [
+            (place, Rejected(RejectReason(reason), raw, time, detail)) for place, reason, raw, time, detail in refused
+        ]
         for place, number, values, system, component, sequence, time in others:
             found.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
         for batch in batches:
