@@ -17,7 +17,7 @@ import numpy as np
 
 from firmware_protocol.messages import ROBOT_COMPONENT, RobotAck, RobotResultAck, SwarmMove, SwarmObservation
 from firmware_protocol.vocabulary import MoveOption, SwarmOutcome
-from firmware_protocol.wire.can_batch import CanBatchCodec
+from firmware_protocol.wire.can.batch import CanBatchCodec
 from firmware_protocol.wire.codec import Codec, open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_batch import MavlinkBatchCodec

@@ -13,7 +13,7 @@ from cantools.database.can import Database
 
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.messages import JuniorSensors, JuniorWheels, Ping
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
 
 if TYPE_CHECKING:
     from collections.abc import Callable

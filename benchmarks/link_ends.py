@@ -13,7 +13,7 @@ from time import perf_counter_ns
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.links.opening import open_link
-from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
+from firmware_protocol.wire.can.frame import CanFrame, pack_frames, split_records
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock
 from simdevice._host import ffi, lib

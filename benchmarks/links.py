@@ -30,7 +30,7 @@ from firmware_protocol.links import MemoryLink
 from firmware_protocol.links.can_multicast import MulticastBus
 from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import JuniorSensors, Ping
-from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.can.frame import CanFrame, split_records
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.bridge.bridge import Bridge

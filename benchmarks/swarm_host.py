@@ -235,7 +235,7 @@ def main() -> None:
     print(f"host {host / seconds * 1e3:.1f} ms a second, {host / seconds / count * 1e6:.1f} us a robot and second, ", end="")
     print(f"{host / rounds / count * 1e6:.1f} us a robot and round; robots {robots / seconds * 1e3:.1f} ms a second")
     if chosen.profile:
-        pstats.Stats(profile).sort_stats("tottime").print_stats(35)
+        pstats.Stats(profile).sort_stats("cumtime").print_stats(75)
 
 
 if __name__ == "__main__":

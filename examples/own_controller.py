@@ -6,7 +6,7 @@ it backs off and rams. Change it and run it again; the same seeds give the same 
     python examples/own_controller.py
     python examples/own_controller.py point-light --trials 40
 
-The opponents are flat-light, flat-heavy, curved-light, corner-light, point-light and junior.
+`hil bout --help` names the opponents.
 """
 
 from __future__ import annotations

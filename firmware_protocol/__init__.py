@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.links.opening import open_link
     from firmware_protocol.peer.connection import PeerState
-    from firmware_protocol.peer.exchange import Retry, Ticket
+    from firmware_protocol.peer.exchanges.exchange import Retry, Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.vocabulary import Action, Maneuver, Outcome, Stimulus
     from firmware_protocol.wire.mavlink import MavlinkCodec

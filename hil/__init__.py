@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.vocabulary import Action, Maneuver, Move, Outcome, Stimulus
+    from firmware_protocol.vocabulary import Action, Maneuver, Move, MoveOption, Outcome, Stimulus
     from hil.bridge.networks import RobotAddress
     from hil.connecting.handles import Answers
     from hil.replaying.difference import ReplayDiverged
@@ -35,6 +35,7 @@ _HOMES: Final = {
     "ReplayReport": "hil.replaying.host",
     "RobotAddress": "hil.bridge.networks",
     "Move": "firmware_protocol.vocabulary",
+    "MoveOption": "firmware_protocol.vocabulary",
     "SwarmMoves": "hil.swarm.rounds",
     "Robots": "hil.sumo.robots",
     "Round": "hil.swarm.rounds",
@@ -54,6 +55,7 @@ __all__ = [
     "Maneuver",
     "ManeuverReport",
     "Move",
+    "MoveOption",
     "Outcome",
     "ReplayDiverged",
     "ReplayReport",

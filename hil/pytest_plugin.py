@@ -39,7 +39,7 @@ class WantedJunior:
     """What a test wants of its emulated robot.
 
     Attributes:
-        opponent: `flat-light`, `flat-heavy`, `curved-light`, `corner-light`, `point-light` or `junior`.
+        opponent: Its name, as on the command line: `flat-light`, or another of `OpponentCode`, in lower case.
         seed: Seed of everything random: start poses, noise, faults.
         faults: What goes wrong, as `drop:0.05,jitter:0.02,stuck:eye_left@5+3`, or `@FILE.toml`; of the line only for `junior`.
         referee: A referee watches the ring, as in no physical one.

@@ -4,6 +4,7 @@
         run.json         what was run, with which versions, of what robot; "running", and then how it ended
         log.mcap         everything that happened; of bouts played side by side, bouts-01-10.mcap and so on instead
         advice.toml      what was learnt
+        tables.toml      what a swarm has learnt; of several seeds tables-1.toml and so on instead
         checkpoint.json  what a run that was cut goes on from
         report/          pages and pictures
 
@@ -37,7 +38,10 @@ RECORD: Final = "run.json"
 LOG: Final = "log.mcap"
 PART_LOGS: Final = "bouts-*.mcap"
 """Logs of bouts that were played side by side."""
+SEED_TABLES: Final = "tables-*.toml"
+"""What a swarm has learnt with each of several seeds."""
 ADVICE: Final = "advice.toml"
+TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
 REPORT: Final = "report"
 VERSION: Final = 1
@@ -183,10 +187,11 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, CHECKPOINT):
+        for name in (LOG, ADVICE, TABLES, CHECKPOINT):
             (self.folder / name).unlink(missing_ok=True)
-        for log in self.folder.glob(PART_LOGS):
-            log.unlink()
+        for pattern in (PART_LOGS, SEED_TABLES):
+            for made in self.folder.glob(pattern):
+                made.unlink()
         if self.report.is_dir() and not self.report.is_symlink():
             shutil.rmtree(self.report)
         (self.folder / RECORD).unlink(missing_ok=True)

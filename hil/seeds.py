@@ -16,6 +16,8 @@ class Branch(IntEnum):
     BOUTS = 4
     SESSION = 5
     CONTROLLER = 6
+    SURROUND = 7
+    START_PLACES = 8
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

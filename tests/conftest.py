@@ -87,6 +87,10 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(trylast=True)  # what is left out anyway needs nothing
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if "nightly" not in (config.getoption("-m") or ""):
+        left = [item for item in items if item.get_closest_marker("nightly")]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if not item.get_closest_marker("nightly")]
     for marker, missing in OPTIONAL.items():
         marked = [item for item in items if item.get_closest_marker(marker)]
         if marked and (lacking := missing()):

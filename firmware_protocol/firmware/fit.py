@@ -96,5 +96,6 @@ def _remedy(firmware: Path) -> str:
     root = firmware.parents[1]
     pip = f"{shlex.quote(sys.executable)} -m pip install"
     if (root / "setup.py").is_file():
-        return f"install again: {pip} -e {shlex.quote(str(root))}"
+        build = f"{shlex.quote(sys.executable)} setup.py -q build_ext --inplace"
+        return f"in {root}, build in place ({build}) or install again ({pip} -e .)"
     return f"install again: {pip} --force-reinstall --no-deps junior-hil"

@@ -1,4 +1,4 @@
-"""The pins of the board, read from the header that the firmware is compiled with."""
+"""The pins of the boards, read from the headers that the firmware is compiled with."""
 
 from __future__ import annotations
 
@@ -8,8 +8,12 @@ from pathlib import Path
 from typing import Final
 
 BOARD_H: Final = Path(__file__).resolve().parents[1] / "firmware" / "targets" / "avr" / "board.h"
-PAGE: Final = Path(__file__).resolve().parents[2] / "docs" / "build.md"
-"""The page with the table of pins, in the source tree."""
+MICRO_BOARD_H: Final = BOARD_H.with_name("board_micro.h")
+_DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
+PAGE: Final = _DOCS / "build.md"
+"""The page with the table of Junior's pins, in the source tree."""
+MICRO_PAGE: Final = _DOCS / "own-robot.md"
+"""The page with that of a micro-robot's."""
 _BEGIN: Final = "<!-- pins: python -m firmware_protocol.generate -->\n"
 _END: Final = "<!-- end of pins -->\n"
 _DIGITAL: Final = re.compile(r'X\((\w+), ([BCD]), (\d), "(\w+)", "([^"]*)"\)')
@@ -51,22 +55,44 @@ def read_pins(header: str) -> list[Pin]:
 
 
 def pins() -> list[Pin]:
-    """The pins of the board in the source tree."""
+    """The pins of Junior's board in the source tree."""
     return read_pins(BOARD_H.read_text(encoding="utf-8"))
 
 
+def micro_pins() -> list[Pin]:
+    """The pins of a micro-robot's board: its own, and those of Junior's that it has not put to another use."""
+    own = read_pins(MICRO_BOARD_H.read_text(encoding="utf-8"))
+    taken = {pin.label for pin in own}
+    return sorted(
+        [*own, *(pin for pin in pins() if pin.label not in taken)], key=lambda pin: (pin.label[0] != "D", int(pin.label[1:]))
+    )
+
+
 def build_page() -> str:
-    """The page on building a robot, with the table as it must be.
+    """The page on building a Junior, with the table as it must be.
 
     Raises:
         ValueError: The page has no place for the table.
     """
-    page = PAGE.read_text(encoding="utf-8")
+    return _with_table(PAGE, pins())
+
+
+def own_robot_page() -> str:
+    """The page on robots of one's own, with the table of a micro-robot's pins as it must be.
+
+    Raises:
+        ValueError: The page has no place for the table.
+    """
+    return _with_table(MICRO_PAGE, micro_pins())
+
+
+def _with_table(path: Path, wired: list[Pin]) -> str:
+    page = path.read_text(encoding="utf-8")
     head, begin, rest = page.partition(_BEGIN)
     _, end, tail = rest.partition(_END)
     if not begin or not end:
-        raise ValueError(f"{PAGE.name} lacks {_BEGIN.strip()} or {_END.strip()}")
-    return f"{head}{begin}\n{pin_table(pins())}\n{end}{tail}"
+        raise ValueError(f"{path.name} lacks {_BEGIN.strip()} or {_END.strip()}")
+    return f"{head}{begin}\n{pin_table(wired)}\n{end}{tail}"
 
 
 def pin_table(wired: list[Pin]) -> str:

@@ -12,7 +12,7 @@ from enum import IntFlag
 from typing import Final
 
 from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
-from firmware_protocol.wire.can_layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
+from firmware_protocol.wire.can.layout import TARGET_FIELDS, SingleFrame, long_identifier, single_frames
 from firmware_protocol.wire.fields import SIZES, Direction, Wire, wire_order
 from firmware_protocol.wire.mavlink_layout import INTEGER_LIMITS, raw_limits
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.generate.board import build_page, pins
+from firmware_protocol.generate.board import build_page, own_robot_page, pins
 from firmware_protocol.generate.can_database import can_database
 from firmware_protocol.generate.dialect import dialect
 from firmware_protocol.generate.host import host_layout, host_stub
@@ -31,6 +31,7 @@ OUTPUTS: Final[dict[str, Callable[[], str]]] = {
     "simdevice/_host.pyi": host_stub,
     "docs/protocol.md": reference,
     "docs/build.md": build_page,
+    "docs/own-robot.md": own_robot_page,
     "docs/figures/wiring.svg": lambda: draw(pins()),
 }
 """Every generated file, with the function that makes its text."""

@@ -22,7 +22,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS, SWARM_PARAMETERS
 from firmware_protocol.vocabulary import ACTIONS, MAX_ACTIONS
-from firmware_protocol.wire.can_layout import (
+from firmware_protocol.wire.can.dbc import PART_TIMEOUT
+from firmware_protocol.wire.can.layout import (
     FUNCTION_SHIFT,
     REFEREE_DOWN_FUNCTION,
     REFEREE_UP_FUNCTION,
@@ -31,7 +32,6 @@ from firmware_protocol.wire.can_layout import (
     long_identifier,
     single_frames,
 )
-from firmware_protocol.wire.dbc import PART_TIMEOUT
 from firmware_protocol.wire.fields import Direction, wire_fields
 from firmware_protocol.wire.mavlink import HOLD_BACK, MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import C_TYPES, INTEGER_LIMITS, crc_extra, offsets, payload_length, raw_limits

@@ -15,7 +15,7 @@ from firmware_protocol.generate.firmware_roles import (
 )
 from firmware_protocol.messages import BYTE_LINKS_ONLY, PROTOCOL_MAJOR, PROTOCOL_MINOR, SetupSigning
 from firmware_protocol.vocabulary import ACTIONS, ANY_STIMULUS, MAX_ACTIONS, Family, Speed
-from firmware_protocol.wire import can_layout
+from firmware_protocol.wire.can import layout as can_layout
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import crc_extra, payload_length, target_offsets
 
@@ -40,6 +40,8 @@ _UNDERSTOOD: Final = """\
 """
 _INBOUND: Final = "name, id, base, length, crc_extra, target_system_offset, target_component_offset"
 _CAN: Final = "name, id, length, crc_extra, cut_at, cut, inbound"
+_DEFAULTS: Final = {"SYS_ID": "FIRMWARE_SYS_ID"}
+"""Parameters whose default a build may choose (core/robot.h), and by which macro."""
 
 
 def _number(value: float) -> str:
@@ -102,7 +104,7 @@ def _parameters(role: FirmwareRole) -> list[str]:
     prefix = f"{role.name.upper()}_PARAM"
     numbers = "".join(f"    {prefix}_{parameter.name} = {i},\n" for i, parameter in enumerate(role.parameters))
     rows = [
-        f"{p.name}, {_number(p.default)}, {_number(p.minimum)}, {_number(p.maximum)}, "
+        f"{p.name}, {_DEFAULTS.get(p.name, _number(p.default))}, {_number(p.minimum)}, {_number(p.maximum)}, "
         f"{(1 if p.read_only else 0) | (2 if p.whole else 0)}"
         for p in role.parameters
     ]

@@ -29,13 +29,13 @@ from firmware_protocol.messages import (
     SwarmMove,
 )
 from firmware_protocol.vocabulary import MoveOption
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
 from firmware_protocol.wire.fields import Direction, Party, wire_fields
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import raw_limits
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
     from firmware_protocol.wire.fields import Message, Wire
 
 LARGEST_FLOAT: Final = (2 - 2**-23) * 2.0**127

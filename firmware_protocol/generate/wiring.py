@@ -122,7 +122,9 @@ def _side(rows: dict[str, Pin], labels: Sequence[str], *, left: bool) -> str:
         near = x + width if left else x
         parts.append(_line(edge, y, near, y, _WIRES[index % len(_WIRES)]))
         parts.append(_rect(x, y - _BOX / 2, width, _BOX, "#fff3d6"))
-        supplies = next((flags for start, flags in _NEEDS.items() if pin.name.startswith(start)), ())
+        supplies = next((flags for start, flags in _NEEDS.items() if pin.name.startswith(start)), None)
+        if supplies is None:
+            raise ValueError(f"nobody says what supply the pin {pin.name} needs: `_NEEDS` has no beginning of its name")
         for number, flag in enumerate(supplies):
             parts.append(_flag((x + 24 if left else x + width - 24) + (44 if left else -44) * number, y, flag))
         words = re.split(r"[,;:]", pin.use)[0]

@@ -1,6 +1,6 @@
 """A link over a CAN bus, through any of python-can's interfaces; nobody else touches python-can.
 
-What is read and written are classical CAN frames in the serial form of `firmware_protocol.wire.can_frame`. Remote, CAN FD and
+What is read and written are classical CAN frames in the serial form of `firmware_protocol.wire.can.frame`. Remote, CAN FD and
 error frames are not passed on; what error frames say of the bus is told by `news`.
 """
 
@@ -19,8 +19,8 @@ import serial
 from firmware_protocol.address import whole_number
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
-from firmware_protocol.wire.can_frame import CanFrame, split_records
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.frame import CanFrame, split_records
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 
 try:

@@ -7,19 +7,15 @@ import logging
 import shutil
 import subprocess
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-try:
-    import can
-except ImportError:  # the extra is not installed
-    HAS_PYTHON_CAN = False
-else:
-    HAS_PYTHON_CAN = True
-
+HAS_PYTHON_CAN: Final = find_spec("can") is not None
+"""The extra is installed."""
 NET: Final = Path("/sys/class/net")
 _ARPHRD_CAN: Final = "280"
 """Type of a network interface that is a CAN bus (linux/if_arp.h)."""
@@ -132,6 +128,8 @@ def list_can_adapters() -> list[CanAdapter]:
     """The CAN adapters that python-can's drivers find without the kernel; none where python-can is not installed."""
     if not HAS_PYTHON_CAN:
         return []
+    import can  # noqa: PLC0415 - it loads much that nobody needs who asks for no adapters
+
     logger = logging.getLogger("can")
     before = logger.level
     logger.setLevel(logging.CRITICAL + 1)  # every driver that is not installed would say so

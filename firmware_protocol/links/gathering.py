@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, floor
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError
@@ -11,12 +11,14 @@ from firmware_protocol.link import Link
 if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
 
+_SLACK: Final = 1e-9
+"""Slack for sums of control periods, in s."""
 _ROUNDING: Final = 1e-6
 """Slack for quotients of sums of control periods."""
 
 
 class GatheringLink(Link):
-    """Gives what has come at multiples of a span of time, or when the time of a read is over.
+    """Gives what has come at multiples of a span of time, and only then.
 
     Args:
         inner: The link, in lock-step; closed with this one.
@@ -31,6 +33,9 @@ class GatheringLink(Link):
         self._inner = inner
         self._now = clock.now
         self._span = span
+        self._parts: list[bytes] = []
+        self._due = 0.0
+        self._read_at = clock.now()
 
     def news(self) -> list[str]:
         """See `Link.news`."""
@@ -41,24 +46,43 @@ class GatheringLink(Link):
         self._inner.write(data)
 
     def read(self, timeout: float) -> bytes:
-        """Wait for bytes, and then for the end of the span in which they came.
+        """Wait for bytes, and then for the end of the span in which they came; a read that ends before that gives nothing.
 
         Args:
             timeout: Longest wait in s.
         """
-        until = self._now() + timeout
-        data = self._inner.read(timeout)
-        if not data:
-            return data
-        parts = [data]
-        now = self._now()
-        until = min(until, ceil(now / self._span - _ROUNDING) * self._span)
-        while (left := until - self._now()) > _ROUNDING:
-            try:
-                parts.append(self._inner.read(left))
-            except LinkClosedError:  # the next read says so
-                break
-        return b"".join(parts)
+        until, first = self._now() + timeout, True
+        while True:
+            now = self._now()
+            if self._parts and now >= self._due - _ROUNDING:
+                data = b"".join(self._parts)
+                self._parts.clear()
+                return data
+            left = (min(until, self._due) if self._parts else until) - now
+            if left <= _SLACK and not first:
+                return b""
+            first = False
+            try:  # time passes in every read that is given any, however little; one that is given none takes what has come
+                data = self._inner.read(max(left, _SLACK) if timeout > 0 else 0.0)
+            except LinkClosedError:
+                if not self._parts:
+                    raise
+                self._due = now  # the next read says so
+                continue
+            # A link that lags behind others of its clock hands over at once what came since it was read last.
+            after = self._now()
+            lagging, since = after == now, self._read_at
+            self._read_at = after
+            if data:
+                if not self._parts:
+                    self._due = (floor(since / self._span + _ROUNDING) + 1) * self._span if lagging else self._end_of(after)
+                self._parts.append(data)
+            elif lagging:
+                until = now
+
+    def _end_of(self, time: float) -> float:
+        """The end of the span that a time is in, in s."""
+        return ceil(time / self._span - _ROUNDING) * self._span
 
     def close(self) -> None:
         """See `Link.close`."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
-from firmware_protocol.peer.answers import for_another
-from firmware_protocol.peer.commands import Numbering
-from firmware_protocol.peer.exchange import Exchanges, Retry
+from firmware_protocol.peer.exchanges.answers import for_another
+from firmware_protocol.peer.exchanges.commands import Numbering
+from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry
 from firmware_protocol.peer.quality import Counters
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.timetable import NOW, Timetable

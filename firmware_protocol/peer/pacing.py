@@ -11,7 +11,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import Heartbeat, RobotAlive, SysStatus, Timesync
-from firmware_protocol.peer.exchange import Retry
+from firmware_protocol.peer.exchanges.exchange import Retry
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, KEEP_ALIVE, TIMESYNC_PERIOD
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, HEADER_LENGTH, SIGNATURE_LENGTH
 from firmware_protocol.wire.payload import PAYLOADS

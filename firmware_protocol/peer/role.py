@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, cast
 
 from firmware_protocol.messages import RobotStatus
-from firmware_protocol.peer.answers import ANSWERS
+from firmware_protocol.peer.exchanges.answers import ANSWERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -24,15 +24,15 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
-from firmware_protocol.peer.commands import NumberedExchange, reason_in_words
-from firmware_protocol.peer.performing import PerformExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange, reason_in_words
+from firmware_protocol.peer.exchanges.performing import PerformExchange
 from firmware_protocol.peer.role import Role
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver, Outcome
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
-    from firmware_protocol.peer.commands import Numbering
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.commands import Numbering
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
 
 SLOW_REFEREE: Final = 0.4

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.messages import REFEREE_COMPONENT, OpponentCode, RefereeReset
-from firmware_protocol.peer.commands import NumberedExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange
 from firmware_protocol.roles.junior import JUNIOR
 
 if TYPE_CHECKING:
     from firmware_protocol.messages import RobotAck
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
 
 

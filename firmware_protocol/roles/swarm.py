@@ -18,8 +18,8 @@ from firmware_protocol.messages import (
     SwarmSense,
 )
 from firmware_protocol.messages.swarm import LONG_RANGE
-from firmware_protocol.peer.commands import NumberedExchange, RequestExchange
-from firmware_protocol.peer.performing import PerformExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange, RequestExchange
+from firmware_protocol.peer.exchanges.performing import PerformExchange
 from firmware_protocol.peer.role import Role
 from firmware_protocol.vocabulary import MoveOption, SwarmOutcome
 
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.events import Received
-    from firmware_protocol.peer.commands import Numbering
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.commands import Numbering
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.vocabulary import Move
     from firmware_protocol.wire.fields import Message

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import TABLE_NODE, TABLE_SYSTEM, BoxShape, TableKind, TablePlace, TableReset, TableState
-from firmware_protocol.peer.commands import NumberedExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange
 from firmware_protocol.peer.role import Role
 from firmware_protocol.wire.fields import CAN
 
 if TYPE_CHECKING:
     from firmware_protocol.messages import RobotAck
     from firmware_protocol.peer.companion import Companion
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
 
 TABLE: Final = Role(name="table", product=None, readings=TableState, streams={TableState: 0.2}, slowest=5.0)
 """The table: no robot, and so in no table of roles."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Protocol
 
-from firmware_protocol.wire.can_frame import split_records
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import split_records
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec, split_frames
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Final, Literal, get_args, get_type_hints
 MAVLINK: Final = "mavlink"
 """A wire of bytes: MAVLink 2 frames."""
 CAN: Final = "can"
-"""A wire of CAN frames, each in its serial form of 16 bytes (`firmware_protocol.wire.can_frame`)."""
+"""A wire of CAN frames, each in its serial form of 16 bytes (`firmware_protocol.wire.can.frame`)."""
 
 EnumType = type[IntEnum] | type[IntFlag]
 WireType = Literal["u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "char"]

@@ -24,13 +24,15 @@ CONTINUE: Final = "continue"
 """It was stopped, and goes on."""
 KEY: Final = "key "
 """What a pressed key begins with."""
+POSE: Final = "pose "
+"""What begins a line in which a camera's program says where a robot is."""
 
 
 class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, or `key X`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 
@@ -44,10 +46,12 @@ class Operator:
     Attributes:
         keys: Gives the keys that were pressed since it was last called, each with the robot that it is for; None: nobody
             presses any.
+        feed: Gives what else has come since it was last called; None: nothing does.
     """
 
     def __init__(self) -> None:
         self.keys: Callable[[], Iterable[OperatorInput]] | None = None
+        self.feed: Callable[[], Iterable[OperatorInput]] | None = None
         self._asked: deque[OperatorInput] = deque()
         self._taken: list[OperatorInput] = []
         self._wakers: list[Callable[[], None]] = []
@@ -109,6 +113,8 @@ class Operator:
         """What was asked for since the step before; called by every step of a bridge, once."""
         if self.keys is not None:
             self._asked.extend(self.keys())
+        if self.feed is not None:
+            self._asked.extend(self.feed())
         if not self._asked:
             return ()
         taken: list[OperatorInput] = []
@@ -121,6 +127,10 @@ class Operator:
     def pressed(self) -> list[OperatorInput]:
         """The keys that steps have taken in since this was last called, in order."""
         return self._done(lambda one: one.what.startswith(KEY))
+
+    def poses(self) -> list[str]:
+        """Likewise, what was said of where robots are, in order."""
+        return [one.what.removeprefix(POSE) for one in self._done(lambda one: one.what.startswith(POSE))]
 
     def signals(self) -> list[str]:
         """Likewise, whether the program was to be stopped, or has gone on."""

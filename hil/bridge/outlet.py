@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.fleet import Said
-    from firmware_protocol.wire.can_batch import CanBatchCodec
+    from firmware_protocol.peer.fleets.fleet import Said
+    from firmware_protocol.wire.can.batch import CanBatchCodec
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.mavlink_batch import MavlinkBatchCodec
     from hil.bridge.taps import Tap

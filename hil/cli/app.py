@@ -19,7 +19,7 @@ from hil.cli.bout import bout
 from hil.cli.check import check
 from hil.cli.coach import coach
 from hil.cli.deploy import deploy
-from hil.cli.emulate import emulate
+from hil.cli.emulating import app as emulate_app
 from hil.cli.keygen import key, keygen
 from hil.cli.log import app as log_app
 from hil.cli.monitor import monitor
@@ -28,6 +28,7 @@ from hil.cli.ports import ports
 from hil.cli.replay import replay
 from hil.cli.report import report
 from hil.cli.runs import runs
+from hil.cli.swarm.app import app as swarm_app
 
 app = typer.Typer(
     name="hil",
@@ -39,9 +40,11 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
-for command in (coach, bout, deploy, emulate, check, monitor, param, ports, keygen, key, replay, report, runs):
+for command in (coach, bout, deploy, check, monitor, param, ports, keygen, key, replay, report, runs):
     app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+app.add_typer(emulate_app, name="emulate")
 app.add_typer(log_app, name="log")
+app.add_typer(swarm_app, name="swarm")
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol

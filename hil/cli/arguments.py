@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _NEGATIVE: Final = re.compile(r"-(?:\d|\.\d)")
 """How a negative number begins: no option of ours does."""
+_TABLES: Final = {"junior": "emulate", "swarm": "emulate-swarm"}
+"""Tables of the sub-commands of `hil emulate` in a configuration file."""
 
 
 class Subcommand(TyperCommand):
@@ -49,7 +51,8 @@ def load_config(context: typer.Context, path: Path | None) -> Path | None:
         return None
     options = {parameter.name: _taker(context, parameter) for parameter in context.command.params if parameter.name}
     try:
-        found = config_file.load_config(path, str(context.info_name), options)
+        name = str(context.info_name)
+        found = config_file.load_config(path, _TABLES.get(name, name), options)
     except config_file.ConfigFileError as error:
         raise typer.BadParameter(str(error)) from error
     context.default_map = {**(context.default_map or {}), **found}

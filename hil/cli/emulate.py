@@ -1,4 +1,4 @@
-"""`hil emulate`: serves an emulated robot in real time."""
+"""`hil emulate junior`: serves an emulated robot in real time."""
 
 from __future__ import annotations
 
@@ -33,12 +33,6 @@ CROWD_BAUD = 921600
 """Rate of a pty that several robots share, unless another is asked for, in bit/s: each says up to 3 kB a second."""
 
 
-class What(StrEnum):
-    """What can be emulated."""
-
-    JUNIOR = "junior"
-
-
 class BoardName(StrEnum):
     """What the robot's firmware runs on."""
 
@@ -47,7 +41,6 @@ class BoardName(StrEnum):
 
 
 def emulate(
-    what: Annotated[What, typer.Argument(help="Which robot.")] = What.JUNIOR,
     *,
     link: Annotated[
         str, typer.Option("--link", help="pty, pty:57600, tcp://127.0.0.1:5760, udp://127.0.0.1:14550, slcan or can://....")
@@ -135,10 +128,10 @@ def emulate(
     with interrupts():
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
-            document = {"robot": str(what), "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}
+            document = {"robot": "junior", "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}
             common.print_json(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
         else:
-            who = f"{what.capitalize()} is" if count == 1 else f"{count} Juniors, system ids 1 to {count}, are"
+            who = "Junior is" if count == 1 else f"{count} Juniors, system ids 1 to {count}, are"
             console.print(f"{who} at {endpoint.url}", markup=False)
             if faults is not None:
                 console.print(f"Faults: {spec} (seed {seed})", markup=False)

@@ -24,6 +24,12 @@ def monitor(
             "any other until Ctrl-C.",
         ),
     ] = None,
+    robot: Annotated[
+        str, typer.Option("--robot", metavar="ADDRESS", help="Of a swarm this micro-robot alone, in full: ID, or NETWORK.ID.")
+    ] = "",
+    micro: Annotated[
+        bool, typer.Option("--micro", help="The robots at LINK are micro-robots; those of sim://swarm are in any case.")
+    ] = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -40,13 +46,13 @@ def monitor(
     Pull the plug and put it back: it goes on, and the robot is disarmed.
 
     Of several robots on one link each has a line. They are only watched; the keys n and p choose one, and the first key that
-    moves it stops and disarms it first.
+    moves it stops and disarms it first. Of micro-robots likewise; with --robot one is shown in full.
 
     Example: hil monitor serial:///dev/ttyACM0:115200
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     url = common.url_of(link, None, seed)
-    job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet)
+    job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro or bool(robot), robot=robot)
     with running(
         "monitor",
         "emulated" if link is None else "robot",

@@ -91,9 +91,10 @@ def _lines(finding: Finding, signing_key: Path | None) -> list[str]:
 def _robot(finding: Finding, robot: HeardRobot, signing_key: Path | None) -> str:
     if not robot.usable:
         return f"    {robot}"
-    address = finding.address(robot)
+    address = finding.url if robot.micro else finding.address(robot)
+    which = f" --robot {robot.system}" if robot.micro else ""
     key = f" --signing-key {shlex.quote(str(signing_key))}" if robot.signed is Signed.OUR_KEY else ""
-    return f"    {robot}: hil monitor {_quoted(address)}{key}"
+    return f"    {robot}: hil monitor {_quoted(address)}{which}{key}"
 
 
 def _quoted(address: str) -> str:

@@ -12,9 +12,11 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.address import parse_address
+from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
+from hil.connecting.swarm_address import networks_of
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from firmware_protocol.address import Address
+    from firmware_protocol.link import Link
     from hil.cli.running import ActiveRun
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
@@ -50,6 +53,7 @@ class LiveStage(Stage):
         options: Configuration file that options were taken from.
         reports: A report of the log may be asked for afterwards; then `close` is called at last.
         beside: The log is written by a process of its own.
+        gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -67,6 +71,7 @@ class LiveStage(Stage):
         options: Path | None = None,
         reports: bool = False,
         beside: bool = True,
+        gather: float = 0.0,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -77,6 +82,7 @@ class LiveStage(Stage):
         self._recorder: Recorder | None = None
         self._clock = MonotonicClock()
         self._openers: AddressOpeners | None = None
+        self._gather = gather
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -88,10 +94,16 @@ class LiveStage(Stage):
         with pressed_keys() as read:
             yield read
 
+    @contextmanager
+    def lines(self, address: Address) -> Iterator[Link | None]:
+        """Inside, a link is open over which another program tells what it sees."""
+        with open_link(address.url) as link:
+            yield link
+
     def opener_of(self, address: Address) -> NetworkOpener:
         """What opens the link of an address."""
         if self._openers is None:
-            self._openers = AddressOpeners(key=self.key, clock=self._clock)
+            self._openers = AddressOpeners(key=self.key, clock=self._clock, gather=self._gather)
         return self._openers.opener_of(address)
 
     def begin_log(self) -> Recorder | None:
@@ -104,7 +116,7 @@ class LiveStage(Stage):
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
-            link=address.url,
+            link=networks_of(address)[0].url,
             lockstep=address.scheme == "sim",
             overwrite=run.overwrite,
             on_failure=run.log_failed,

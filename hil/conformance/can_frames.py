@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from fastcrc.crc16 import mcrf4xx
 
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import CanFrame
 from firmware_protocol.wire.fields import SIZES, wire_fields
 from firmware_protocol.wire.mavlink_layout import STRUCT_CODES, crc_extra, offsets
 from firmware_protocol.wire.payload import PAYLOADS

@@ -14,8 +14,8 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import MAX_DATA, CanFrame
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import MAX_DATA, CanFrame
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.can_frames import STOP, identifier, readdressed, resized
 from hil.conformance.can_transfers import question

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import ROBOT_COMPONENT, Ping, RobotAck, State, Timesync
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import MAX_DATA, CanFrame
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import MAX_DATA, CanFrame
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_layout import crc_extra
 from hil.conformance.can_frames import STOP, UNKNOWN_ID, body, cut, identifier, payload, resized, sealed, without

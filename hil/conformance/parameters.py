@@ -7,7 +7,7 @@ import struct
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import PARAM_TYPE_REAL32, ROBOT_COMPONENT, ParamRequestRead, ParamSet, ParamValue
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.orders import single
 from hil.conformance.probe import QUIET

@@ -22,9 +22,9 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
 from firmware_protocol.roles.swarm_table import table_system
-from firmware_protocol.wire.can_frame import pack_frames
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import pack_frames
 from firmware_protocol.wire.codec import open_codec
-from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
@@ -32,20 +32,20 @@ from firmware_protocol.wire.signing import trouble
 from hil.bridge.clock import LastReading
 from hil.bridge.operator import INTERRUPT, Operator
 from hil.bridge.pump import open_pump
-from hil.bridge.redaction import Redaction
 from hil.bridge.surroundings import Surroundings
 from hil.bridge.taps import Opening
 from hil.bridge.witness import EVERYBODY, Witness
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.connecting.diagnosis import Seen, nobody
+from hil.signing.redaction import Redaction
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.link import Link
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.signing import Signing
     from hil.bridge.pump import Chunk, Pump

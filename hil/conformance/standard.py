@@ -30,7 +30,7 @@ from firmware_protocol.messages import (
     SysStatus,
     Timesync,
 )
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.orders import named
 from hil.conformance.probe import QUIET

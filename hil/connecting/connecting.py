@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.link import Link
     from firmware_protocol.links.serial import SerialPort
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
@@ -281,8 +281,8 @@ class AddressOpener:
                 self.clock = world
                 self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
             else:
-                self.clock = table.device
                 wire, network = address.options.get("wire", MAVLINK), network_of(address) - 1
+                self.clock = table.clocks[network]
                 self._inner = lambda: SharedLink(table, network, address.url, wire=wire)
             numbers = generator(seed, Branch.SESSION)
             self.session = lambda: int(numbers.integers(1, 0x10000))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from firmware_protocol.links.serial import SerialPort
-    from firmware_protocol.peer.fleet import Fleet
+    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener

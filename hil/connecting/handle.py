@@ -9,8 +9,8 @@ from firmware_protocol.events import Received
 from firmware_protocol.faults.failures import FailureType
 from firmware_protocol.messages import Heartbeat, RobotStatus, State
 from hil.bridge.networks import RobotAddress
-from hil.bridge.serving import WAIT, Serving
 from hil.connecting.finding import find_robot
+from hil.connecting.serving import WAIT, Serving
 from hil.safety import Limits
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from firmware_protocol.messages import CommandAck
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
     from hil.bridge.bridge import Bridge

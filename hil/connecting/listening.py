@@ -34,9 +34,10 @@ from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.known import ROLES
+from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.versions import other_version
-from firmware_protocol.wire.can_frame import CanFrame, split_records
-from firmware_protocol.wire.can_layout import FUNCTION_SHIFT
+from firmware_protocol.wire.can.frame import CanFrame, split_records
+from firmware_protocol.wire.can.layout import FUNCTION_SHIFT
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink_layout import FLAG_SIGNED
@@ -99,8 +100,14 @@ class HeardRobot:
 
     @property
     def usable(self) -> bool:
-        """A Junior that believes us and whose protocol we speak, as far as is known."""
-        return self.junior and self._understood and self.signed in {Signed.NOT, Signed.OUR_KEY}
+        """A Junior or a micro-robot that believes us and whose protocol we speak, as far as is known."""
+        known = self.junior or self.micro
+        return known and self._understood and self.signed in {Signed.NOT, Signed.OUR_KEY}
+
+    @property
+    def micro(self) -> bool:
+        """It is a micro-robot."""
+        return self.role == MICRO_ROBOT.name
 
     @property
     def _understood(self) -> bool:
@@ -108,11 +115,12 @@ class HeardRobot:
 
     def __str__(self) -> str:
         """In words, as `Junior, system 1, disarmed, firmware 0.1, battery 7.5 V`."""
-        if not self.junior and self.role is not None:
+        if not self.junior and not self.micro and self.role is not None:
             return f"system {self.system} is a {self.role}, and no {JUNIOR.name}{', armed' if self.armed else ''}"
-        if not self.junior:
+        if not self.junior and not self.micro:
             return f"system {self.system} speaks MAVLink but is no Junior{', armed' if self.armed else ''}"
-        parts = [f"Junior, system {self.system}", self.state.name.lower() if self.state is not None else "state unknown"]
+        who = MICRO_ROBOT.name if self.micro else "Junior"
+        parts = [f"{who}, system {self.system}", self.state.name.lower() if self.state is not None else "state unknown"]
         if self.firmware is not None:
             parts.append(f"firmware {self.firmware}")
         if self.battery is not None:
@@ -162,7 +170,7 @@ class _Heard:
             system=system,
             junior=junior,
             armed=self.armed,
-            state=State(mode) if junior and mode in known else None,
+            state=State(mode) if ours and (role is JUNIOR or role is MICRO_ROBOT) and mode in known else None,
             firmware=None if version is None else _version(version.flight_sw_version),
             protocol=None if version is None else _version(version.middleware_sw_version),
             uid=None if version is None else f"{version.uid:016x}",

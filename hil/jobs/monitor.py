@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
@@ -18,12 +19,17 @@ from firmware_protocol.messages import State
 from firmware_protocol.vocabulary import Stimulus
 from hil.bridge.operator import KEY
 from hil.connecting.connecting import asked_for
+from hil.connecting.handles import RobotHandles
+from hil.connecting.swarm_address import is_swarm
+from hil.jobs.micro_monitor import MicroOverview
 from hil.jobs.options import DAY, MOST_SEED, none_or
 from hil.jobs.overview import Overview
 from hil.jobs.session import Session, open_session, open_watch
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import sensed
 from hil.sumo.junior import STIMULUS_BITS, Junior
+from hil.sumo.robots import Robots
+from hil.swarm.robot import MicroRobot
 from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
@@ -35,7 +41,6 @@ if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorSensors
     from hil.bridge.operator import Operator
     from hil.jobs.stage import Stage
-    from hil.sumo.robots import Robots
     from pal_advisor.fields import Fields
 
 DRIVE_TIME: Final = 0.3
@@ -64,6 +69,8 @@ class MonitorJob:
         seed: Seed of an emulated robot in this process.
         reconnect: How long a robot or link that is lost is waited for, in s.
         silent: Nothing is shown: there is a result at the end only.
+        micro: The robots are micro-robots; those of an emulated swarm are in any case.
+        robot: The only micro-robot to be shown, as `3` or `2.3`; empty: all.
     """
 
     VERB: ClassVar[str] = "monitor"
@@ -72,10 +79,13 @@ class MonitorJob:
     seed: int
     reconnect: float
     silent: bool = False
+    micro: bool = False
+    robot: str = ""
 
     def options(self) -> dict[str, Any]:
         """Everything that decides."""
-        return {"duration": self.duration, "seed": self.seed, "reconnect": self.reconnect}
+        of_swarm = {"micro": self.micro, "robot": self.robot} if self.micro or self.robot else {}
+        return {"duration": self.duration, "seed": self.seed, "reconnect": self.reconnect, **of_swarm}
 
     def files(self) -> dict[str, bytes]:
         """None."""
@@ -89,13 +99,23 @@ class MonitorJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             silent=True,
+            micro=options.has("micro") and options.flag("micro"),
+            robot=options.text("robot") if options.has("robot") else "",
         )
 
     def perform(self, stage: Stage) -> dict[str, object] | list[dict[str, object]]:
         """Show them, and do what the keys ask; what `--json` prints of them in the end."""
         view = _View(stage.console, self.silent or stage.quiet)
+        if self.micro or is_swarm(parse_address(stage.url)):
+            with open_watch(stage, make=partial(RobotHandles, MicroRobot), reconnect=self.reconnect) as (micro_robots, _):
+                which = self.robot
+                if not which and len(micro_robots) == 1:
+                    which = MicroOverview(micro_robots).name(next(iter(micro_robots)))
+                micro_overview = MicroOverview(micro_robots, which)
+                _look(micro_overview, micro_robots, stage, view, self.duration)
+                return micro_overview.document()
         if may_be_several(stage.url):
-            with open_watch(stage, reconnect=self.reconnect) as (robots, recorder):
+            with open_watch(stage, make=Robots, reconnect=self.reconnect) as (robots, recorder):
                 members = list(robots)
                 if len(members) > 1:
                     overview = Overview(robots, lambda junior, key: obey(Session(junior, recorder), key))
@@ -151,7 +171,9 @@ def _pressed(operator: Operator) -> str:
     return worth_obeying("".join(one.what.removeprefix(KEY) for one in operator.pressed()))
 
 
-def _look(overview: Overview, robots: Robots, stage: Stage, view: _View, duration: float | None) -> None:
+def _look(
+    overview: Overview | MicroOverview, robots: RobotHandles[Any], stage: Stage, view: _View, duration: float | None
+) -> None:
     """Show several robots."""
     if duration is None and all(bridge.link.lockstep for bridge in robots.networks.bridges.values()):
         duration = LOCKSTEP_DURATION
@@ -161,6 +183,7 @@ def _look(overview: Overview, robots: Robots, stage: Stage, view: _View, duratio
     with keys_taken_in(stage, overview.aim), view.display() as display:
         while end is None or robots.now() < end:
             robots.step()
+            overview.step()
             for key in _pressed(stage.operator):
                 if key in QUIT:
                     return

@@ -52,6 +52,9 @@ class Overview:
             self._chosen = self.members[0]
         return self._chosen
 
+    def step(self) -> None:
+        """Nothing is asked for: Juniors say by themselves what they sense."""
+
     def aim(self, keys: str) -> list[str]:
         """For which robot each of several keys is, if they are pressed one after the other.
 

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.connecting.connecting import asked_for, connect_as
-from hil.connecting.diagnosis import lost
+from hil.connecting.connecting_all import connect_all_as
+from hil.connecting.diagnosis import lost, seen_by
 from hil.connecting.handle import RobotHandle
+from hil.connecting.handles import RobotHandles
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
-from hil.sumo.connecting import connect_all
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
@@ -24,14 +25,16 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address
     from firmware_protocol.events import Event
     from hil.bridge.bridge import Bridge
+    from hil.bridge.networks import Networks
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
+    from hil.safety import Limits
     from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Observer
-    from hil.sumo.robots import Robots
     from pal_advisor.maneuvers import Advice
 
 H = TypeVar("H", bound=RobotHandle)
+R = TypeVar("R", bound=RobotHandles[Any])
 
 OTHERS_WAIT = 0.25
 """How long to listen for other robots on the link, in s: each says something many times a second."""
@@ -156,7 +159,7 @@ def open_session(
         try:
             yield Session(robot, recorder, suspension)
         except PeerLostError as error:
-            raise PeerLostError(lost(replace(robot.bridge.seen(), url=url), str(error))) from error
+            raise PeerLostError(lost(replace(seen_by(robot.bridge), url=url), str(error))) from error
 
 
 def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:
@@ -196,13 +199,16 @@ def others_beside(robot: RobotHandle, address: Address) -> set[int]:
 
 
 @contextmanager
-def open_watch(stage: Stage, *, reconnect: float = 0.0) -> Iterator[tuple[Robots, Recorder | None]]:
+def open_watch(
+    stage: Stage, *, make: Callable[[Networks, Limits], R], reconnect: float = 0.0
+) -> Iterator[tuple[R, Recorder | None]]:
     """Watch every robot on a link, with a log; on the way out stop those that were taken, then close the log.
 
     Ctrl-Z stops those that were taken, then the program.
 
     Args:
         stage: The outside.
+        make: Makes what holds the robots; others than those of its role are not taken.
         reconnect: How long the link is tried to be opened again when it is lost, in s.
 
     Yields:
@@ -218,17 +224,17 @@ def open_watch(stage: Stage, *, reconnect: float = 0.0) -> Iterator[tuple[Robots
         stack.enter_context(stage.interrupts())
         recorder = begin_log(stack, stage)
         with nothing_said(recorder):
-            robots = stack.enter_context(
-                connect_all(
-                    stage.url,
-                    watch=True,
-                    taps=[recorder] if recorder else [],
-                    reconnect=reconnect,
-                    signing_key=stage.key,
-                    operator=stage.operator,
-                    opener_of=stage.opener_of,
-                )
+            robots = connect_all_as(
+                make,
+                stage.url,
+                watch=True,
+                taps=[recorder] if recorder else [],
+                reconnect=reconnect,
+                signing_key=stage.key,
+                operator=stage.operator,
+                opener_of=stage.opener_of,
             )
+            stack.enter_context(robots)
         members, bridges = robots.members, robots.networks.bridges
         suspension = Suspension(
             stage.operator,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from firmware_protocol.address import Address
+    from firmware_protocol.link import Link
     from firmware_protocol.wire.signing import SigningKey
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
@@ -118,6 +119,17 @@ class Stage(ABC):
     @abstractmethod
     def keys(self) -> AbstractContextManager[Callable[[], str] | None]:
         """Inside, single keys are read from the terminal; gives what reads those that were pressed, None where nothing can."""
+
+    @abstractmethod
+    def lines(self, address: Address) -> AbstractContextManager[Link | None]:
+        """Inside, a link is open over which another program of this machine tells what it sees; None where a log has it.
+
+        Args:
+            address: Address of the link.
+
+        Raises:
+            LinkOpenError: It can't be opened.
+        """
 
     @abstractmethod
     def opener_of(self, address: Address) -> NetworkOpener:

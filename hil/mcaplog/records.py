@@ -184,9 +184,28 @@ class SwarmRoundRecord:
     seconds: Annotated[float, "s; how long the round took"]
 
 
+@dataclass(frozen=True)
+class SurroundStateRecord:
+    """How the surround task stands after a step; lengths are in the book's units."""
+
+    seed: Annotated[int, "seed of the run"]
+    step: Annotated[int, "number of the step; 0 is the start"]
+    steps: Annotated[int, "how many there are to be"]
+    distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD"]
+    ranger_distance: Annotated[float | None, "mean distance between two RANGERs"]
+    share_surrounded: Annotated[float | None, "share of WILDs with three RANGERs or more within R0"]
+    outside: Annotated[float | None, "share of RANGERs outside the area"]
+    ranger_stimuli: Annotated[tuple[int, ...], "how many RANGERs met each stimulus, STIMULUS1 first"]
+    ranger_behaviours: Annotated[tuple[int, ...], "how many RANGERs performed each behaviour, B1 first"]
+    wild_stimuli: Annotated[tuple[int, ...], "how many WILDs met each stimulus"]
+    wild_behaviours: Annotated[tuple[int, ...], "how many WILDs performed each behaviour"]
+    tables: Annotated[str, "what has been learnt, as JSON, every ten steps and at the end; else empty"]
+    digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
+
+
 RECORDS: Final = (
     WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
     CheckpointRecord, TrialRecord, StepRecord,
-    AdviceRecord, SwarmRoundRecord,
+    AdviceRecord, SwarmRoundRecord, SurroundStateRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

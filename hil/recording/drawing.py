@@ -37,3 +37,24 @@ class NoDrawing:
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""
+
+
+class Drawings:
+    """Several drawings, each of what another role says.
+
+    Args:
+        *parts: The drawings.
+    """
+
+    def __init__(self, *parts: Drawing) -> None:
+        self._parts = parts
+
+    def received(self, event: Received) -> None:
+        """See `Drawing.received`."""
+        for part in self._parts:
+            part.received(event)
+
+    def sent(self, message: Message) -> None:
+        """See `Drawing.sent`."""
+        for part in self._parts:
+            part.sent(message)

@@ -82,6 +82,15 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - whatever it is worth
     return index(value) if hasattr(value, "__index__") else float(value)
 
 
+def exact(values: Item) -> Item:
+    """The values of an entry or a message as `marshal` takes them, but for what may be in a tuple.
+
+    Args:
+        values: A codec makes plain numbers, a program may not.
+    """
+    return values if EXACT.issuperset(map(type, values)) else tuple([plain(value) for value in values])
+
+
 _EXACT: Final[tuple[tuple[Any, Callable[[Any], Any]], ...]] = (
     ((bool, NoneType), lambda value: value),
     (str, str.__str__),

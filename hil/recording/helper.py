@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -34,6 +36,8 @@ def main() -> None:
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGTSTP", "SIGBREAK"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)
+    gc.freeze()  # what is loaded stays: nobody need look through it for rubbish
+    gc.enable()
     incoming, outgoing = sys.stdin.buffer, sys.stdout.buffer
     settings = read_frame(incoming)
     if settings is not None:
@@ -106,14 +110,12 @@ class _Helper:
                 last, taken = number, 0
             new = packed[max(0, taken - first) :]  # what was sent before it was interrupted has been taken
             taken = max(taken, first + len(packed))
-            for data in new:
-                items = unpack(data)
-                last_of_all = any(item[0] in {CLOSE, DISCARD} for item in items[-1:])
-                if not self._failed:
-                    self._play(playback, items)
-                if last_of_all:
-                    ended = True
-                    self._answer("closed")
+            items: list[Item] = list(chain.from_iterable(map(unpack, new)))
+            if not self._failed:
+                self._play(playback, items)
+            if items and items[-1][0] in {CLOSE, DISCARD}:
+                ended = True
+                self._answer("closed")
         if not ended:
             recorder.metadata(CUT, {"why": "the program that was recorded has ended without closing its log"})
             recorder.close()

@@ -33,7 +33,7 @@ FRAME: Final = Struct("<I")
 """What stands before each batch and answer: its length."""
 _ROOM: Final = 1 << 20
 """A batch is sent in halves if it has more bytes than this."""
-_START: Final = "import sys; sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"
+_START: Final = "import gc, sys; gc.disable(); sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"
 _FLAGS: Final = ("-I", "-S", "-B") if sys.dont_write_bytecode else ("-I", "-S")
 """Nothing of the environment, and no start-up of `site`'s: modules are found where this process finds them, and sooner."""
 _ROOT: Final = Path(__file__).parents[2]

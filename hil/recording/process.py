@@ -13,7 +13,7 @@ from hil.files.outputs import Output, OutputExistsError, is_special
 from hil.mcaplog.errors import LogError
 from hil.recording import handover as kinds
 from hil.recording.feeds import LockstepFeed, RealTimeFeed
-from hil.recording.handover import EXACT, MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, packed_batch, plain
+from hil.recording.handover import MESSAGE_VALUES, PIECE_SIZE, RECORD_VALUES, circumstances, exact, packed_batch
 from hil.recording.pipe import HelperPipe, can_start
 from hil.recording.recorder import Recorder
 from hil.recording.wire_log import Network, OneOfSeveral
@@ -173,10 +173,7 @@ class RecorderProcess(Recorder):
         found = MESSAGE_VALUES.get(type(message))
         if found is not None:
             number, take = found
-            values = take(message)
-            if not EXACT.issuperset(map(type, values)):  # a codec makes plain numbers, a program may not
-                values = plain(values)
-            self.feed.add((kinds.SENT, time, number, values))
+            self.feed.add((kinds.SENT, time, number, exact(take(message))))
 
     def arrived(self, came: Arrivals) -> None:
         """See `Recorder.arrived`."""
@@ -264,8 +261,8 @@ class RecorderProcess(Recorder):
 
     def record(self, topic: str, record: object, time: float, kind: type | None = None) -> None:
         """See `WireLog.record`."""
-        number, values = RECORD_VALUES[kind or type(record)]
-        self.feed.keep((kinds.RECORD, topic, number, values(record), time))
+        number, take = RECORD_VALUES[kind or type(record)]
+        self.feed.keep((kinds.RECORD, topic, number, exact(take(record)), time))
 
     def _see_opened(self) -> None:
         """Wait until the other process has opened what is no regular file."""

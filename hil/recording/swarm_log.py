@@ -1,17 +1,22 @@
-"""What a swarm's run has to say for its log: its rounds. Moves and observations are there as the messages that they are."""
+"""What a swarm's run has to say for its log: its rounds, and what a mission has come to with each of its steps.
+
+Moves and observations are there as the messages that they are.
+"""
 
 from __future__ import annotations
 
+import json
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hil.mcaplog.records import SwarmRoundRecord
+from hil.mcaplog.records import SurroundStateRecord, SwarmRoundRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hil.swarm.missions.surround import SurroundState
     from hil.swarm.rounds import Round
 
 
@@ -48,3 +53,26 @@ class SwarmLog(ABC):
             seconds=took_place.seconds,
         )
         self.record("/swarm/round", entry, self.now)
+
+    def surround_state(self, state: SurroundState) -> None:
+        """A step of the surround task is over, or its first is about to begin.
+
+        Args:
+            state: How it stands.
+        """
+        record = SurroundStateRecord(
+            seed=state.seed,
+            step=state.step,
+            steps=state.steps,
+            distance=state.distance,
+            ranger_distance=state.ranger_distance,
+            share_surrounded=state.share_surrounded,
+            outside=state.outside,
+            ranger_stimuli=state.stimuli[0],
+            ranger_behaviours=state.behaviours[0],
+            wild_stimuli=state.stimuli[1],
+            wild_behaviours=state.behaviours[1],
+            tables="" if state.tables is None else json.dumps(state.tables, sort_keys=True),
+            digest=state.digest,
+        )
+        self.record("/surround/state", record, self.now)

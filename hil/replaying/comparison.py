@@ -26,7 +26,8 @@ BEFORE: Final = 3
 """So many decisions before a difference are shown."""
 SINCE: Final = 12
 """And so many of the messages since the last of them, the latest."""
-PAL: Final = "/pal/"
+LEARNERS: Final = ("/pal/", "/surround/", "/swarm/round")
+"""How the topics begin that tell what a learner does, and whom a swarm's host asks."""
 NONE: Final = FieldDifference()
 """An entry is missing, or one too many: it is no field that differs."""
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
@@ -39,7 +40,7 @@ def decides(topic: str) -> bool:
     Args:
         topic: The topic.
     """
-    return topic in {TX, UNSENT, EVENTS} or topic.startswith(PAL)
+    return topic in {TX, UNSENT, EVENTS} or topic.startswith(LEARNERS)
 
 
 class Comparison:

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from firmware_protocol.faults.spec import FaultSpec
+from hil.connecting.swarm_address import networks_of
 from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
+from hil.jobs.swarm.surround import SurroundJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -33,7 +35,9 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.jobs.stage import Job
 
-JOBS: Final[dict[str, type[Job]]] = {job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob)}
+JOBS: Final[dict[str, type[Job]]] = {
+    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob, SurroundJob)
+}
 """Verbs whose logs can be replayed."""
 
 
@@ -229,7 +233,7 @@ def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
         tape: Its log.
 
     Returns:
-        The job, the address of the robot, and what went wrong with the line.
+        The job, the address of the robot (of a swarm on several networks, of the first), and what went wrong with the line.
 
     Raises:
         ReplayError: The log does not say so, or it is no verb that can be replayed.
@@ -250,7 +254,7 @@ def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
         options = Fields(json.loads(config["options"]))
         job = JOBS[verb].of_log(options, files)
         options.done()
-        url = parse_address(link).url
+        url = networks_of(parse_address(link))[0].url
         faults = FaultSpec.parse(config["faults"]) if "faults" in config else None
     except (HilError, ValueError, RecursionError) as error:
         text = str(error)[:300]

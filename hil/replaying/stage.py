@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.address import Address
     from firmware_protocol.faults.spec import FaultSpec
+    from firmware_protocol.link import Link
     from firmware_protocol.wire.signing import SigningKey
     from hil.connecting.connecting import NetworkOpener
     from hil.replaying.comparison import Comparison
@@ -53,6 +54,11 @@ class ReplayStage(Stage):
     @contextmanager
     def keys(self) -> Iterator[Callable[[], str] | None]:
         """Keys are those of the log."""
+        yield None
+
+    @contextmanager
+    def lines(self, address: Address) -> Iterator[Link | None]:  # noqa: ARG002 - nothing is opened
+        """What came over it is in the log."""
         yield None
 
     def opener_of(self, address: Address) -> NetworkOpener:

@@ -10,7 +10,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from firmware_protocol.messages import BoutOutcome
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
-from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, bare, figure, whole_numbers
+from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, figure, whole_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +93,7 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
 
 
 def _draw_bout(axes: Axes, bout: BoutPath) -> None:
-    bare(axes)
+    axes.set_axis_off()
     width, height = ring_size()
     axes.add_patch(
         Rectangle((-width / 2, -height / 2), width, height, facecolor="#F4F2EC", edgecolor=INK, linewidth=1.4, zorder=0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -22,16 +23,28 @@ from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogEntry, LogReader
-from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord, RejectedInput, StepRecord, TrialRecord, WireBytes
+from hil.mcaplog.records import (
+    SERIES,
+    AdviceRecord,
+    EventRecord,
+    RejectedInput,
+    StepRecord,
+    SurroundStateRecord,
+    SwarmRoundRecord,
+    TrialRecord,
+    WireBytes,
+)  # fmt: skip
 from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
 from hil.report.learnt import read_learnt
-from hil.report.link import LinkWatcher
+from hil.report.link import HEARD, LinkWatcher
 from hil.report.run_data import BoutPath, RunData, SensorTrack
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
+
+    from hil.report.link import Frame
 
 SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints", *PLOTS})
 """Topics that tell a report nothing it does not know otherwise."""
@@ -39,6 +52,8 @@ SENSORS: Final = "/junior/sensors"
 UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})
 """Topics of which only the frames are counted at first; the sensors are read where there is nothing else to report on."""
 
+TOLD: Final[frozenset[type[Message]]] = HEARD | {ParamValue, RefereeState}
+"""What is to be known of a robot's messages, but for who has sent the first one."""
 FARTHEST: Final = 1e4
 """Places farther away than this, in m, are none, and times longer, in s."""
 MOST_PARAMETERS: Final = 500
@@ -88,7 +103,7 @@ class Gatherer:
     def __init__(self, path: Path) -> None:
         self._data = RunData(path)
         self._watcher = LinkWatcher()
-        self._span: tuple[float, float] | None = None
+        self._first, self._last = math.inf, -math.inf
         self._series = ""
         self._bout: list[RefereeState] = []
         self._bout_used = 0
@@ -106,7 +121,8 @@ class Gatherer:
             elif entry.frame is None:
                 self.sent(value, entry.topic, entry.time)
             else:
-                self.received(value, sender, entry.frame, entry.time)
+                self.came([(sender, entry.frame, entry.time)])
+                self.received(value, sender, entry.time)
         elif isinstance(value, WireBytes):
             self.wire(value.direction, len(value.data), entry.time)
         else:
@@ -114,8 +130,8 @@ class Gatherer:
 
     def _seen(self, time: float) -> None:
         """There is something of a log time, in s."""
-        first, last = self._span or (time, time)
-        self._span = min(first, time), max(last, time)
+        self._last = max(self._last, time)
+        self._first = min(self._first, time)
 
     def wire(self, direction: str, size: int, time: float) -> None:
         """Bytes went over the link.
@@ -145,6 +161,10 @@ class Gatherer:
             data.trial_times.append(time)
         elif isinstance(value, StepRecord):
             data.generations.append(value)
+        elif isinstance(value, SurroundStateRecord):
+            data.surround.append(value)
+        elif isinstance(value, SwarmRoundRecord):
+            data.rounds.append(value)
         elif isinstance(value, AdviceRecord):
             self._advice = value.json
         elif isinstance(value, RejectedInput):
@@ -171,17 +191,25 @@ class Gatherer:
         elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
             self.wheels.append((time, message))
 
-    def received(self, message: Message | None, sender: tuple[int, int], frame: int, time: float) -> None:
-        """A good frame came.
+    def came(self, frames: Sequence[Frame]) -> None:
+        """Good frames came.
 
         Args:
-            message: What it held; None where it was not read.
+            frames: Them, in order.
+        """
+        for _, _, time in frames:
+            self._seen(time)
+        self._watcher.came(frames)
+
+    def received(self, message: Message | None, sender: tuple[int, int], time: float) -> None:
+        """A good frame held a message.
+
+        Args:
+            message: It; None where it was not read.
             sender: System and component.
-            frame: Its sequence number.
             time: Log time in s.
         """
-        self._seen(time)
-        self._watcher.received(message, sender, frame, time)
+        self._watcher.received(message, time)
         if sender[0] == HOST_SYSTEM or not self.robot.heard(sender[0]):
             return
         if isinstance(message, RefereeState):
@@ -245,6 +273,8 @@ class Gatherer:
             trials=list(data.trials),
             trial_times=list(data.trial_times),
             bouts=list(data.bouts),
+            surround=list(data.surround),
+            rounds=list(data.rounds),
             events=list(data.events),
             parameters=_parameters(metadata, data.parameters),
         )
@@ -267,8 +297,8 @@ class Gatherer:
             data.advice, data.oddities = read_learnt(self._advice)
         data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
-        data.start, data.end = self._span or (0.0, 0.0)
-        if not data.learnt and not data.bouts:
+        data.start, data.end = (self._first, self._last) if self._first <= self._last else (0.0, 0.0)
+        if not data.learnt and not data.bouts and not data.surround:
             data.sensors = _sensors(LogReader(data.path, reader.limits), self.robot.system, self.wheels)
         data.metadata, data.health, data.whole = reader.metadata, reader.health(), reader.whole
         data.parameters = _parameters(reader.metadata, data.parameters)

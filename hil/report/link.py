@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.messages import CommandLong, RobotAck, RobotStatus, Timesync
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from firmware_protocol.wire.fields import Message
 
+Frame = tuple[tuple[int, int], int, float]
+"""Of a good frame the system and component that sent it, its sequence number, and its log time in s."""
+HEARD: Final[frozenset[type[Message]]] = frozenset({RobotAck, RobotStatus, Timesync})
+"""What a robot says of the link."""
 MOST_GAPS: Final = 1_000_000
 """Lost frames whose times are kept."""
 
@@ -69,19 +75,30 @@ class LinkWatcher:
         self._asked: dict[tuple[int, int], tuple[float, bool]] = {}
         self._compared: dict[int, float] = {}
 
-    def received(self, message: Message | None, sender: tuple[int, int], frame: int, time: float) -> None:
-        """A good frame came.
+    def came(self, frames: Iterable[Frame]) -> None:
+        """Good frames came.
 
         Args:
-            message: What it held; None where it was not read.
-            sender: System and component.
-            frame: Its sequence number.
+            frames: Them, in order.
+        """
+        received, arrivals, numbers = self.quality.received, self.quality.arrivals, self._last
+        for sender, frame, time in frames:
+            received[sender] += 1
+            arrivals.append(time)
+            last = numbers.get(sender)
+            if last is not None and (last + 1) & 0xFF == frame:  # as nearly always
+                numbers[sender] = frame
+            else:
+                self._count(sender, frame, last, time)
+
+    def received(self, message: Message | None, time: float) -> None:
+        """A good frame held a message, one of `HEARD` if anything is to be learnt of it.
+
+        Args:
+            message: The message; None where it was not read.
             time: Log time in s.
         """
         quality = self.quality
-        quality.received[sender] += 1
-        quality.arrivals.append(time)
-        self._count(sender, frame, time)
         if isinstance(message, RobotAck):
             self._answered(self._asked.pop((message.session, message.sequence), None), time)
         elif isinstance(message, Timesync) and message.ts1 in self._compared:
@@ -89,8 +106,8 @@ class LinkWatcher:
         elif isinstance(message, RobotStatus):
             quality.robot = message
 
-    def _count(self, sender: tuple[int, int], frame: int, time: float) -> None:
-        quality, last = self.quality, self._last.get(sender)
+    def _count(self, sender: tuple[int, int], frame: int, last: int | None, time: float) -> None:
+        quality = self.quality
         step = 1 if last is None else (frame - last) & 0xFF
         if step == 0:
             quality.duplicates += 1

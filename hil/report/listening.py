@@ -6,8 +6,9 @@ itself. When the coaching is over, a thread begins to draw what will not change 
 
 from __future__ import annotations
 
+import gc
 from threading import Thread
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
@@ -16,7 +17,7 @@ from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord
 from hil.mcaplog.schemas import message_schema
 from hil.recording.handover import MESSAGE_VALUES
 from hil.recording.recorder import Recorder
-from hil.report.gather import Gatherer
+from hil.report.gather import TOLD, Gatherer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -24,7 +25,11 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire.fields import Message
     from hil.mcaplog.writing.sink import LogSink
+    from hil.report.link import Frame
     from hil.report.run_data import RunData
+
+TOGETHER: Final = 1000
+"""Frames that are counted at once: each by itself would cost three times the time."""
 
 
 class ListeningRecorder(Recorder):
@@ -55,6 +60,8 @@ class ListeningRecorder(Recorder):
     ) -> None:
         self._gatherer = Gatherer(path)
         self._metadata: dict[str, dict[str, str]] = {}
+        self._frames: list[Frame] = []
+        self._wire: dict[str, list[tuple[float, int]]] = {"rx": [], "tx": []}
         self._coached = False
         self._drawn: dict[str, bytes] = {}
         self._drawing_early: Thread | None = None
@@ -65,18 +72,34 @@ class ListeningRecorder(Recorder):
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_rx`."""
         super().wire_rx(time, data)
-        self._gatherer.wire("rx", len(data), _stamp(time))
+        self._wire["rx"].append((time, len(data)))
 
     def wire_tx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_tx`."""
         super().wire_tx(time, data)
-        self._gatherer.wire("tx", len(data), _stamp(time))
+        self._wire["tx"].append((time, len(data)))
 
     def received(self, event: Received | Rejected) -> None:
         """See `Recorder.received`."""
         super().received(event)
-        if isinstance(event, Received) and type(event.message) in MESSAGE_VALUES:
-            self._gatherer.received(event.message, (event.system, event.component), event.sequence, _stamp(event.time))
+        if isinstance(event, Received) and (kind := type(event.message)) in MESSAGE_VALUES:
+            sender, time = (event.system, event.component), _stamp(event.time)
+            self._frames.append((sender, event.sequence, time))
+            if kind in TOLD or self._gatherer.robot.system is None:
+                self._gatherer.received(event.message, sender, time)
+            if len(self._frames) >= TOGETHER:
+                self._tell()
+
+    def _tell(self) -> None:
+        """Have what has passed since the last time counted."""
+        self._gatherer.came(self._frames)
+        for direction, passed in self._wire.items():
+            if passed:
+                (first, _), (last, _) = min(passed), max(passed)
+                self._gatherer.wire(direction, sum(size for _, size in passed), _stamp(first))
+                self._gatherer.wire(direction, 0, _stamp(last))
+            passed.clear()
+        self._frames.clear()
 
     def sent(self, time: float, message: Message) -> None:
         """See `Recorder.sent`."""
@@ -101,6 +124,7 @@ class ListeningRecorder(Recorder):
             self._drawing_early.start()
 
     def _draw_early(self, data: RunData) -> None:
+        gc.freeze()  # what has been gathered stays: nobody need look through it for rubbish while pictures are drawn
         from hil.report.write import early_pictures  # noqa: PLC0415 - drawing takes half a second to load
 
         self._drawn = early_pictures(data)
@@ -121,6 +145,7 @@ class ListeningRecorder(Recorder):
 
         if self._drawing_early is not None:
             self._drawing_early.join()
+        self._tell()
         reader = LogReader(self.path)
         for _ in reader.entries(()):
             pass  # there is none: what is read is the metadata

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hil.report.words import ReportTable
+    from hil.report.report_table import ReportTable
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from hil.mcaplog.records import EventRecord, StepRecord, TrialRecord
+    from hil.mcaplog.records import EventRecord, StepRecord, SurroundStateRecord, SwarmRoundRecord, TrialRecord
     from hil.report.learnt import Learnt
 
 
@@ -101,6 +101,8 @@ class RunData:
         generations: Steps of the learner, in order.
         trials: Maneuvers performed for the learner, in order.
         trial_times: Their log times, in s.
+        surround: Steps of the surround task, each run's in order, one run after the other.
+        rounds: Rounds of a swarm, in order.
         advice: The advice as last recorded; None where there was none that could be read.
         bouts: Bouts, in order.
         link: How good the link was.
@@ -119,6 +121,8 @@ class RunData:
     generations: list[StepRecord] = field(default_factory=list)
     trials: list[TrialRecord] = field(default_factory=list)
     trial_times: list[float] = field(default_factory=list)
+    surround: list[SurroundStateRecord] = field(default_factory=list)
+    rounds: list[SwarmRoundRecord] = field(default_factory=list)
     advice: Learnt | None = None
     bouts: list[BoutPath] = field(default_factory=list)
     link: LinkQuality = field(default_factory=LinkQuality)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
@@ -11,6 +10,8 @@ from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.learning_figures import Category, category_name, situation, sort_key
 from hil.report.learnt import Learnt
+from hil.report.report_table import ReportTable, shortened
+from hil.report.swarm.words import surround_runs, surround_said
 from hil.statistics import Rate
 
 if TYPE_CHECKING:
@@ -26,47 +27,18 @@ OBJECTIVES: Final = {
     "outcome": "gaining ground, bringing the opponent nearer to the border, and winning",
 }
 OUTCOME_COLUMNS: Final = (BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW, BoutOutcome.UNDECIDED)
-MOST_ROWS: Final = 300
-LONGEST_CELL: Final = 2000
 MOST_NAMED: Final = 10
 """Series and opponents told of in words."""
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
 
 
-@dataclass(frozen=True)
-class ReportTable:
-    """A table; of many rows it has the first, of a long text the beginning.
-
-    Attributes:
-        title: What it shows.
-        head: Column names.
-        rows: Cells, as text; one row each.
-        numbers: Columns that hold numbers.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    numbers: frozenset[int] = frozenset()
-
-    def __post_init__(self) -> None:
-        more = len(self.rows) - MOST_ROWS
-        rows = tuple(tuple(shortened(cell) for cell in row) for row in self.rows[:MOST_ROWS])
-        if more > 0:
-            rows = (*rows, (f"… and {more:,} more", *("" for _ in self.head[1:])))
-        object.__setattr__(self, "rows", rows)
-
-
-def shortened(text: str, most: int = LONGEST_CELL) -> str:
-    """The beginning of a text, where it is long."""
-    return text if len(text) <= most else text[: most - 1] + "…"
-
-
 def title_of(data: RunData) -> str:
     """The report's headline."""
     opponents = " and ".join(_opponents(data))
     versus = f" against {opponents}" if opponents else ""
+    if data.surround:
+        return "RANGERs learnt to surround WILDs"
     if data.learnt:
         return f"Pal coached Junior{versus}"
     if data.bouts:
@@ -101,7 +73,9 @@ def summary(data: RunData) -> list[str]:
         said.append(_played(series, opponent, bouts))
     if len(series_played) > MOST_NAMED:
         said.append(f"There were {len(series_played) - MOST_NAMED:,} more series of bouts: see the table.")
-    if not data.learnt and not data.bouts:
+    if data.surround:
+        said += surround_said(surround_runs(data))
+    elif not data.learnt and not data.bouts:
         said.append(_watched(data))
     said.append(_link_words(data))
     if not data.whole:

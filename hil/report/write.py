@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.vocabulary import RobotClass
 from hil.files.outputs import write_output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
@@ -19,7 +20,10 @@ from hil.report.gather import gather
 from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
+from hil.report.report_table import shortened
 from hil.report.style import png, styled
+from hil.report.swarm.figures import distances
+from hil.report.swarm.words import missing_table, rules_table, steps_table, surround_numbers, surround_runs
 from hil.report.words import (
     bout_table,
     chosen_caption,
@@ -31,7 +35,6 @@ from hil.report.words import (
     metadata_tables,
     oddity_table,
     played_bouts,
-    shortened,
     summary,
     title_of,
 )
@@ -139,8 +142,8 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
 
 
 def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
-    found = [_learnt(data, drawn), _learning(data, drawn), _bouts(data, drawn), _link(data)]
-    if not data.learnt and not data.bouts:
+    found = [_learnt(data, drawn), _learning(data, drawn), _bouts(data, drawn), *_surround(data), _link(data)]
+    if not data.learnt and not data.bouts and not data.surround:
         found.insert(0, _sensed(data))
     about = Section("About this run")
     if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
@@ -227,6 +230,33 @@ def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     return section
 
 
+def _surround(data: RunData) -> list[Section]:
+    """What came of a surround mission."""
+    runs = surround_runs(data)
+    if not runs:
+        return []
+    close = Section("How close they came", tables=[steps_table(runs)])
+    _add(
+        close,
+        "distances",
+        partial(distances, runs),
+        "Mean distance from a RANGER to the nearest WILD, and share of WILDs with three RANGERs or more within R0; mean "
+        "distance between two RANGERs; and how many RANGERs chose each behaviour in each step."
+        + ("" if len(runs) == 1 else " Thin lines are single seeds, behaviours those of the first."),
+    )
+    learnt = Section("What was learnt")
+    for kind in RobotClass:
+        table = rules_table(runs, kind, data.oddities)
+        learnt.tables += [table] if table else []
+    missing = Section("Who was missing")
+    absent = missing_table(data)
+    if absent:
+        missing.tables.append(absent)
+    else:
+        missing.text.append("Nobody: every robot that was asked has answered.")
+    return [close, learnt, missing]
+
+
 def _link(data: RunData) -> Section:
     section = Section("The link")
     _add(
@@ -281,6 +311,8 @@ def _subtitle(data: RunData) -> str:
 
 def _numbers(data: RunData) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
+    if data.surround:
+        found += surround_numbers(surround_runs(data))
     if data.learnt:
         found.append((f"{len(data.trials):,}", "maneuvers performed"))
     over = [bout for bout in data.bouts if bout.outcome is not BoutOutcome.UNDECIDED]

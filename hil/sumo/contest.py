@@ -11,7 +11,7 @@ from firmware_protocol.events import PeerLost, Received
 from firmware_protocol.messages import ROBOT_COMPONENT, BoutOutcome, ContestCommand, Heartbeat, Phase, Reason, State
 from firmware_protocol.peer.connection import PeerState
 from firmware_protocol.roles.junior import contest
-from hil.bridge.serving import WAIT
+from hil.connecting.serving import WAIT
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,8 +9,8 @@ from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import REFEREE_COMPONENT, JuniorSensors, Reason, RefereeState, SensorFlag
 from firmware_protocol.roles.junior import JUNIOR, SLOW_REFEREE, drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
-from hil.bridge.serving import WAIT, Serving
 from hil.connecting.handle import RobotHandle
+from hil.connecting.serving import WAIT, Serving
 from hil.safety import Limits
 from hil.sumo.referee import RefereeHandle
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Received
     from firmware_protocol.messages import JuniorManeuverResult
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
     from hil.bridge.bridge import Bridge

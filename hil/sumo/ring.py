@@ -15,7 +15,7 @@ from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.messages import JuniorManeuverResult
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.sumo.junior import Junior
     from hil.sumo.referee import RefereeHandle

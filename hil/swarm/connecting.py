@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_protocol.links.serial import list_ports
 from firmware_protocol.messages import SwarmObservation, SwarmRanges
-from firmware_protocol.peer.fleet import Fleet
+from firmware_protocol.peer.fleets.fleet import Fleet
 from firmware_protocol.vocabulary import SwarmOutcome
 from hil.connecting.connecting_all import connect_all_as
 from hil.connecting.handles import SETTLE

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import cached_property
+from math import floor
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from firmware_protocol.errors import LinkError, PeerError, RefusedError
+from firmware_protocol.errors import HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.events import PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
     ROBOT_COMPONENT,
@@ -24,31 +26,32 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.messages.swarm import LONG_RANGE
 from firmware_protocol.parameters import SWARM_PARAMETERS
-from firmware_protocol.peer.commands import NumberedExchange
-from firmware_protocol.peer.rounds import AskingRound, NumberedRound
-from firmware_protocol.roles.swarm import MICRO_ROBOT
+from firmware_protocol.peer.fleets.rounds import AskingRound, NumberedRound
+from firmware_protocol.peer.timetable import NEVER
 from firmware_protocol.vocabulary import MoveOption, RobotClass
 from firmware_protocol.wire.rows import ROWS, messages_of, rows_of
 from hil.bridge.fleet_bridge import FleetBridge
 from hil.bridge.networks import RobotAddress
+from hil.connecting.connecting_all import GATHER
 from hil.connecting.handles import SETTLE, Answers, RobotHandles
+from hil.connecting.serving import WAIT
 from hil.safety import Limits
+from hil.swarm.attendance import Attendance, NetworkRows
 from hil.swarm.errors import DoubleIdError, QuorumError
+from hil.swarm.holding import FRAMING, RoundHolder
 from hil.swarm.robot import MicroRobot
 from hil.swarm.rounds import Round, SwarmMoves
 from hil.swarm.tables import TableFaces
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from collections.abc import Collection, Iterable, Mapping
 
     from numpy.typing import ArrayLike, NDArray
 
-    from firmware_protocol.errors import HilError
     from firmware_protocol.events import Event
     from firmware_protocol.messages import CommandAck
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.fleets.steady import SteadyMessages
     from firmware_protocol.vocabulary import Move
-    from firmware_protocol.wire.fields import Message
     from hil.bridge.networks import Networks
 
     Numbers = NDArray[np.int64]
@@ -59,8 +62,6 @@ if TYPE_CHECKING:
     OneNetwork = NumberedRound | AskingRound
     """A round on one network."""
 
-MARGIN: Final = 1.0
-"""What a round is given beyond the longest time of its robots and of its bytes, in s."""
 OBSERVING: Final = 3.0
 """Longest that robots are asked for observations, beyond the time of the bytes, in s."""
 STOPS: Final = 5
@@ -70,38 +71,9 @@ STOPS_WITHIN: Final = 0.1
 QUORUM: Final = 0.5
 """Least share of each class that must be there."""
 _SLACK: Final = 1e-9
-_BATTERY: Final = 0x2000000
-"""MAV_SYS_STATUS_SENSOR_BATTERY: in `onboard_control_sensors_health`, set while the battery is above BATT_LOW."""
-_FRAMES: Final = 12
-"""Bytes of a frame that are not its payload."""
+_ROUNDING: Final = 1e-6
+"""Slack for quotients of sums of control periods."""
 _DEFAULTS: Final = {parameter.name: parameter.default for parameter in SWARM_PARAMETERS}
-
-
-class _NetworkRows:
-    """The robots of one network: their rows, and their system ids.
-
-    Args:
-        bridge: Speaks with them.
-        rows: Their rows in the arrays of the swarm.
-        systems: Their system ids, in that order.
-    """
-
-    def __init__(self, bridge: FleetBridge, rows: Numbers, systems: Numbers) -> None:
-        self.bridge = bridge
-        self.fleet = bridge.fleet
-        self.rows = rows
-        self.systems = systems
-
-
-class _Joining:
-    """A robot on its way back: armed again, and told again how to sense.
-
-    Attributes:
-        tickets: What it has been asked, and must have answered.
-    """
-
-    def __init__(self, tickets: list[Ticket[Any]]) -> None:
-        self.tickets = tickets
 
 
 class Swarm(RobotHandles[MicroRobot]):
@@ -121,12 +93,11 @@ class Swarm(RobotHandles[MicroRobot]):
 
     Attributes:
         quorum: As given.
-        addresses_by_row: Of the robots, by row.
+        attendance: Who takes part.
         kinds: Class of each robot (`RobotClass`), by row; -1: it has not said any.
         rings: Who has a ring of sensors, by row.
         there: Who takes part in the next round, by row.
         tables: The emulated table, where they stand on one.
-        needed: How many robots of each class the mission needs; a class that is not named: all that there are.
     """
 
     def __init__(
@@ -139,24 +110,29 @@ class Swarm(RobotHandles[MicroRobot]):
     ) -> None:
         super().__init__(MicroRobot, networks, limits)
         self.quorum = quorum
-        self.needed: dict[RobotClass, int] = {}
-        self.addresses_by_row: tuple[RobotAddress, ...] = ()
-        self.kinds: Numbers = np.zeros(0, np.int64)
-        self.rings: Which = np.zeros(0, bool)
-        self.there: Which = np.zeros(0, bool)
+        self.attendance = Attendance()
+        self._rounds = RoundHolder(networks, self, self.attendance)
+        self.kinds, self.rings, self.there = self.attendance.kinds, self.attendance.rings, self.attendance.there
         self.tables = TableFaces(networks)
         self._patience = patience
-        self._by_network: list[_NetworkRows] = []
-        self._rows: dict[RobotAddress, int] = {}
-        self._joining: dict[int, _Joining] = {}
-        self._silent_since: dict[int, float] = {}
-        self._flat: Which = np.zeros(0, bool)
-        self._may_move = False
-        self._sensing: dict[str, Any] | None = None
         self._uids: dict[RobotAddress, int] = {}
         self._count = 0
 
     # --- who is there ------------------------------------------------------------------------------------------------
+
+    @property
+    def addresses_by_row(self) -> tuple[RobotAddress, ...]:
+        """Of the robots, by row."""
+        return self.attendance.addresses
+
+    @property
+    def needed(self) -> dict[RobotClass, int]:
+        """How many robots of each class are needed, for the quorum; a class that is not named: all that there are."""
+        return self.attendance.needed
+
+    @needed.setter
+    def needed(self, needed: Mapping[RobotClass, int]) -> None:
+        self.attendance.needed = dict(needed)
 
     @property
     def robots(self) -> Mapping[RobotAddress, MicroRobot]:
@@ -180,7 +156,7 @@ class Swarm(RobotHandles[MicroRobot]):
         Raises:
             KeyError: There is none, or an id alone does not say which one it is.
         """
-        return self._rows[self.address(robot)]
+        return self.attendance.rows[self.address(robot)]
 
     def find(
         self,
@@ -202,28 +178,18 @@ class Swarm(RobotHandles[MicroRobot]):
 
     def _give_rows(self) -> None:
         """Fix every robot's row."""
-        order = {name: number for number, name in enumerate(self.networks.bridges)}
-        known = {*self.members, *self._expected}
-        self.addresses_by_row = tuple(sorted(known, key=lambda address: (order[address.network], address.system)))
-        self._rows = {address: row for row, address in enumerate(self.addresses_by_row)}
-        count = len(self.addresses_by_row)
-        self.there, self.rings, self._flat = (np.zeros(count, bool) for _ in range(3))
-        self.kinds = np.full(count, -1, np.int64)
+        bridges: dict[str, FleetBridge] = {}
         for name, bridge in self.networks.bridges.items():
-            rows = [row for row, address in enumerate(self.addresses_by_row) if address.network == name]
-            systems = [self.addresses_by_row[row].system for row in rows]
-            bridge.keep(systems)
             if not isinstance(bridge, FleetBridge):
                 raise TypeError("a swarm takes bridges that have a fleet")
-            self._by_network.append(_NetworkRows(bridge, np.array(rows, np.int64), np.array(systems, np.int64)))
-        for address, robot in self.members.items():
-            robot.row = self._rows[address]
-            self._know(robot.row, robot)
-            self.there[robot.row] = robot.peer.ready
-
-    def _know(self, row: int, robot: MicroRobot) -> None:
-        self.kinds[row] = -1 if robot.kind is None else robot.kind
-        self.rings[row] = robot.ring
+            bridges[name] = bridge
+        order = {name: number for number, name in enumerate(bridges)}
+        known = {*self.members, *self._expected}
+        addresses = tuple(sorted(known, key=lambda address: (order[address.network], address.system)))
+        for name, bridge in bridges.items():
+            bridge.keep([address.system for address in addresses if address.network == name])
+        self._rounds.attendance = self.attendance = Attendance.of(addresses, bridges, self.members)
+        self.kinds, self.rings, self.there = self.attendance.kinds, self.attendance.rings, self.attendance.there
 
     def observation(self, robot: RobotAddress | int) -> SwarmObservation | None:
         """What a robot observed last; None where nothing has come.
@@ -239,6 +205,15 @@ class Swarm(RobotHandles[MicroRobot]):
         (said,) = messages_of(SwarmObservation, fleet.last[SwarmObservation][system : system + 1])
         return said if isinstance(said, SwarmObservation) else None
 
+    def steady_of(self, robot: RobotAddress | int) -> SteadyMessages:
+        """What the robots of a robot's network say all the time, by system id.
+
+        Args:
+            robot: Its address; its id will do where there is one network.
+        """
+        bridge = self.networks.bridges[self.address(robot).network]
+        return bridge.fleet.steady  # type: ignore[attr-defined,no-any-return] # see `_give_rows`
+
     # --- time --------------------------------------------------------------------------------------------------------
 
     def step(self, wait: float = 0.05) -> list[Event]:
@@ -247,10 +222,18 @@ class Swarm(RobotHandles[MicroRobot]):
         Raises:
             DoubleIdError: Two robots answer by one id.
         """
-        events = super().step(wait)
-        if self._joining or self._silent_since:
-            self._take_back()
+        events = super().step(min(wait, self._stride()))
+        if self.attendance.waiting:
+            self.attendance.take_back(self.members, self.now())
         return events
+
+    def _stride(self) -> float:
+        """How long a step may take at most, in s: several networks in lock-step go on side by side."""
+        bridges = self.networks.alive.values()
+        if len(bridges) < 2 or not next(iter(bridges)).link.lockstep:
+            return NEVER
+        now = self.now()
+        return (floor(now / GATHER + _ROUNDING) + 1) * GATHER - now
 
     def _tell(self, events: list[tuple[str, Event]]) -> None:
         super()._tell(events)
@@ -260,9 +243,7 @@ class Swarm(RobotHandles[MicroRobot]):
                 if isinstance(event.message, AutopilotVersion):
                     self._identify(RobotAddress(network, event.system), event.message.uid)
             elif isinstance(event, PeerFound | PeerBack | PeerLost):
-                for address, row in self._rows.items():
-                    if address.network == network and address.system == event.system:
-                        self._changed(row, address, event)
+                self._changed(RobotAddress(network, event.system), event)
 
     def _identify(self, address: RobotAddress, uid: int) -> None:
         """Take down who answers at an address."""
@@ -273,69 +254,28 @@ class Swarm(RobotHandles[MicroRobot]):
                 f"id (SYS_ID), each on a cable of its own"
             )
 
-    def _changed(self, row: int, address: RobotAddress, event: Event) -> None:
+    def _changed(self, address: RobotAddress, event: PeerFound | PeerBack | PeerLost) -> None:
         """A robot was lost, or is there again."""
-        self._joining.pop(row, None)
-        self._silent_since.pop(row, None)
-        self.there[row] = False
         if isinstance(event, PeerLost):
             self._uids.pop(address, None)
-        if not isinstance(event, PeerLost):
-            robot = self.members[address]
-            robot.row = row
-            self._rejoin(row, robot)
-
-    def _rejoin(self, row: int, robot: MicroRobot) -> None:
-        """Have a robot made ready for the next round."""
-        tickets: list[Ticket[Any]] = []
-        if robot.kind is None:
-            robot.read()
-            tickets += robot.reading
-        if self._may_move:
-            tickets.append(robot.peer.arm())
-        if self._sensing is not None:
-            message = SwarmSense(0, 0, target_system=robot.peer.system, target_component=ROBOT_COMPONENT, **self._sensing)
-            tickets.append(robot.peer.ask(NumberedExchange("how to sense", message, robot.peer.numbering), MICRO_ROBOT))
-        self._joining[row] = _Joining(tickets)
-
-    def _take_back(self) -> None:
-        """Look who of those that were missing has been heard again, and who is ready."""
-        for network in self._by_network if self._silent_since else ():
-            for row, system in zip(network.rows.tolist(), network.systems.tolist(), strict=True):
-                since = self._silent_since.get(row)
-                if since is not None and network.fleet.steady.heard[system] > since and network.fleet.usable[system]:
-                    del self._silent_since[row]
-                    self._rejoin(row, self.members[self.addresses_by_row[row]])
-        for row, joining in list(self._joining.items()):
-            if all(ticket.done for ticket in joining.tickets):
-                del self._joining[row]
-                robot = self.members[self.addresses_by_row[row]]
-                if any(ticket.error is not None for ticket in joining.tickets):
-                    self._miss(row)
-                else:
-                    self._know(row, robot)
-                    self.there[row] = not self._flat[row]
-
-    def _miss(self, row: int) -> None:
-        """A robot has not answered in time: it is left out until it is heard again."""
-        self.there[row] = False
-        if row not in self._joining:
-            self._silent_since[row] = self.now()
+        row = self.attendance.rows.get(address)
+        if row is not None:
+            self.attendance.changed(row, self.members[address], event)
 
     # --- before rounds -----------------------------------------------------------------------------------------------
 
     def arm(self) -> Answers[CommandAck]:
         """Let the wheels of all that are there turn, and of who comes back; who does not answer is missing."""
         answers = super().arm()
-        self._may_move = True
+        self.attendance.orders.armed = True
         for address, error in answers.errors.items():
-            if address in self._rows and not isinstance(error, RefusedError):
-                self._miss(self._rows[address])
+            if address in self.attendance.rows and not isinstance(error, RefusedError):
+                self.attendance.miss(self.attendance.rows[address], self.now())
         return answers
 
     def disarm(self) -> Answers[CommandAck]:
         """Stop all, and keep their wheels from turning; ends emergency stops."""
-        self._may_move = False
+        self.attendance.orders.armed = False
         return super().disarm()
 
     def sense(
@@ -363,14 +303,14 @@ class Swarm(RobotHandles[MicroRobot]):
             "sectors": sectors,
             "ranges": ranges,
         }
-        self._sensing = columns
+        self.attendance.orders.sensing = columns
 
-        def begin(network: _NetworkRows, which: Numbers) -> NumberedRound:
+        def begin(network: NetworkRows, which: Numbers) -> NumberedRound:
             systems = network.systems[which]
             told = columns | {"target_system": systems, "target_component": ROBOT_COMPONENT}
             return NumberedRound(network.fleet, SwarmSense, systems, rows_of(SwarmSense, len(systems), told))
 
-        return self._hold(self.there.copy(), begin, OBSERVING, SwarmSense)
+        return self._rounds.hold(self.there.copy(), begin, OBSERVING, SwarmSense)
 
     # --- rounds ------------------------------------------------------------------------------------------------------
 
@@ -389,13 +329,12 @@ class Swarm(RobotHandles[MicroRobot]):
         asked = self._chosen(robots)
         count = self._count = self._count % 0x7FFF + 1
 
-        def begin(network: _NetworkRows, which: Numbers) -> AskingRound:
+        def begin(network: NetworkRows, which: Numbers) -> AskingRound:
             systems = network.systems[which]
-            wait = self._line_time(network, (ROWS[SwarmObservation].itemsize + _FRAMES) * len(network.systems))
-            host = network.bridge.host
-            return AskingRound(SwarmObservation, systems, count=count, host=host, wait=wait)
+            wait = network.line_time((ROWS[SwarmObservation].itemsize + FRAMING) * len(network.systems))
+            return AskingRound(SwarmObservation, systems, count=count, host=_holder(network), wait=wait)
 
-        return self._hold(asked, begin, OBSERVING, SwarmObservation)
+        return self._rounds.hold(asked, begin, OBSERVING, SwarmObservation)
 
     def move(
         self, moves: SwarmMoves | Mapping[RobotAddress, Move] | Mapping[int, Move], *, deadline: float | None = None
@@ -414,19 +353,20 @@ class Swarm(RobotHandles[MicroRobot]):
         """
         if not isinstance(moves, SwarmMoves):
             moves = SwarmMoves.of({self.row(robot): move for robot, move in moves.items()}, len(self.addresses_by_row))
+        self.see_quorum()
         told, asked = moves, moves.moving & self.there
         speeds = _DEFAULTS["MOVE_SPEED"], _DEFAULTS["TURN_SPEED"]
         rows = np.flatnonzero(asked)
         longest = float(told.longest(rows, *speeds).max()) if rows.size else 0.0
 
-        def begin(network: _NetworkRows, which: Numbers) -> NumberedRound:
+        def begin(network: NetworkRows, which: Numbers) -> NumberedRound:
             own, systems = network.rows[which], network.systems[which]
             return NumberedRound(
                 network.fleet, SwarmMove, systems, told.rows(own, systems),
                 result=SwarmObservation, longest=told.longest(own, *speeds),
             )  # fmt: skip
 
-        found = self._hold(
+        found = self._rounds.hold(
             asked, begin, longest if deadline is None else deadline, SwarmObservation, exact=deadline is not None
         )
         options = np.broadcast_to(np.asarray(told.options, np.int64), asked.shape)
@@ -437,7 +377,7 @@ class Swarm(RobotHandles[MicroRobot]):
         """Add the ranges that came with the observations; those that did not are asked for."""
         reports = np.zeros(len(self.addresses_by_row), ROWS[SwarmRanges])
         came = np.zeros(len(self.addresses_by_row), bool)
-        for network in self._by_network:
+        for network in self.attendance.networks:
             last = network.fleet.last[SwarmRanges][network.systems]
             ours = found.reports[network.rows]
             same = (last["session"] == ours["session"]) & (last["sequence"] == ours["sequence"])
@@ -463,11 +403,11 @@ class Swarm(RobotHandles[MicroRobot]):
         asked = self._chosen(robots)
         count = self._count = self._count % 0x7FFF + 1
 
-        def begin(network: _NetworkRows, which: Numbers) -> AskingRound:
-            wait = self._line_time(network, (ROWS[SwarmRanges].itemsize + _FRAMES) * len(network.systems))
-            return AskingRound(SwarmRanges, network.systems[which], count=count, host=network.bridge.host, wait=wait)
+        def begin(network: NetworkRows, which: Numbers) -> AskingRound:
+            wait = network.line_time((ROWS[SwarmRanges].itemsize + FRAMING) * len(network.systems))
+            return AskingRound(SwarmRanges, network.systems[which], count=count, host=_holder(network), wait=wait)
 
-        found = self._hold(asked, begin, OBSERVING, SwarmRanges)
+        found = self._rounds.hold(asked, begin, OBSERVING, SwarmRanges)
         nothing = np.zeros(len(asked), ROWS[SwarmObservation])
         return Round(
             found.addresses, asked, found.there, nothing, found.reasons, found.turned_down, found.seconds,
@@ -486,7 +426,7 @@ class Swarm(RobotHandles[MicroRobot]):
             KeyError: There is no such robot.
         """
         told = {self.row(robot): pose for robot, pose in poses.items()}
-        for network in self._by_network:
+        for network in self.attendance.networks:
             open_ = network.fleet.session[network.systems] > 0
             which = np.array([i for i, row in enumerate(network.rows.tolist()) if row in told and open_[i]], np.int64)
             if not which.size:
@@ -551,7 +491,7 @@ class Swarm(RobotHandles[MicroRobot]):
         """
         tickets = {}
         for robot, pose in poses.items():
-            address = self.addresses_by_row[self.row(robot)]
+            address = self.attendance.addresses[self.row(robot)]
             ticket = self.tables.put(address.network, address.system, pose)
             if ticket is None:
                 raise PeerError("there is no emulated table that could place robots: they stand on a real one")
@@ -560,9 +500,10 @@ class Swarm(RobotHandles[MicroRobot]):
             self.step()
         return {address: ticket.error for address, ticket in tickets.items() if ticket.error is not None}
 
-    # --- how a round goes --------------------------------------------------------------------------------------------
+    # --- who is asked --------------------------------------------------------------------------------------------------
 
     def _chosen(self, robots: Which | Iterable[RobotAddress | int] | None) -> Which:
+        self.see_quorum()
         if robots is None:
             return self.there.copy()
         if isinstance(robots, np.ndarray):
@@ -571,135 +512,17 @@ class Swarm(RobotHandles[MicroRobot]):
         chosen[[self.row(robot) for robot in robots]] = True
         return chosen & self.there
 
-    def _hold(
-        self,
-        asked: Which,
-        begin: Callable[[_NetworkRows, Numbers], OneNetwork],
-        longest: float,
-        kind: type[Message],
-        *,
-        exact: bool = False,
-    ) -> Round:
-        """Hold a round.
-
-        Args:
-            asked: Who takes part.
-            begin: Begins it on one network, with some of its robots.
-            longest: How long the robots may take, in s.
-            kind: What they report.
-            exact: That is the deadline; else it is given a margin.
-        """
-        self.see_quorum()
-        self._align()
-        start = self.now()
-        rounds: list[tuple[_NetworkRows, OneNetwork]] = []
-        lines = 0.0
-        try:
-            for network in self._by_network:
-                which = np.flatnonzero(asked[network.rows])
-                if which.size:
-                    one = begin(network, which)
-                    network.fleet.begin(one)
-                    rounds.append((network, one))
-                    frames = ROWS[SwarmObservation].itemsize + ROWS[SwarmMove].itemsize + 3 * _FRAMES + 20
-                    lines = max(lines, self._line_time(network, 2 * frames * len(which)))
-            deadline = start + longest + (0.0 if exact else MARGIN + lines)
-            while any(one.open.any() for _, one in rounds) and (left := deadline - self.now()) > _SLACK:
-                self.step(left)
-                for network, one in rounds:
-                    if network.bridge.lost is not None or network.bridge.network in self.networks.failures:
-                        one.drop(np.ones(len(one.open), bool))
-                    else:
-                        one.drop(~network.fleet.usable)
-        finally:
-            for network, one in rounds:
-                network.fleet.end(one)
-        return self._account(asked, rounds, kind, self.now() - start)
-
-    def _account(
-        self,
-        asked: Which,
-        rounds: Sequence[tuple[_NetworkRows, OneNetwork]],
-        kind: type[Message],
-        seconds: float,
-    ) -> Round:
-        """What has come of a round, by row; who has not answered is missing from now on."""
-        count = len(asked)
-        reports = np.zeros(count, ROWS[kind])
-        there, refused = np.zeros(count, bool), np.zeros(count, bool)
-        reasons = np.zeros(count, np.int64)
-        for network, one in rounds:
-            rows, systems = network.rows, network.systems
-            answered = one.answered[systems]
-            there[rows] = answered
-            if kind is one.report:
-                reports[rows] = one.reports[systems]
-            if isinstance(one, NumberedRound):
-                refused[rows], reasons[rows] = one.refused[systems], one.reason[systems]
-        there &= asked
-        for row in np.flatnonzero(asked & ~there & ~refused).tolist():
-            self._miss(row)
-        self._see_batteries()
-        if kind is not SwarmObservation and kind is not SwarmRanges:
-            reports = np.zeros(count, ROWS[SwarmObservation])
-        return Round(self.addresses_by_row, asked, there, reports, reasons, refused, seconds)
-
-    def _align(self) -> None:
-        """Bring networks that run in lock-step to the same time, so that a round begins on all of them at once."""
-        bridges = list(self.networks.alive.values())
-        if len(bridges) > 1 and bridges[0].link.lockstep:
-            latest = max(bridge.now for bridge in bridges)
-            while (left := latest - self.now()) > _SLACK:
-                self.step(left)
-
-    def _line_time(self, network: _NetworkRows, length: int) -> float:
-        """Time that a line needs for bytes, in s; 0 where nobody knows its rate."""
-        return length / network.fleet.capacity if network.fleet.capacity else 0.0
-
-    def _see_batteries(self) -> None:
-        """Who has a flat battery is missing; who has one no more is there again."""
-        for network in self._by_network:
-            health = [network.fleet.steady.health[system] for system in network.systems.tolist()]
-            low = np.array([value is not None and not value & _BATTERY for value in health], bool)
-            rows = network.rows
-            self.there[rows[self._flat[rows] & ~low]] = True
-            self._flat[rows] = low
-            self.there[rows[low]] = False
-
     def see_quorum(self) -> None:
         """See that enough robots of each class are there; they are waited for, where that was asked for.
 
         Raises:
             QuorumError: They are not.
         """
-        if self._enough():
-            return
         deadline = self.now() + self._patience
-        while not self._enough():
+        while too_few := self.attendance.too_few(self.quorum):
             if (left := deadline - self.now()) <= _SLACK:
-                raise QuorumError(self._few())
-            self.step(min(0.05, left))
-
-    def _enough(self) -> bool:
-        return all(there >= least for _, there, least in self._shares())
-
-    def _shares(self) -> list[tuple[int, int, float]]:
-        """Of each class: which, how many are there, how many must be."""
-        found = []
-        for kind in set(self.kinds.tolist()):
-            of_kind = self.kinds == kind
-            total = self.needed.get(RobotClass(kind), int(of_kind.sum())) if kind >= 0 else 0
-            found.append((int(kind), int((of_kind & self.there).sum()), self.quorum * total))
-        return found
-
-    def _few(self) -> str:
-        parts = [
-            f"{there} {RobotClass(kind).name}s are there, and at least {least:g} must be"
-            for kind, there, least in self._shares()
-            if kind >= 0 and there < least
-        ]
-        gone = [str(self.addresses_by_row[row]) for row in np.flatnonzero(~self.there)[:10]]
-        return f"too few robots are there to go on: {'; '.join(parts)}. Missing: {', '.join(gone)}"
+                raise QuorumError(too_few)
+            self.step(min(WAIT, left))
 
     # --- stopping ----------------------------------------------------------------------------------------------------
 
@@ -709,17 +532,30 @@ class Swarm(RobotHandles[MicroRobot]):
         Returns:
             Who has said so; in `errors`, who has not.
         """
-        self._may_move = False
-        command = CommandLong(0, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, 0, 1.0)
+        self.attendance.orders.armed = False
+        self._tell_all(CommandLong(0, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, 0, 1.0))
+        return self.ask(lambda robot: robot.ask_emergency_stop(), list(self.members.values()))
+
+    def close(self) -> None:
+        """Stop and disarm all robots, those that are missing too, and give the links back; see `RobotHandles.close`."""
+        if not self._closed and self.attendance.orders.armed:
+            with suppress(HilError, OSError):
+                self._tell_all(CommandLong(0, ROBOT_COMPONENT, Command.ARM_DISARM))
+        super().close()
+
+    def _tell_all(self, command: CommandLong) -> None:
+        """Say a command to all robots of all networks, several times within 100 ms."""
         for count in range(STOPS):
             for bridge in self.networks.alive.values():
-                try:
+                with suppress(LinkError):  # its robots stop by their watchdogs; the other links are to be reached all the same
                     bridge.send(command)
-                except LinkError:
-                    continue  # its robots stop by their watchdogs; the other links are to be reached all the same
             if count < STOPS - 1:
                 self.wait(STOPS_WITHIN / (STOPS - 1))
-        return self.ask(lambda robot: robot.ask_emergency_stop(), list(self.members.values()))
+
+
+def _holder(network: NetworkRows) -> int:
+    """Number of this host as robots are to take it: 0 where they are only watched."""
+    return network.bridge.host if network.fleet.session[network.systems].any() else 0
 
 
 def _turned(heading: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from firmware_protocol.vocabulary import RobotClass
 from hil.connecting.handle import RobotHandle
 
 if TYPE_CHECKING:
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
 
@@ -18,17 +18,12 @@ READ: tuple[str, ...] = ("CLASS", "RING")
 
 
 class MicroRobot(RobotHandle):
-    """One robot of a swarm.
-
-    Attributes:
-        row: Its row in the arrays of every round; None: it has none, since it came when the rows had been given.
-    """
+    """One robot of a swarm."""
 
     ROLE: ClassVar[Role | None] = MICRO_ROBOT
 
     def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401 - as of `RobotHandle`
         super().__init__(*args, **options)
-        self.row: int | None = None
         self._read: dict[str, Ticket[float]] = {}
 
     def adopt(self, peer: Peer, network: str | None = None) -> None:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Received
     from firmware_protocol.messages import RobotAck
     from firmware_protocol.peer.companion import Companion
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from hil.bridge.networks import Networks
 
 

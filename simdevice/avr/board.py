@@ -1,8 +1,8 @@
 """The board of an emulated robot as an ATmega328P: the firmware's own ELF in simavr, instruction by instruction.
 
 It has the drivers, too: sensors come as voltages on the converter's inputs and levels on pins, messages as bytes on the
-serial line, and what the wheels are given is read from timer and pins, as a motor driver reads it. The board has no wheel
-encoders and no ground odometer.
+serial line, and what the wheels are given is read from timer and pins, as a motor driver reads it. Junior's board has no wheel
+encoders and no ground odometer. A micro-robot's board is in `micro_board`.
 
 Power-on takes no time of the world: the processor runs until its first control period is due, some 30 ms. From then on
 its control periods and the world's begin together.
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import functools
 import re
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 import cffi
 
@@ -105,13 +105,13 @@ def _load(shim: Path) -> tuple[Any, Any]:
     return ffi, lib
 
 
-class AvrBoard:
-    """An ATmega328P that runs the firmware.
+class AvrProcessor:
+    """An ATmega328P that runs the firmware: what boards have in common.
 
     Args:
         uid: Unique id burnt into it, as its serial number.
         nvm: Image of its EEPROM; None is blank.
-        firmware: What it runs; None builds the firmware that comes with the package.
+        firmware: What it runs; None builds the firmware that comes with the package, of the class's role.
 
     Attributes:
         wheel_left: Effort that the motor driver gives, in permille, -1000..1000.
@@ -124,11 +124,14 @@ class AvrBoard:
         ValueError: The image has another size than the EEPROM.
     """
 
+    _ROLE: ClassVar[str]
+    """Folder of the role whose firmware is built for it."""
+
     def __init__(self, *, uid: int, nvm: bytes | None = None, firmware: AvrFirmware | None = None) -> None:
         if nvm is not None and len(nvm) != NVM_SIZE:
             raise ValueError(f"the EEPROM holds {NVM_SIZE} bytes, the image {len(nvm)}")
         if firmware is None:
-            firmware = build()
+            firmware = build(role=self._ROLE)
         self._ffi, self._lib = _load(firmware.shim)
         board = self._lib.avr_board_new(str(firmware.elf).encode(), uid)
         if board == self._ffi.NULL:
@@ -232,15 +235,11 @@ class AvrBoard:
         self._io.start = self.start
         self._check(self._lib.avr_board_run(self._board, cycles))
 
-    def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:  # noqa: ARG002
-        """Run one control period.
+    def _period(self, rx: bytes) -> bytes:
+        """Run one control period with the inputs as they stand.
 
         Args:
-            micros: Not looked at: the processor has a clock of its own.
             rx: Bytes from the host; they set out on the line one after the other, 53 in a control period.
-            sensors: What the drivers read.
-            motors: The battery.
-            ground: Not looked at.
 
         Returns:
             What the firmware has sent: whole frames, and what a reset has cut short. Of a frame that is still on its way at
@@ -250,14 +249,6 @@ class AvrBoard:
             RuntimeError: The processor has crashed.
         """
         io = self._io
-        io.counts = (
-            sensors.eye_left,
-            sensors.eye_right,
-            sensors.floor_left,
-            sensors.floor_right,
-            battery_counts(motors.voltage),
-        )
-        io.closed = (sensors.arm_left, sensors.arm_right)
         io.start = self.start
         if self._line:
             rx = self._line + rx
@@ -277,3 +268,36 @@ class AvrBoard:
     def _check(self, alive: int) -> None:
         if not alive:
             raise RuntimeError("the emulated ATmega328P has crashed")
+
+
+class AvrBoard(AvrProcessor):
+    """Junior's board: eyes, floor sensors, arms."""
+
+    _ROLE = "junior"
+
+    def tick(self, micros: int, rx: bytes, sensors: Readings, motors: Motors, ground: float) -> bytes:  # noqa: ARG002
+        """Run one control period.
+
+        Args:
+            micros: Not looked at: the processor has a clock of its own.
+            rx: Bytes from the host; they set out on the line one after the other, 53 in a control period.
+            sensors: What the drivers read.
+            motors: The battery.
+            ground: Not looked at.
+
+        Returns:
+            What the firmware has sent: whole frames, and what a reset has cut short. Of a frame that is still on its way at
+            the end of the period the bytes come with the rest of it.
+
+        Raises:
+            RuntimeError: The processor has crashed.
+        """
+        self._io.counts = (
+            sensors.eye_left,
+            sensors.eye_right,
+            sensors.floor_left,
+            sensors.floor_right,
+            battery_counts(motors.voltage),
+        )
+        self._io.closed = (sensors.arm_left, sensors.arm_right)
+        return self._period(rx)

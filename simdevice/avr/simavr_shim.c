@@ -1,7 +1,8 @@
 /* A robot's board in simavr, one control period at a time. Ours; compiled against libsimavr-dev where it is wanted.
  *
- * It wires what board.h says is wired: converter inputs, switches, the serial line, the motor driver; and adds what simavr
- * leaves out: the time an EEPROM write takes, and the chip's serial number. The firmware is the unmodified ELF.
+ * It wires what board.h and board_micro.h say is wired: converter inputs, switches, encoders, the serial line, the motor driver;
+ * and adds what simavr leaves out: the time an EEPROM write takes, and the chip's serial number. The firmware is the unmodified
+ * ELF.
  */
 #include <stdint.h>
 #include <stdlib.h>
@@ -16,6 +17,7 @@
 #include <simavr/sim_time.h>
 
 #include "board.h"
+#include "board_micro.h"
 
 enum { /* the ATmega328P's data memory */
     EECR = 0x3F, EEARL = 0x41, SPMCSR = 0x57, TCCR1A = 0x80, TCCR1B = 0x81, ICR1 = 0x86,
@@ -24,6 +26,7 @@ enum { /* the ATmega328P's data memory */
 enum { EEPE = 2, EEMPE = 4, SIGNATURE = 0x21, COM1A1 = 0x80, COM1B1 = 0x20, WGM_1A = 0x02, WGM_1B = 0x18, CLOCK_1 = 1, U2X = 2 };
 enum { SERIAL_AT = 0x0E, SERIAL_SIZE = 10, MILLIVOLT = 5000, GREATEST = 1023, LINE_SIZE = 256, BITS = 11 /* as simavr counts */ };
 enum { PERIOD_US = 5000, EEPROM_US = 3400, BOOT_LIMIT_US = 1000000, NVM_SIZE = 1024 };
+enum { TURN_US = 800 /* less than a scan of the converter takes */, LEFT = 0, RIGHT = 1, SIDES = 2 };
 
 #define CHANNEL(name, channel, label, use) channel,
 static const uint8_t channels[] = {BOARD_ANALOG(CHANNEL)};
@@ -32,7 +35,8 @@ enum { CHANNELS = sizeof channels };
 
 typedef struct {
     uint16_t counts[CHANNELS]; /* what the converter is to read, in the order of board.h */
-    uint8_t closed[2];         /* arm switches, left right */
+    uint8_t closed[2];         /* arm switches, left right; a micro-robot has its bumpers on the same pins */
+    int16_t turned[2];         /* changes of the wheel encoders' outputs, left right, forward positive; 40 a period at most */
     uint8_t start;             /* start module: 1 go */
     int16_t wheel[2];          /* OUT: effort that the driver gives the motors, permille */
     uint8_t reset;             /* OUT: the watchdog has reset the processor; run no further than avr_board_boot */
@@ -55,6 +59,9 @@ typedef struct avr_board {
     avr_cycle_count_t writing_until;         /* the EEPROM is busy */
     uint16_t writing;                        /* with this byte */
     uint8_t armed, asleep;
+    int16_t turns, turn;                     /* steps in which the wheels turn in this period, and those that are done */
+    int16_t shown[SIDES];                    /* changes of this period that the encoders have shown */
+    uint8_t phase[SIDES];                    /* the encoders' place, 0..3 */
 } avr_board;
 
 struct pin {
@@ -63,7 +70,10 @@ struct pin {
 };
 #define PIN(name, port, bit, label, use) static const struct pin name = {#port[0], bit};
 BOARD_PINS(PIN)
+BOARD_MICRO_PINS(PIN)
 #undef PIN
+
+static const struct pin *const encoders[SIDES][2] = {{&LEFT_A, &LEFT_B}, {&RIGHT_A, &RIGHT_B}};
 
 static uint8_t *pin_register(avr_board *board, char port) /* PIN; DDR and PORT follow */
 {
@@ -87,6 +97,67 @@ static void drive(avr_board *board, struct pin pin, int outside, int level)
         level = (io[2] & mask) != 0;
     }
     io[0] = (uint8_t)(level ? io[0] | mask : io[0] & ~mask);
+}
+
+/* Forward, output A changes before B. */
+static int encoder_level(const avr_board *board, int side, int output)
+{
+    return ((output == 0 ? board->phase[side] + 1 : board->phase[side]) >> 1) & 1;
+}
+
+static void set_encoders(avr_board *board)
+{
+    avr_ioport_external_t port = {.name = LEFT_A.port};
+    int side, output;
+
+    for (side = 0; side < SIDES; side++) {
+        for (output = 0; output < 2; output++) {
+            const struct pin *pin = encoders[side][output];
+
+            drive(board, *pin, 1, encoder_level(board, side, output));
+            port.mask |= (uint8_t)(1 << pin->bit);
+            port.value |= (uint8_t)(encoder_level(board, side, output) << pin->bit);
+        }
+    }
+    avr_ioctl(board->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(LEFT_A.port), &port); /* or a write to the port loses the levels */
+}
+
+/* The wheels turn by one step: at most one output of each encoder changes. */
+static avr_cycle_count_t on_turn(struct avr_t *avr, avr_cycle_count_t when, void *param)
+{
+    avr_board *board = param;
+    int side, output;
+
+    board->turn++;
+    for (side = 0; side < SIDES; side++) {
+        int to = board->io.turned[side] * board->turn / board->turns;
+
+        board->phase[side] = (uint8_t)(board->phase[side] + to - board->shown[side]) & 3;
+        board->shown[side] = (int16_t)to;
+        for (output = 0; output < 2; output++) {
+            const struct pin *pin = encoders[side][output];
+            int level = encoder_level(board, side, output);
+
+            if ((pin_register(board, pin->port)[0] >> pin->bit & 1) != level) { /* with the interrupt of a pin that changes */
+                avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(pin->port), pin->bit), (uint32_t)level);
+            }
+        }
+    }
+    return board->turn < board->turns ? when + avr_usec_to_cycles(avr, TURN_US) / (avr_cycle_count_t)board->turns : 0;
+}
+
+/* What the wheels turned in the world's last step is shown before this period's work begins, at an even pace. */
+static void turn_wheels(avr_board *board)
+{
+    int left = abs(board->io.turned[LEFT]), right = abs(board->io.turned[RIGHT]);
+
+    set_encoders(board);
+    memset(board->shown, 0, sizeof board->shown);
+    board->turn = 0;
+    board->turns = (int16_t)(left > right ? left : right);
+    if (board->turns > 0) {
+        avr_cycle_timer_register(board->avr, avr_usec_to_cycles(board->avr, TURN_US) / (avr_cycle_count_t)board->turns, on_turn, board);
+    }
 }
 
 static void set_inputs(avr_board *board)
@@ -379,6 +450,7 @@ int avr_board_boot(avr_board *board)
     board->io.reset = board->asleep = board->armed = 0;
     board->line_used = 0;
     set_inputs(board);
+    set_encoders(board);
     while (!board->asleep && avr->cycle < limit) {
         if (!advance(board) || board->io.reset) {
             return 0;
@@ -404,6 +476,7 @@ int avr_board_step(avr_board *board, const uint8_t *rx, uint32_t length)
     int alive;
 
     set_inputs(board);
+    turn_wheels(board);
     for (io->taken = 0; io->taken < length && board->line_used < LINE_SIZE; io->taken++) {
         board->line[(board->line_out + board->line_used++) % LINE_SIZE] = rx[io->taken];
     }

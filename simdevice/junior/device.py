@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.wire.can_layout import NODE_MASK
+from firmware_protocol.wire.can.layout import NODE_MASK
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.boards import Board
 from simdevice.junior.faults import DeviceFaults

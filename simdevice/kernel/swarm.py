@@ -49,6 +49,7 @@ _EACH: Final[Mapping[str, type]] = {
 class SwarmLibrary(Protocol):
     """What the kernel can do with robots on a table; `swarm_loop.h` tells."""
 
+    ROUTE_SENDERS: int
     SWARM_REBOOTED: int
     SWARM_TOUCHED: int
 
@@ -81,7 +82,7 @@ class SwarmLibrary(Protocol):
         ...
 
 
-class Board(NamedTuple):
+class MicroBoard(NamedTuple):
     """What is set of a robot's board before it boots.
 
     Attributes:
@@ -110,7 +111,7 @@ class Life(NamedTuple):
 
 
 class SwarmArrays:
-    """Robots with their firmware, by row, and the loop that lets them live.
+    """Robots with their firmware, by row, and the loop that lets them live. They have no power at first.
 
     Args:
         host: The build of the firmware and the kernel.
@@ -143,7 +144,7 @@ class SwarmArrays:
         self,
         host: Host,
         table: TableArrays,
-        boards: Sequence[Board],
+        boards: Sequence[MicroBoard],
         first: Sequence[int],
         *,
         wire: str,
@@ -166,6 +167,8 @@ class SwarmArrays:
         loop.full_speed = full_speed
         for name, kind in _EACH.items():
             self._lend(loop, name, np.zeros(len(boards), kind))
+        self._lend(loop, "number", np.zeros(self.lib.ROUTE_SENDERS * len(boards), np.uint8))
+        self._senders = loop.senders = ffi.new("swarm_senders[]", len(first) - 1)
         self._lend(loop, "first", np.array(first, np.uint32))
         self._ends = self._lend(loop, "end", np.zeros(len(first) - 1, np.uint32))
         self._said = self._lend(loop, "said", np.empty(_WORDS * len(boards), np.uint8))
@@ -179,7 +182,6 @@ class SwarmArrays:
             io.has_encoders, io.has_pose, io.has_ring = 1, fixes, ring
             io.full_speed, io.track_um = round(full_speed * 1e3), round(track * 1e6)
             ffi.buffer(io.nvm)[:] = board.nvm
-            self.lib.swarm_power_on(loop, row)
         self.plugged[:] = 1
 
     def _lend(self, struct: Any, name: str, array: NDArray[Any]) -> NDArray[Any]:  # noqa: ANN401 - a struct of cffi

@@ -124,7 +124,8 @@ static void obey(swarm_loop *loop, uint32_t row)
 {
     kernel_table *table = loop->table;
     const host_robot *robot = &loop->robot[row];
-    double gap = robot->io.gap * 1e-3;
+    const int16_t *parameter = robot->as.robot.params.integer;
+    double gap = (uint16_t)parameter[MICRO_PARAM_CONTACT_GAP] * 1e-3; /* hal_bump tells it only when it is asked */
     int side;
 
     for (side = 0; side < SIDES; side++) {
@@ -132,7 +133,7 @@ static void obey(swarm_loop *loop, uint32_t row)
     }
     table->effort[row] = robot->io.force * 0.01;
     table->gap[row] = gap < table->most_gap ? gap : table->most_gap;
-    table->group[row] = robot->as.robot.params.integer[MICRO_PARAM_CLASS] != 0;
+    table->group[row] = parameter[MICRO_PARAM_CLASS] != 0;
     loop->system[row] = robot->as.robot.system;
 }
 
@@ -288,31 +289,53 @@ uint32_t swarm_wanted(swarm_loop *loop, const swarm_route *route, uint32_t netwo
     return total;
 }
 
-static void hand(swarm_loop *loop, uint32_t row, const uint8_t *data, uint32_t length)
+/* Returns where the bytes are now. */
+static uint8_t *hand(swarm_loop *loop, uint32_t row, const uint8_t *data, uint32_t length)
 {
-    memcpy(loop->arrived + loop->rx_at[row] + loop->rx_length[row], data, length);
+    uint8_t *at = loop->arrived + loop->rx_at[row] + loop->rx_length[row];
+
+    memcpy(at, data, length);
     loop->rx_length[row] += length;
     loop->arrived_length += length;
+    return at;
+}
+
+/* lost: so many of the sender's frames before this one never came. */
+static void hand_frame(swarm_loop *loop, const swarm_route *route, uint32_t row, const uint8_t *data, uint32_t length,
+                       uint32_t sender, uint8_t lost)
+{
+    uint8_t *frame = hand(loop, row, data, length);
+    uint8_t *number = &loop->number[ROUTE_SENDERS * row + sender];
+
+    if (!route->can) {
+        swarm_renumber(route, frame, (uint8_t)(*number + lost));
+        *number = (uint8_t)(*number + lost + 1);
+    }
 }
 
 void swarm_deliver(swarm_loop *loop, const swarm_route *route, uint32_t network, const uint8_t *data)
 {
-    uint32_t first_of[SYSTEMS], frame, row, next;
+    swarm_senders *senders = &loop->senders[network];
+    uint32_t first_of[SYSTEMS], frame, row, next, sender = 0;
 
     list_ids(loop, network, first_of);
     for (frame = 0; frame < route->frames; frame++) {
         const uint8_t *bytes = data + route->frame_at[frame];
         uint32_t length = route->frame_length[frame];
 
+        if (!route->can) {
+            sender = swarm_heard(senders, bytes);
+        }
         if (route->frame_to[frame] != ROUTE_ALL) {
             for (next = first_of[route->frame_to[frame]]; next > 0; next = loop->next_of[next - 1]) {
-                hand(loop, next - 1, bytes, length);
+                hand_frame(loop, route, next - 1, bytes, length, sender, senders->lost[sender]);
+                senders->lost[sender] = 0;
             }
             continue;
         }
         for (row = loop->first[network]; row < loop->first[network + 1]; row++) {
             if (hears(loop, row)) {
-                hand(loop, row, bytes, length);
+                hand_frame(loop, route, row, bytes, length, sender, 0);
             }
         }
     }

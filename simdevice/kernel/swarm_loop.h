@@ -27,9 +27,11 @@ typedef struct {
     uint16_t *battery;    /* mV */
     uint32_t *rx_at, *rx_length; /* what arrives in the next period, in `arrived` */
     uint32_t *next_of;    /* while frames are handed out: the next one with the same id, and 1 */
+    uint8_t *number;      /* of the next frame that it is handed, for each of ROUTE_SENDERS */
 
     /* For each network. */
     uint32_t *first;      /* its first row; and once more where the last one's end */
+    swarm_senders *senders;
     uint32_t *end;        /* where in `said` its words end; those of the next begin there */
 
     uint8_t *arrived;

@@ -3,7 +3,7 @@
 #include "core/wire.h"
 
 enum { MARKER = 0xFD, HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, FLAG_SIGNED = 1, FOR_ALL = 255 };
-enum { AT_LENGTH = 1, AT_FLAGS = 2, AT_ID = 7 };
+enum { AT_LENGTH = 1, AT_FLAGS = 2, AT_SEQUENCE = 4, AT_SYSTEM = 5, AT_COMPONENT = 6, AT_ID = 7, HALF = 128 };
 enum { RECORD = 16, FUNCTION_SHIFT = 7, NODE_MASK = 127, TO_TABLE = 10, LAST_IDENTIFIER = 0x7FF };
 
 static void found(swarm_route *route, uint32_t at, uint32_t length, uint8_t to)
@@ -29,7 +29,7 @@ static uint32_t kind_of(const swarm_route *route, const uint8_t *frame)
     return kind;
 }
 
-static uint8_t is_good(const uint8_t *frame, uint8_t seed)
+static uint16_t checksum(const uint8_t *frame, uint8_t seed)
 {
     uint32_t end = HEADER + frame[AT_LENGTH], at;
     uint16_t crc = 0xFFFF;
@@ -37,8 +37,55 @@ static uint8_t is_good(const uint8_t *frame, uint8_t seed)
     for (at = AT_LENGTH; at < end; at++) {
         crc = wire_crc(crc, frame[at]);
     }
-    crc = wire_crc(crc, seed);
-    return frame[end] == (uint8_t)crc && frame[end + 1] == (uint8_t)(crc >> 8);
+    return wire_crc(crc, seed);
+}
+
+static uint8_t is_good(const uint8_t *frame, uint8_t seed)
+{
+    const uint8_t *end = frame + HEADER + frame[AT_LENGTH];
+    uint16_t crc = checksum(frame, seed);
+
+    return end[0] == (uint8_t)crc && end[1] == (uint8_t)(crc >> 8);
+}
+
+uint32_t swarm_heard(swarm_senders *senders, const uint8_t *frame)
+{
+    uint32_t i;
+    uint8_t gap;
+
+    for (i = 0; i < ROUTE_SENDERS; i++) {
+        if (senders->known[i] && senders->system[i] == frame[AT_SYSTEM] && senders->component[i] == frame[AT_COMPONENT]) {
+            break;
+        }
+    }
+    if (i == ROUTE_SENDERS) {
+        i = senders->newest = (uint8_t)((senders->newest + 1) % ROUTE_SENDERS);
+        senders->known[i] = 1;
+        senders->system[i] = frame[AT_SYSTEM];
+        senders->component[i] = frame[AT_COMPONENT];
+        senders->next[i] = frame[AT_SEQUENCE];
+        senders->lost[i] = 0;
+    }
+    gap = (uint8_t)(frame[AT_SEQUENCE] - senders->next[i]);
+    if (gap < HALF) { /* else it comes twice, or late */
+        senders->lost[i] = (uint8_t)(senders->lost[i] + gap < HALF ? senders->lost[i] + gap : HALF - 1);
+        senders->next[i] = (uint8_t)(frame[AT_SEQUENCE] + 1);
+    }
+    return i;
+}
+
+void swarm_renumber(const swarm_route *route, uint8_t *frame, uint8_t number)
+{
+    uint8_t *end = frame + HEADER + frame[AT_LENGTH];
+    uint16_t crc;
+
+    if (frame[AT_FLAGS] & FLAG_SIGNED) {
+        return;
+    }
+    frame[AT_SEQUENCE] = number;
+    crc = checksum(frame, route->kind_seed[kind_of(route, frame)]);
+    end[0] = (uint8_t)crc;
+    end[1] = (uint8_t)(crc >> 8);
 }
 
 static uint32_t cut_mavlink(swarm_route *route, const uint8_t *data, uint32_t length)

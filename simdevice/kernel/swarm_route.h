@@ -1,10 +1,14 @@
-/* The middle of a star: what the host says on a network is cut into frames, and each goes to those it is for. */
+/* The middle of a star: what the host says on a network is cut into frames, and each goes to those it is for.
+ *
+ * A sender numbers its frames, and a robot takes a gap for lost ones. On the way to each robot frames are therefore numbered
+ * anew: a frame that has gone to others leaves no gap there, and one that never came leaves its gap with a robot that is spoken
+ * to alone next. What is signed stays as it is. */
 #ifndef KERNEL_SWARM_ROUTE_H
 #define KERNEL_SWARM_ROUTE_H
 
 #include <stdint.h>
 
-enum { ROUTE_ALL = 0, ROUTE_NOWHERE = 255 };
+enum { ROUTE_ALL = 0, ROUTE_SENDERS = 4 };
 
 typedef struct {
     uint8_t can;           /* frames of 16 bytes, as Linux's struct can_frame; else MAVLink 2 */
@@ -26,5 +30,16 @@ typedef struct {
 /* Cuts bytes into frames. Only those that are whole and good are handed on, as by a switch. Returns how many bytes are done with:
  * what follows may be the beginning of a frame. */
 uint32_t swarm_cut(swarm_route *route, const uint8_t *data, uint32_t length);
+
+typedef struct { /* who has sent frames on a network, and which is next */
+    uint8_t known[4], system[4], component[4], next[4], lost[4]; /* ROUTE_SENDERS of them */
+    uint8_t newest;
+} swarm_senders;
+
+/* A frame of MAVLink has come on a network. Returns which of the senders it is from. */
+uint32_t swarm_heard(swarm_senders *senders, const uint8_t *frame);
+
+/* Gives a frame another number. */
+void swarm_renumber(const swarm_route *route, uint8_t *frame, uint8_t number);
 
 #endif

@@ -110,13 +110,23 @@ class Server:
             self.late += behind - MAX_CATCH_UP
             self._next += (behind - MAX_CATCH_UP) * self._period
         while self._next <= now:
-            inbound = endpoint.receive(now)
-            if self._patient is not None:
-                self._patient.room = endpoint.room()
-            sent, lived = self._live(inbound, int((now - self._next) / self._period) + 1)
-            endpoint.send(sent, now)
+            lived = self._exchange(now, int((now - self._next) / self._period) + 1)
             self._next += lived * self._period
             self.steps += lived
+
+    def _exchange(self, now: float, periods: int) -> int:
+        """Let the world live for at most so many control periods, with what has come, and send what it says.
+
+        Returns:
+            How many it were.
+        """
+        endpoint = self._endpoint
+        inbound = endpoint.receive(now)
+        if self._patient is not None:
+            self._patient.room = endpoint.room()
+        sent, lived = self._live(inbound, periods)
+        endpoint.send(sent, now)
+        return lived
 
     def _live(self, inbound: bytes, periods: int) -> tuple[bytes, int]:
         """Let the world live for at most so many control periods, until it sends something.

@@ -1,6 +1,6 @@
 """A serial CAN adapter without hardware: the ASCII protocol of Lawicel's CAN232, which the drivers call slcan.
 
-Text in, frames and answers out; frames in, text out. Frames are in the serial form of `firmware_protocol.wire.can_frame`.
+Text in, frames and answers out; frames in, text out. Frames are in the serial form of `firmware_protocol.wire.can.frame`.
 Source: "CAN232 Manual", Lawicel AB (http://www.can232.com/docs/can232_v3.pdf).
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.can.frame import CanFrame, split_records
 
 OK: Final = b"\r"
 ERROR: Final = b"\a"

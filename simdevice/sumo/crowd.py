@@ -12,7 +12,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, ParamSet
-from firmware_protocol.wire.can_layout import LAST_NODE
+from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.boards import NVM_SIZE

@@ -27,8 +27,8 @@ from firmware_protocol.messages import (
     RobotAck,
     RobotSession,
 )
-from firmware_protocol.wire.can_frame import split_records
-from firmware_protocol.wire.can_layout import FUNCTION_SHIFT, REFEREE_DOWN_FUNCTION
+from firmware_protocol.wire.can.frame import split_records
+from firmware_protocol.wire.can.layout import FUNCTION_SHIFT, REFEREE_DOWN_FUNCTION
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink_layout import CHECKSUM_LENGTH, FLAG_SIGNED, HEADER_LENGTH, MARKER, SIGNATURE_LENGTH

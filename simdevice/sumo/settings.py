@@ -20,7 +20,7 @@ class WorldSettings:
     """A Junior on the sumo ring, or each of several.
 
     Attributes:
-        opponent: `flat-light`, `flat-heavy`, `curved-light`, `corner-light`, `point-light` or `junior`.
+        opponent: Its name, as on the command line: `flat-light`, or another of `OpponentCode`, in lower case.
         seed: Seed of everything random.
         referee: There is a referee on the wire; without one it is as with a physical robot.
         profile: The device's numbers.

@@ -21,6 +21,8 @@ Segment = tuple[float, float, float, float]
 ITERATIONS: Final = 5
 SLOP: Final = 2e-4
 """Overlap that the solver tolerates between bodies, in m."""
+_SOLID: Final = pymunk.ShapeFilter()
+_NOBODY: Final = pymunk.ShapeFilter(mask=0)
 CUBE_LEVER: Final = 0.383
 """Mean distance of a square's points from its middle, as a share of its side."""
 
@@ -52,6 +54,17 @@ class Bodies:
         self.robots = [self._robot(profile, place) for place in places]
         self.box = None if box is None else self._box(profile, box)
 
+    def enter_anew(self) -> None:
+        """Take all robots out and let them enter, solid, in the order of their rows.
+
+        Chipmunk solves contacts in an order that comes from how everybody got where he is: that is forgotten.
+        """
+        shapes = [shape for body in self.robots for shape in body.shapes]
+        self.space.remove(*shapes)
+        for shape in shapes:
+            shape.filter = _SOLID
+        self.space.add(*shapes)
+
     def _robot(self, profile: MicroProfile, place: Point) -> pymunk.Body:
         body = pymunk.Body(profile.mass, pymunk.moment_for_circle(profile.mass, 0.0, profile.radius))
         body.position = place
@@ -78,6 +91,17 @@ class Bodies:
         slide.max_bias = turn.max_bias = 0.0  # friction resists motion and never pulls back
         self.space.add(body, shape, slide, turn)
         return body
+
+
+def make_way(body: pymunk.Body, *, gives_way: bool) -> None:
+    """Have a robot be in nobody's way, or be solid again.
+
+    Args:
+        body: Of the robot.
+        gives_way: Nothing touches it.
+    """
+    for shape in body.shapes:
+        shape.filter = _NOBODY if gives_way else _SOLID
 
 
 def put(body: pymunk.Body, x: float, y: float, heading: float) -> None:

@@ -37,10 +37,10 @@ class SwarmSettings:
         period: Control period, 0.005 or 0.01 s.
         size: Width and height of the table, in m; None: the room's, else 2 x 2.
         rooms: Rooms of its own; the first one stands on the table from the beginning. In TABLE_RESET they are numbered from 4.
-        faults: What goes wrong with the robots, by the table's time; faults of a line are `DisturbedWorld`'s business.
+        faults: What goes wrong with the first robot, by the table's time; faults of a line are `DisturbedSwarm`'s business.
 
     Raises:
-        ValueError: There is no robot, or there are too many for the networks, or too few.
+        ValueError: There is no robot, or there are too many for the networks, or too few; or a fault is none of a micro-robot.
     """
 
     rangers: int = 25
@@ -69,6 +69,10 @@ class SwarmSettings:
             raise ValueError(f"a network has ids for {most} robots: {self.count} robots need {least} networks or more")
         if self.per * (self.networks - 1) >= self.count:
             raise ValueError(f"{self.count} robots do not fill {self.networks} networks: choose fewer")
+        if self.faults is not None and self.faults.stuck:
+            raise ValueError(
+                f"the fault '{self.faults.stuck[0]}' is one of a Junior's sensor: a micro-robot has none like that"
+            )
 
     @property
     def count(self) -> int:

@@ -11,10 +11,12 @@ from firmware_protocol.messages import BoxShape, Reason, TableKind, TableState
 from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
 from simdevice.emulation import check_periods
-from simdevice.kernel.swarm import Board, SwarmArrays
-from simdevice.swarm.arrivals import Arrivals
+from simdevice.junior.faults import DeviceFaults
+from simdevice.kernel.swarm import MicroBoard, SwarmArrays
+from simdevice.swarm.bodies import make_way
 from simdevice.swarm.component import TableComponent
 from simdevice.swarm.eeprom import image_of
+from simdevice.swarm.hub import NEVER, Hub
 from simdevice.swarm.noise import stream
 from simdevice.swarm.rooms import NAMES, built_in
 from simdevice.swarm.settings import SwarmSettings
@@ -36,6 +38,9 @@ _STAGGER_WITHIN: Final = 200
 their heartbeats do not come in one burst for ever after."""
 _IDENTITY: Final = 100
 """What the stream of random numbers is for that unique ids come from."""
+SETTING_UP: Final = 1.0
+"""For so long after TABLE_RESET, a robot that has not been placed yet is in nobody's way, in s: where the others come to stand
+does not depend on who is placed first."""
 _BATTERY: Final = 3700
 """Voltage of a robot's battery, in mV."""
 _BOXES: Final = {BoxShape.NONE: None, BoxShape.CYLINDER: "cylinder", BoxShape.CUBE: "cube"}
@@ -76,7 +81,10 @@ class SwarmWorld:
         self.arrays = SwarmArrays(
             board_host(),
             self.table.arrays,
-            [Board(uid + row, image_of(system, group)) for row, (system, group) in enumerate(zip(ids, groups, strict=True))],
+            [
+                MicroBoard(uid + row, image_of(system, group))
+                for row, (system, group) in enumerate(zip(ids, groups, strict=True))
+            ],
             [min(network * settings.per, settings.count) for network in range(settings.networks + 1)],
             wire=settings.wire,
             full_speed=settings.profile.full_speed,
@@ -89,12 +97,13 @@ class SwarmWorld:
         self.components = [
             TableComponent(self, network, wire=settings.wire, period=settings.period) for network in range(settings.networks)
         ]
-        self._arrivals = [Arrivals(self.arrays, network, settings.period) for network in range(settings.networks)]
+        self._hubs = [Hub(self.arrays, network, settings.period) for network in range(settings.networks)]
+        faults = settings.faults
+        self._faults = DeviceFaults(faults, self, settings.period) if faults is not None and faults.of_device else None
         self._orders: deque[Callable[[], None]] = deque()
         self._ticks = 0
+        self._set_up_at = NEVER
         self._starts = sorted(((row * _STAGGER % _STAGGER_WITHIN, row) for row in range(settings.count)), reverse=True)
-        for row in range(settings.count):
-            self.arrays.switch_off(row)
 
     # --- time -------------------------------------------------------------------------------------------------------
 
@@ -153,14 +162,18 @@ class SwarmWorld:
 
     def _receive(self, network: int, data: bytes) -> bytes:
         """Take what has come on a network; returns what the table answers."""
-        for_table = self._arrivals[network].take(data, self._ticks)
+        for_table = self._hubs[network].take(data, self._ticks)
         return self.components[network].receive(for_table, self.now()) if for_table else b""
 
     def _live(self, end: int) -> Life:
         """Live until somebody says something, or something is due, or the end."""
-        due = [component.due for component in self.components] + [arrivals.due for arrivals in self._arrivals]
+        due = [component.due for component in self.components] + [hub.due for hub in self._hubs]
         starts = [at for at, _ in self._starts[-1:]]
-        until = max(self._ticks + 1, min([end, *due, *starts]))
+        quiet = [self._ticks + self._befall(self._faults)] if self._faults is not None else []
+        if self._ticks >= self._set_up_at:
+            self._all_solid()
+        until = max(self._ticks + 1, min([end, *due, *starts, *quiet, self._set_up_at]))
+        since = self._ticks
         while True:
             if self.table.arrays.struct.wanting:
                 self.table.refill()
@@ -169,6 +182,8 @@ class SwarmWorld:
             if life.touched:
                 self._changed()
             if life.said or life.rebooted or life.touched or self._ticks >= until:
+                if self._faults is not None:
+                    self._faults.skip(self._ticks - since - 1)
                 return life
 
     def _with_table(self, life: Life, answers: list[bytes]) -> list[bytes]:
@@ -187,6 +202,22 @@ class SwarmWorld:
         """Switch on who is switched on in this control period, the first time."""
         while self._starts and self._starts[-1][0] <= self._ticks:
             self.arrays.switch_on(self._starts.pop()[1])
+
+    # --- faults -----------------------------------------------------------------------------------------------------
+
+    def _befall(self, faults: DeviceFaults) -> int:
+        """What goes wrong with the first robot in the next control period. Returns for how many at least it stays like that."""
+        faults.advance()
+        self.table.arrays.gain[:2] = faults.effort
+        if faults.dark and self.arrays.running[0]:
+            self.arrays.switch_off(0)
+        if faults.restored:
+            self.arrays.switch_on(0)
+        return faults.quiet() + 1
+
+    def feed(self, voltage: float | None) -> None:
+        """Have the first robot's battery give another voltage, in V; None is its own again."""
+        self.arrays.battery[0] = _BATTERY if voltage is None else round(voltage * 1e3)
 
     # --- from outside ---------------------------------------------------------------------------------------------------
 
@@ -261,8 +292,16 @@ class SwarmWorld:
             return Reason.BAD_VALUE
         finally:
             self.table.arrays.travel[:] = way
+        for body in self.table.bodies.robots:
+            make_way(body, gives_way=True)
+        self._set_up_at = self._ticks + round(SETTING_UP / self.period)
         self._changed()
         return Reason.NONE
+
+    def _all_solid(self) -> None:
+        """The table is set up: who was not placed stands where he was put at first."""
+        self._set_up_at = NEVER
+        self.table.bodies.enter_anew()
 
     def _room_of(self, wanted: TableReset) -> Room | None:
         """The room that is to stand on the table.
@@ -292,7 +331,9 @@ class SwarmWorld:
             elif wanted.system == THE_GOAL:
                 self.table.place_goal(x, y)
             else:
-                self.table.place(self.row(wanted.system, network + 1), x, y, wanted.heading)
+                row = self.row(wanted.system, network + 1)
+                self.table.place(row, x, y, wanted.heading)
+                make_way(self.table.bodies.robots[row], gives_way=False)
                 return Reason.NONE
         except ValueError:
             return Reason.BAD_VALUE

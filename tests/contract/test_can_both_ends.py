@@ -13,9 +13,9 @@ from firmware_protocol.events import Received
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import NODE, CanVector, can_text, can_vectors
 from firmware_protocol.messages import JuniorWheels, ParamSet
-from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
-from firmware_protocol.wire.can_layout import FUNCTION_MASK, FUNCTION_SHIFT, TRANSFER_UP_FUNCTION, single_frames
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import CanFrame, pack_frames, split_records
+from firmware_protocol.wire.can.layout import FUNCTION_MASK, FUNCTION_SHIFT, TRANSFER_UP_FUNCTION, single_frames
 from firmware_protocol.wire.fields import Direction, Party
 from firmware_protocol.wire.payload import PAYLOADS
 from simdevice._host import ffi, lib

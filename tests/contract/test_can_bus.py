@@ -17,7 +17,7 @@ from firmware_protocol.clock import ManualClock
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.links.can import BUS_OFF, PASSIVE, WARNING, WELL, CanLink, open_can
 from firmware_protocol.links.opening import open_link
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can.frame import CanFrame
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

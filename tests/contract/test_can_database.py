@@ -9,7 +9,7 @@ from cantools.database.can import Database
 from firmware_protocol.generate.outputs import ROOT
 from firmware_protocol.generate.vectors import Vector, vectors
 from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
-from firmware_protocol.wire.can_layout import (
+from firmware_protocol.wire.can.layout import (
     FUNCTION_MASK,
     FUNCTION_SHIFT,
     NEVER_FUNCTION,

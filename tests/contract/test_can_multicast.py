@@ -17,7 +17,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, LinkOpenError
 from firmware_protocol.links.can import CanLink
 from firmware_protocol.links.opening import open_link
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can.frame import CanFrame
 from simdevice.serving.can_endpoints import CanEndpoint
 from simdevice.serving.opening import open_endpoint
 

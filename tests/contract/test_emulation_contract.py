@@ -18,11 +18,19 @@ from simdevice.kernel.world import KernelWorld
 from simdevice.sumo.crowd import Crowd
 from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
+from simdevice.swarm.settings import SwarmSettings
+from simdevice.swarm.world import SwarmWorld
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from simdevice.emulation import Emulation, Powered
+
+
+def swarm(settings: WorldSettings, rangers: int, wilds: int) -> SwarmWorld:
+    """Micro-robots on a table that speak and live likewise."""
+    return SwarmWorld(SwarmSettings(rangers, wilds, seed=settings.seed, wire=settings.wire, period=settings.period))
+
 
 KINDS: Final[dict[str, Callable[[WorldSettings], Emulation]]] = {
     "world": World,
@@ -31,22 +39,35 @@ KINDS: Final[dict[str, Callable[[WorldSettings], Emulation]]] = {
     "crowd in Python": lambda settings: Crowd(2, replace(settings, host=board_host())),
     "disturbed": lambda settings: DisturbedWorld(KernelWorld(settings), FaultSpec(drop=0.1, delay=0.003), 1),
     "disturbed crowd": lambda settings: DisturbedWorld(Crowd(2, settings), FaultSpec(drop=0.1), 1),
+    "swarm": lambda settings: swarm(settings, 2, 1),
+    "one micro-robot": lambda settings: swarm(settings, 1, 0),
+    "disturbed swarm": lambda settings: DisturbedWorld(swarm(settings, 2, 1), FaultSpec(drop=0.1), 1),
 }
 SETTINGS: Final = {
     "mavlink": WorldSettings(seed=3),
     "can": WorldSettings(seed=3, wire=CAN),
     "4 ms": WorldSettings(seed=3, period=0.004, referee=False),
+    "10 ms": WorldSettings(seed=3, period=0.01, referee=False),
 }
+MICRO: Final = frozenset({"swarm", "one micro-robot", "disturbed swarm"})
+"""A table has a period of 5 or of 10 ms."""
+CASES: Final = [(kind, name) for kind in KINDS for name in SETTINGS if name != ("4 ms" if kind in MICRO else "10 ms")]
 
 
-@pytest.fixture(params=SETTINGS)
-def settings(request: pytest.FixtureRequest) -> WorldSettings:
-    return SETTINGS[request.param]
+@pytest.fixture(params=CASES, ids=", ".join)
+def case(request: pytest.FixtureRequest) -> tuple[str, str]:
+    kind, name = request.param
+    return kind, name
 
 
-@pytest.fixture(params=KINDS)
-def make(request: pytest.FixtureRequest) -> Callable[[WorldSettings], Emulation]:
-    return KINDS[request.param]
+@pytest.fixture
+def settings(case: tuple[str, str]) -> WorldSettings:
+    return SETTINGS[case[1]]
+
+
+@pytest.fixture
+def make(case: tuple[str, str]) -> Callable[[WorldSettings], Emulation]:
+    return KINDS[case[0]]
 
 
 def test_it_says_what_it_speaks_and_how_long_its_periods_are(

@@ -19,7 +19,7 @@ from hil.bridge.clock import MonotonicClock
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
 
 pytestmark = pytest.mark.hardware

@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import random
-import struct
 from typing import TYPE_CHECKING, Final
 
 import pytest
 from avr_twins import Twins, comparable
-from firmware_bench import HOST, HOST_NUMBER, FirmwareBench, forge
+from firmware_bench import FirmwareBench
+from host_life import Life
 
 from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     AutopilotVersion,
     Command,
-    CommandLong,
     ContestCommand,
-    ManualControl,
-    ParamRequestList,
-    ParamRequestRead,
-    ParamSet,
-    Ping,
-    RobotResultAck,
-    RobotSession,
     SysStatus,
-    Timesync,
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.peer.pacing import by_itself
@@ -52,39 +42,20 @@ class Hostly(FirmwareBench):
         self.session, self.sequence = 100, 0
 
 
-class Life:
-    """What a host says: sense and nonsense in any order.
+class JuniorLife(Life):
+    """What Junior's host says.
 
     Args:
         seed: Of everything random.
     """
 
     def __init__(self, seed: int) -> None:
-        self.random = random.Random(seed)
-        self.codec = MavlinkCodec(system=255, component=190)
         self.make = Hostly()
-        self.said: list[bytes] = []
-
-    def open(self) -> RobotSession:
-        self.make.session += 1
-        self.make.sequence = 0
-        return RobotSession(self.make.session, 0, HOST_NUMBER, 1, 1, 2, 0)
-
-    def command(self, command: Command, param1: float, param2: float = 0.0, param3: float = 0.0) -> CommandLong:
-        return CommandLong(1, 1, command, param1=param1, param2=param2, param3=param3)
+        super().__init__(seed, self.make, JUNIOR, JUNIOR_PARAMETERS)
+        self.kinds |= {"motion": (40, self.motion), "memory": (14, self.memory), "contest": (2, self.contest)}
 
     def actions(self) -> tuple[Action, ...]:
         return tuple(Action(self.random.randrange(17)) for _ in range(self.random.randint(1, 8)))
-
-    def parameter(self) -> bytes:
-        """Set one: to a value within its limits, at them, beyond them, or none."""
-        choose = self.random
-        row = choose.choice([row for row in JUNIOR_PARAMETERS if row.name not in KEPT])
-        value = choose.choice(
-            (row.minimum, row.maximum, row.default, choose.uniform(row.minimum, row.maximum), 1e9, float("nan"))
-        )
-        value = round(value) if choose.random() < 0.5 and abs(value) < 1e6 else value
-        return forge(ParamSet(1, 1, row.name, 0.0), param_value=struct.unpack("f", struct.pack("f", value))[0])
 
     def motion(self) -> Message:
         choose, make = self.random, self.make
@@ -92,7 +63,7 @@ class Life:
             case 0:
                 return make.wheels_message(choose.uniform(-1, 1), choose.uniform(-1, 1), choose.uniform(0, 2))
             case 1:
-                return ManualControl(1, x=choose.randint(-1000, 1000), y=0, z=0, r=choose.randint(-1000, 1000), buttons=0)
+                return self.manual()
             case _:
                 return make.maneuver_message(self.actions(), choose.uniform(0.02, 0.4), choose.randrange(32))
 
@@ -109,70 +80,9 @@ class Life:
             case _:
                 return make.write_message(self.actions(), current, previous, choose.uniform(0.02, 0.4), choose.randrange(32))
 
-    def question(self) -> Message:
-        choose = self.random
-        match choose.randrange(6):
-            case 0:
-                return Ping(time_usec=choose.getrandbits(60), seq=choose.getrandbits(32))
-            case 1:
-                return Timesync(tc1=0, ts1=choose.getrandbits(60))
-            case 2:
-                return ParamRequestRead(1, 1, choose.choice(JUNIOR_PARAMETERS).name, choose.choice((-1, choose.randrange(30))))
-            case 3:
-                return self.command(Command.REQUEST_MESSAGE, float(choose.choice(ASKED).ID))
-            case 4:
-                interval = choose.choice((10_000.0, 20_000.0, 50_000.0, 0.0, -1.0))
-                return self.command(Command.SET_MESSAGE_INTERVAL, float(choose.choice(STREAMS).ID), interval)
-            case _:
-                return RobotResultAck(self.make.session, self.make.sequence, 1, 1)
-
-    def damage(self) -> bytes:
-        """A frame of before, late and perhaps damaged; or noise."""
-        choose = self.random
-        if not self.said or choose.random() < 0.2:
-            return choose.randbytes(choose.randint(1, 40))
-        frame = bytearray(choose.choice(self.said[-12:]))
-        match choose.randrange(3):
-            case 0:
-                frame[choose.randrange(len(frame))] ^= 1 << choose.randrange(8)
-            case 1:
-                del frame[choose.randrange(len(frame)) :]
-            case _:
-                pass
-        return bytes(frame)
-
-    def next(self) -> bytes:
-        """What is said now."""
-        choose = self.random
-        kinds = ("motion", "memory", "question", "parameter", "damage", "arm", "session", "contest", "stop", "list", "alive")
-        match choose.choices(kinds, (40, 14, 12, 10, 8, 12, 4, 2, 1, 0.5, 10))[0]:
-            case "parameter":
-                return self.parameter()
-            case "damage":
-                return self.damage()
-            case "motion":
-                message = self.motion()
-            case "memory":
-                message = self.memory()
-            case "question":
-                message = self.question()
-            case "arm":
-                number = choose.choice((*(float(HOST_NUMBER),) * 18, 0.0, 8.0))  # now and then as a ground station, or another
-                message = self.command(Command.ARM_DISARM, choose.choice((1.0, 1.0, 1.0, 0.0)), param3=number)
-            case "session":
-                message = self.open()
-            case "contest":
-                start = choose.choice((ContestCommand.START, ContestCommand.STOP))
-                message = self.make.contest_message(start, choose.uniform(0, 0.5))
-            case "stop":
-                message = self.command(Command.FLIGHT_TERMINATION, 1.0)
-            case "list":
-                message = ParamRequestList(1, 1)
-            case _:
-                message = HOST
-        frame = self.codec.encode(message)
-        self.said.append(frame)
-        return frame
+    def contest(self) -> Message:
+        start = self.random.choice((ContestCommand.START, ContestCommand.STOP))
+        return self.make.contest_message(start, self.random.uniform(0, 0.5))
 
 
 class Rig:
@@ -193,7 +103,7 @@ class Rig:
 
 @pytest.mark.parametrize(("seed", "opponent"), [(1, "flat-light"), (2, "flat-heavy"), (3, "curved-light"), (4, "corner-light")])
 def test_driving_storing_setting_in_any_order_over_a_line_with_damage(seed: int, opponent: str) -> None:
-    rig, life = Rig(opponent=opponent, seed=seed), Life(seed)
+    rig, life = Rig(opponent=opponent, seed=seed), JuniorLife(seed)
     step = rig.world.step
     step(life.codec.encode(life.open()))
     for period in range(3600):
@@ -213,7 +123,7 @@ def test_driving_storing_setting_in_any_order_over_a_line_with_damage(seed: int,
 
 def test_contests_from_memory_with_a_start_module_and_sensors_that_fail() -> None:
     spec = FaultSpec.parse("stuck:eye_left=900@4+3,stuck:floor_right=1000@9+0.5,brownout:12+0.3")
-    rig, life = Rig(opponent="flat-heavy", seed=5, faults=spec), Life(5)
+    rig, life = Rig(opponent="flat-heavy", seed=5, faults=spec), JuniorLife(5)
     step, device = rig.world.step, rig.world.device
     step(life.codec.encode(life.open()))
     for current in range(4):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import pytest
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from firmware_protocol.wire.fields import Message
-    from simdevice.junior.faults import Readings
-    from simdevice.junior.motors import Motors
 
 pytestmark = [pytest.mark.avr, pytest.mark.slow]
 CUTS: Final = 250
@@ -72,9 +70,7 @@ class Victim(AvrBench):
             interrupted += 1
         self.power_on(torn=torn)
         self.now += TICK
-        self.board.tick(
-            0, b"", cast("Readings", self.inputs), cast("Motors", self.inputs), 0.0
-        )  # of a frame that was cut short
+        self.period(b"")  # of a frame that was cut short
         status = self.requested(RobotStatus)
         assert self.boots < status.boot_count <= self.boots + 1 + interrupted, "the host is told"
         assert status.maneuvers == 0
@@ -87,7 +83,7 @@ class Victim(AvrBench):
         """Boot, and pass over the first control period: what comes in it begins with a frame that was cut short."""
         self.power_on(torn=torn)
         self.now += TICK
-        self.board.tick(0, b"", cast("Readings", self.inputs), cast("Motors", self.inputs), 0.0)
+        self.period(b"")
 
     def requested(self, kind: type[RobotStatus]) -> RobotStatus:
         """A message that has been asked for."""

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.wire.fields import Message
     from simdevice.sumo.world import World

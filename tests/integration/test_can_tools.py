@@ -14,8 +14,8 @@ import pytest
 
 from firmware_protocol.events import Received
 from firmware_protocol.messages import JuniorSensors
-from firmware_protocol.wire.can_frame import CanFrame, split_records
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import CanFrame, split_records
 from firmware_protocol.wire.fields import CAN
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.opening import open_endpoint

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 from doc_pages import PAGES, ROOT, TOOLS, Block, blocks, commands, execute, execute_python, output_of, parse, shape, terminal
 
+from hil.sumo.ring import OPPONENTS
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -59,6 +61,11 @@ def test_every_page_is_in_the_readme() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     missing = [path.name for path in (ROOT / "docs").glob("*.md") if f"docs/{path.name}" not in readme]
     assert not missing
+
+
+def test_the_table_of_opponents_has_all_of_them() -> None:
+    page = (ROOT / "docs" / "coach.md").read_text(encoding="utf-8").partition("## Choose the opponent")[2].partition("\n## ")[0]
+    assert re.findall(r"^\| `([\w-]+)` \|", page, re.MULTILINE) == list(OPPONENTS)
 
 
 def test_the_messages_to_look_up_are_the_program_s() -> None:

@@ -37,6 +37,7 @@ def run(name: str, *arguments: str) -> str:
 
 def test_every_example_is_tested() -> None:
     here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "pymavlink_session.py", "test_my_robot_program.py"}
+    here |= {"swarm_circle.py"}
     tested = here | {"ci-recipe.yml"} | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # the last two by tests/clients
     assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
 
@@ -47,6 +48,11 @@ def test_perform() -> None:
     assert "EYE_HYST was 20, is 25 now" in lines
     assert any(line.startswith("maneuver: completed, 4 actions done") for line in lines)
     assert lines[-1] == "stopped and disarmed"
+
+
+@pytest.mark.slow
+def test_swarm_circle() -> None:
+    assert run("swarm_circle.py").splitlines()[-1] == "33 of 33 robots stand on the circle"
 
 
 @pytest.mark.slow

@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotSession,
 )
-from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.exchanges.exchange import Exchange
 from firmware_protocol.peer.timing import KEEP_ALIVE
 from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.mavlink_layout import crc_extra
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from firmware_protocol.events import Event
-    from firmware_protocol.peer.exchange import Retry
+    from firmware_protocol.peer.exchanges.exchange import Retry
     from firmware_protocol.wire.fields import Message
     from hil.replaying.difference import Difference
 

@@ -30,10 +30,10 @@ from firmware_protocol.messages import (
     TablePlace,
     TableState,
 )
-from firmware_protocol.wire import can_batch
-from firmware_protocol.wire.can_batch import CanBatchCodec
-from firmware_protocol.wire.can_frame import RECORD_LENGTH, CanFrame, split_records
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can import batch as can_batch
+from firmware_protocol.wire.can.batch import CanBatchCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import RECORD_LENGTH, CanFrame, split_records
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.rows import messages_of, rows_of, rows_of_messages
 

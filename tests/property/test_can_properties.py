@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from firmware_protocol.events import Received
 from firmware_protocol.generate.vectors import can_vectors
-from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import CanFrame, pack_frames, split_records
 
 VECTORS = can_vectors()
 IDENTIFIERS = st.sampled_from([0x685, 0x605, 0x600, 0x585, 0x505, 0x185, 0x285, 0x385, 0x105, 0x005, 0x785])

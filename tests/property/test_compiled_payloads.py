@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from firmware_protocol.errors import EncodeError
 from firmware_protocol.generate.vectors import vectors
 from firmware_protocol.messages import MESSAGES
-from firmware_protocol.wire.can_frame import RECORD_LENGTH
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import RECORD_LENGTH
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.mavlink import MavlinkCodec, SignedMavlinkCodec
 from firmware_protocol.wire.payload import PAYLOADS, BadValueError, Payload

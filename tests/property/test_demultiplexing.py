@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.events import Event
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.wire.fields import Message
 
 OPERATIONS = ("sensors", "status", "parameter", "perform", "ping", "set", "silence", "speak", "pass")

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
 from firmware_bench import HOST, SESSION, TICK, FirmwareBench
+from micro_bench import MicroBench
 
 from firmware_protocol.events import Received
 from firmware_protocol.messages import Reason, RobotAck
 from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.avr.board import AvrBoard
+from simdevice.avr.board import AvrBoard, AvrProcessor
+from simdevice.avr.micro_board import AvrMicroBoard, MicroInputs
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
@@ -49,7 +51,8 @@ class AvrBench(FirmwareBench):
     """
 
     def __init__(self, nvm: bytes | None = None, firmware: AvrFirmware | None = None, *, start: bool = False) -> None:
-        self.board = AvrBoard(uid=UID, nvm=nvm, firmware=firmware)
+        self._junior = AvrBoard(uid=UID, nvm=nvm, firmware=firmware)
+        self.board: AvrProcessor = self._junior
         self.board.start = start
         self.inputs = Inputs()
         self.host = MavlinkCodec(system=255, component=190)
@@ -90,8 +93,7 @@ class AvrBench(FirmwareBench):
         """One control period, in which these messages, then these bytes, set out. Returns what came but for streams."""
         data = b"".join(self.host.encode(message) for message in messages) + raw
         self.now += TICK
-        sensors, motors = cast("Readings", self.inputs), cast("Motors", self.inputs)
-        out = self.board.tick(self.now * 1000, data, sensors, motors, 0.0)
+        out = self.period(data)
         self.raw += out
         self.busiest = max(self.busiest, self.board.busy)
         answers: list[Message] = []
@@ -101,6 +103,11 @@ class AvrBench(FirmwareBench):
         self.sent += answers
         return answers
 
+    def period(self, data: bytes) -> bytes:
+        """One control period of the board, in which these bytes set out; returns what it has sent."""
+        sensors, motors = cast("Readings", self.inputs), cast("Motors", self.inputs)
+        return self._junior.tick(self.now * 1000, data, sensors, motors, 0.0)
+
     def answers_to(self, message: Message) -> list[Message]:
         """What comes while a message goes there and an answer back."""
         return self.tick(message) + [answer for _ in range(ROUND_TRIP) for answer in self.tick(HOST)]
@@ -109,3 +116,25 @@ class AvrBench(FirmwareBench):
         """Send a numbered message; returns the reason in the answer (NONE: accepted), None where there is no answer."""
         acks = [answer for answer in self.answers_to(message) if isinstance(answer, RobotAck)]
         return Reason(acks[0].reason) if acks else None
+
+
+class AvrMicroBench(AvrBench):
+    """One micro-robot's board.
+
+    Attributes:
+        around: What it reads.
+    """
+
+    STREAMS = MicroBench.STREAMS
+
+    def __init__(self, nvm: bytes | None = None, firmware: AvrFirmware | None = None) -> None:
+        self._micro = AvrMicroBoard(uid=UID, nvm=nvm, firmware=firmware)
+        self.board = self._micro
+        self.around = MicroInputs()
+        self.host = MavlinkCodec(system=255, component=190)
+        self.busiest = 0
+        self.power_on()
+
+    def period(self, data: bytes) -> bytes:
+        """One control period of the board, in which these bytes set out; returns what it has sent."""
+        return self._micro.tick(data, self.around)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from firmware_bench import FirmwareBench
 
 from firmware_protocol.messages import RobotStatus
-from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import CanFrame, pack_frames, split_records
 from simdevice._host import ffi
 
 

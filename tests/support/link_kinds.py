@@ -17,7 +17,7 @@ from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.links import MemoryLink, UdpLink
 from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import Ping
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can.frame import CanFrame
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.bridge.clock import MonotonicClock

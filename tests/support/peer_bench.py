@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from firmware_protocol.peer.connection import PeerState
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from typing import TYPE_CHECKING, Any
 
 from mcap.exceptions import McapError
@@ -53,6 +54,6 @@ def last_time(path: Path) -> float:
             for record in StreamReader(file, skip_magic=False, validate_crcs=True).records:
                 if isinstance(record, Message):
                     last = max(last, record.log_time / 1e9)
-        except (McapError, EOFError):
+        except (McapError, EOFError, struct.error):  # cut within a record's head
             pass
     return last

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from firmware_protocol.generate.board import BOARD_H, Pin, build_page, pin_table, pins, read_pins
+from firmware_protocol.generate.board import BOARD_H, Pin, build_page, micro_pins, own_robot_page, pin_table, pins, read_pins
 from firmware_protocol.generate.wiring import draw
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -60,3 +60,11 @@ def test_a_pin_used_twice_is_refused() -> None:
 
 def test_the_page_holds_the_table() -> None:
     assert pin_table(pins()) in build_page()
+
+
+def test_a_micro_robot_has_its_own_pins_and_what_is_left_of_juniors() -> None:
+    found = {pin.name: pin.label for pin in micro_pins()}
+    assert {"BUMPER_LEFT": "D2", "LEFT_A": "A0", "STANDBY": "D5", "BATTERY": "A6"}.items() <= found.items()
+    assert not {"ARM_LEFT", "EYE_LEFT", "FLOOR_RIGHT"} & found.keys()
+    assert len(set(found.values())) == len(found)
+    assert pin_table(micro_pins()) in own_robot_page()

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.wire.fields import Message
     from hil.bridge.taps import Circumstances
 

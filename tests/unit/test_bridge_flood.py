@@ -16,8 +16,8 @@ from firmware_protocol.events import LinkNews, PeerLost, Received
 from firmware_protocol.link import Link
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Command, CommandAck, CommandLong, CommandResult, Heartbeat, JuniorSensors, RobotStatus
-from firmware_protocol.peer.commands import CommandExchange, RequestExchange
-from firmware_protocol.peer.exchange import Exchanges, Retry
+from firmware_protocol.peer.exchanges.commands import CommandExchange, RequestExchange
+from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry
 from firmware_protocol.peer.quality import Counters
 from firmware_protocol.roles.junior import drive
 from firmware_protocol.wire.mavlink import MavlinkCodec

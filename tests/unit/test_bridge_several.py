@@ -15,7 +15,7 @@ from firmware_protocol.events import PeerFound, PeerLost, Received, Rejected, Re
 from firmware_protocol.links import MemoryLink
 from firmware_protocol.messages import Heartbeat, Ping, RobotAck, RobotAlive, RobotSession
 from firmware_protocol.peer.timing import KEEP_ALIVE
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import crc_extra, offsets
 from hil.bridge.bridge import Bridge

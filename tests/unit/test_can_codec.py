@@ -22,10 +22,10 @@ from firmware_protocol.messages import (
     RobotStatus,
     Statustext,
 )
-from firmware_protocol.wire import dbc
-from firmware_protocol.wire.can_frame import CanFrame
-from firmware_protocol.wire.can_transfer import Partial
-from firmware_protocol.wire.dbc import PART_TIMEOUT, CanCodec
+from firmware_protocol.wire.can import dbc
+from firmware_protocol.wire.can.dbc import PART_TIMEOUT, CanCodec
+from firmware_protocol.wire.can.frame import CanFrame
+from firmware_protocol.wire.can.transfer import Partial
 from firmware_protocol.wire.fields import Message
 
 BEAT = Heartbeat(type=10, autopilot=0, base_mode=0, custom_mode=2, system_status=3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_protocol.wire.can_frame import CanFrame, pack_frames, split_records
+from firmware_protocol.wire.can.frame import CanFrame, pack_frames, split_records
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,8 @@ ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.pytest_plugin": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
     "hil.runs": (frozenset({"datetime"}), "names folders after the calendar time that it is given, and reads it back"),
     "hil.cli.emulate": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
+    "hil.cli.emulate_swarm": (frozenset({"MonotonicClock"}), "serves robots to another process, in real time: it is no host"),
+    "hil.cli.swarm.surround_files": (frozenset({"MonotonicClock"}), "tells a person how long the run took"),
     "hil.cli.coach": (frozenset({"MonotonicClock"}), "tells a person how fast the run goes"),
     "hil.cli.running": (frozenset({"datetime"}), "names the run's folder, and says when it was made"),
     "hil.cli.stage": (

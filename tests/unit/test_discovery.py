@@ -29,7 +29,7 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.peer.timing import HOST_HEARTBEAT
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can.frame import CanFrame
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.signing import Signing

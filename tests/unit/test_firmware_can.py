@@ -23,9 +23,9 @@ from firmware_protocol.messages import (
     State,
 )
 from firmware_protocol.vocabulary import Action
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import RECORD_LENGTH, CanFrame
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import RECORD_LENGTH, CanFrame
 from firmware_protocol.wire.mavlink_layout import crc_extra
 from simdevice._host import lib
 

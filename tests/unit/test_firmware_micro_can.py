@@ -10,8 +10,8 @@ from micro_bench import MicroBench, Other
 
 from firmware_protocol.messages import Reason, RobotAck, State, SwarmObservation, SwarmRanges
 from firmware_protocol.vocabulary import MoveOption, SwarmOutcome
-from firmware_protocol.wire.can_frame import CanFrame
-from firmware_protocol.wire.can_layout import FUNCTION_SHIFT, MOVE_FUNCTION, WHEELS_FUNCTION
+from firmware_protocol.wire.can.frame import CanFrame
+from firmware_protocol.wire.can.layout import FUNCTION_SHIFT, MOVE_FUNCTION, WHEELS_FUNCTION
 
 
 class MicroCanBench(CanBench, MicroBench):

@@ -192,7 +192,7 @@ def test_any_change_is_noticed(tmp_path: Path, name: str) -> None:
     shutil.copy(KERNEL.parent / "build_host.py", tmp_path)
     assert digest(folder) == digest()
     (folder / name).write_bytes((folder / name).read_bytes() + b"\n")
-    with pytest.raises(FirmwareBuildError, match="has changed since it was built: install again"):
+    with pytest.raises(FirmwareBuildError, match=r"has changed since it was built: in .* build in place"):
         check_digest(lib, "KERNEL_BUILT_FROM", digest(folder))
     for path in folder.glob("*.c"):
         path.unlink()

@@ -35,7 +35,16 @@ USES: Final = {
     "arduino": ("/usr/share/arduino",),
 }
 """By marker: what stands in a text that asks for the tool, a robot's address say."""
-MODULES: Final = {"avr": {"simdevice.avr.board", "simdevice.avr.build", "avr_bench", "avr_twins"}}
+MODULES: Final = {
+    "avr": {
+        "simdevice.avr.board",
+        "simdevice.avr.micro_board",
+        "simdevice.avr.build",
+        "avr_bench",
+        "avr_micro_twins",
+        "avr_twins",
+    }
+}
 """By marker: modules of no use without the tool."""
 MACHINE: Final = {"Path", "hasattr", "os", "signal", "sys"}
 """What a condition for skipping a test may ask: the operating system, and what Python has of it."""

@@ -28,8 +28,8 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.peer.commands import CommandExchange
-from firmware_protocol.peer.exchange import Exchanges
+from firmware_protocol.peer.exchanges.commands import CommandExchange
+from firmware_protocol.peer.exchanges.exchange import Exchanges
 from firmware_protocol.peer.pacing import (
     baud_of,
     by_itself,

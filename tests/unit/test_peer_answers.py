@@ -22,12 +22,12 @@ from firmware_protocol.messages import (
     State,
     Timesync,
 )
-from firmware_protocol.peer.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
+from firmware_protocol.peer.exchanges.commands import LONGEST_PROGRESS, PROGRESS_WAIT, STATE_WAIT
 from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
 
 QUICK = Maneuver((Action.F,), period=0.1)
 OTHERS = [(254, 190), (255, 1), (254, 1), (254, 0), (0, 1)]

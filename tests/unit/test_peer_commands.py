@@ -41,7 +41,7 @@ from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 
 if TYPE_CHECKING:
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
 
 QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
 

@@ -27,7 +27,7 @@ from firmware_protocol.messages import (
     Timesync,
 )
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
-from firmware_protocol.peer.exchange import HOLD
+from firmware_protocol.peer.exchanges.exchange import HOLD
 from firmware_protocol.peer.timing import SILENCE
 from firmware_protocol.roles.junior import drive, perform, read_memory
 from firmware_protocol.vocabulary import Action, Maneuver

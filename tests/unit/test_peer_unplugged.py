@@ -25,7 +25,7 @@ from firmware_protocol.roles.junior import drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
 
 GONE = LinkClosedError("serial:///dev/ttyACM0", "the port is gone")
 UID = 0x1122334455667788

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.errors import PeerError
 from firmware_protocol.messages import BoutOutcome, Phase, RefereeState
-from firmware_protocol.peer.commands import Numbering
+from firmware_protocol.peer.exchanges.commands import Numbering
 from hil.sumo.referee import LOOKS, NOBODY, RefereeHandle
 
 RUNNING = replace(NOBODY, time=10.0, bout=3, elapsed=2.0, phase=Phase.RUNNING)

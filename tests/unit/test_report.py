@@ -245,7 +245,7 @@ def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
 def test_lost_frames_are_counted_by_their_numbers(frames: list[int], lost: int, duplicates: int) -> None:
     watcher = LinkWatcher()
     for frame in frames:
-        watcher.received(None, (1, 1), frame, 0.0)
+        watcher.came([((1, 1), frame, 0.0)])
     assert (watcher.quality.lost, watcher.quality.duplicates, watcher.quality.good) == (lost, duplicates, len(frames))
 
 

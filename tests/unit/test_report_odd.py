@@ -18,7 +18,7 @@ from hil.mcaplog.writing.writer import LogWriter
 from hil.report import write as writing
 from hil.report import write_report
 from hil.report.learnt import read_learnt
-from hil.report.words import LONGEST_CELL, MOST_ROWS, ReportTable
+from hil.report.report_table import LONGEST_CELL, MOST_ROWS, ReportTable
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:

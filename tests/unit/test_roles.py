@@ -34,7 +34,7 @@ from firmware_protocol.wire.fields import Party
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from firmware_protocol.peer.exchange import Ticket
+    from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
 
 MOLE = Role(

@@ -27,4 +27,6 @@ def test_branches_keep_their_numbers() -> None:
         "BOUTS": 4,
         "SESSION": 5,
         "CONTROLLER": 6,
+        "SURROUND": 7,
+        "START_PLACES": 8,
     }

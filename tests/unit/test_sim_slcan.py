@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.can.frame import CanFrame, split_records
 from simdevice.serving.slcan import ERROR, OK, SlcanAdapter
 
 FRAMES = [CanFrame(0x7FF), CanFrame(0x005, b"\1"), CanFrame(0x1ABCDEF0, bytes(range(8)), extended=True)]

@@ -9,7 +9,7 @@ import pytest
 
 import hil.terminal.suspending as suspending_module
 from firmware_protocol.errors import PeerLostError
-from firmware_protocol.peer.exchange import Ticket
+from firmware_protocol.peer.exchanges.exchange import Ticket
 from hil.bridge.operator import CONTINUE, SUSPEND, Operator, OperatorInput
 from hil.terminal.suspending import CAUSE, GAP, STOP_WAIT, STUCK, Suspension, around_stop
 

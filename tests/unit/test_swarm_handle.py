@@ -4,38 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scripted_swarm import ScriptedSwarm, swarm_of
+from held_swarm import connect
+from scripted_swarm import swarm_of
 
-from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink
-from firmware_protocol.messages import Reason, RobotAck, SwarmMove, SwarmObservation
+from firmware_protocol.messages import Reason, RobotAck, RobotSession, SwarmMove, SwarmObservation
 from firmware_protocol.vocabulary import Move, MoveOption, RobotClass, SwarmOutcome
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.bridge.fleet_bridge import FleetBridge
 from hil.bridge.networks import Networks, RobotAddress
-from hil.connecting.connecting_all import GATHER
 from hil.swarm.connecting import open_fleet
 from hil.swarm.errors import DoubleIdError, QuorumError
 from hil.swarm.handle import Swarm
 from hil.swarm.rounds import SwarmMoves
-
-
-def connect(*worlds: ScriptedSwarm, expect: int | None = None, quorum: float = 0.5) -> Swarm:
-    """A swarm of all robots of some lines."""
-    networks = Networks()
-    swarm = Swarm(networks, quorum=quorum)
-    for number, world in enumerate(worlds, 1):
-        numbers = iter(range(1000 * number, 60000))
-        bridge = FleetBridge(
-            GatheringLink(MemoryLink(world, f"memory:{number}", wire=world.wire), world, GATHER),
-            world,
-            fleet=open_fleet(None),
-            session=numbers.__next__,
-            arrived=networks.wake,
-        )
-        networks.add(f"memory:{number}", bridge)
-    swarm.find(expect=sum(len(world.robots) for world in worlds) if expect is None else expect)
-    return swarm
 
 
 @pytest.mark.parametrize("wire", [MAVLINK, CAN])
@@ -208,3 +189,53 @@ def test_a_table_places_robots_and_is_set_up_anew() -> None:
         assert not swarm.place({address: (0.1 * row, 0.5, 1.0) for row, address in enumerate(addresses)})
         assert swarm.observe().position.tolist() == [[0.0, 0.5], [0.1, 0.5], [0.2, 0.5], [0.3, 0.5], [0.4, 0.5]]
     assert [len(world.resets) for world in worlds] == [1, 0]
+
+
+def test_who_watches_opens_no_session_and_is_answered() -> None:
+    world = swarm_of(2)
+    networks = Networks()
+    link = MemoryLink(world, "memory:1")
+    networks.add("memory:1", FleetBridge(link, world, fleet=open_fleet(None), open_sessions=False))
+    with Swarm(networks) as swarm:
+        swarm.find(expect=2)
+        assert swarm.observe().there.all()
+    assert not any(isinstance(message, RobotSession) for robot in world.robots for message in robot.heard)
+    assert world.robots[0].before == world.robots[0].radius
+
+
+def test_a_robot_that_restarts_in_a_round_takes_part_in_the_next() -> None:
+    world = swarm_of(3)
+    with connect(world) as swarm:
+        swarm.arm()
+        world.robots[1].deaf = lambda message: isinstance(message, SwarmMove)
+        world.robots[1].reboot()
+        done = swarm.move(SwarmMoves(np.ones(3, bool), 0.3, heading=0.0))
+        assert [address.system for address in done.missing] == [2]
+        world.robots[1].deaf = lambda _: False
+        assert swarm.move(SwarmMoves(np.ones(3, bool), 0.02, heading=0.0)).there.all()
+
+
+def test_the_same_round_takes_as_long_on_one_network_as_on_three() -> None:
+    seconds = []
+    for worlds in ([swarm_of(6)], [swarm_of(2), swarm_of(2), swarm_of(2)]):
+        with connect(*worlds) as swarm:
+            swarm.arm()
+            swarm.wait(2.0 - swarm.now())
+            seconds.append(
+                [
+                    one.seconds
+                    for _ in range(3)
+                    for one in (swarm.observe(), swarm.move(SwarmMoves(np.ones(6, bool), 0.0375, heading=0.0)))
+                ]
+            )
+    assert seconds[0] == pytest.approx(seconds[1])
+
+
+def test_the_deadline_ends_a_round() -> None:
+    world = swarm_of(2)
+    with connect(world) as swarm:
+        swarm.arm()
+        world.robots[1].mute = lambda message: isinstance(message, SwarmObservation)
+        done = swarm.move(SwarmMoves(np.ones(2, bool), 0.02, heading=0.0), deadline=0.7)
+        assert done.seconds == pytest.approx(0.7, abs=0.006)
+        assert [address.system for address in done.missing] == [2]

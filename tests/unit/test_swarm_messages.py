@@ -32,14 +32,14 @@ from firmware_protocol.messages import (
     TableState,
 )
 from firmware_protocol.vocabulary import Move, MoveOption, ObservationFlag, RobotClass, SwarmOutcome
-from firmware_protocol.wire.dbc import CanCodec
+from firmware_protocol.wire.can.dbc import CanCodec
 from firmware_protocol.wire.fields import Message, Party, Wire, wire_fields
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.mavlink_layout import payload_length
 from firmware_protocol.wire.payload import PAYLOADS
 
 if TYPE_CHECKING:
-    from firmware_protocol.wire.can_frame import CanFrame
+    from firmware_protocol.wire.can.frame import CanFrame
 
 SIZES = {
     SwarmMove: (47200, 18),

@@ -29,7 +29,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.messages.swarm import LONG_RANGE
 from firmware_protocol.peer.companion import Companion
-from firmware_protocol.peer.performing import RESULT_MARGIN
+from firmware_protocol.peer.exchanges.performing import RESULT_MARGIN
 from firmware_protocol.roles.junior import drive
 from firmware_protocol.roles.swarm import (
     MICRO_ROBOT,

@@ -32,6 +32,10 @@
 #define FIRMWARE_CAN 0 /* 1: the front end for CAN (can.c) is there, and used where hal_has_can says so */
 #endif
 
+#ifndef FIRMWARE_SYS_ID
+#define FIRMWARE_SYS_ID 1.0f /* default of SYS_ID, of a robot that has stored none */
+#endif
+
 #ifndef FIRMWARE_FAILURES
 #define FIRMWARE_FAILURES 1 /* 0: failures on request (failure.c) are left out, and the command is answered as unknown */
 #endif

@@ -78,7 +78,7 @@ enum junior_param {
 /* Those of any robot among them. */
 /* X(name, default, minimum, maximum, flags) */
 #define JUNIOR_PARAM_TABLE(X) \
-    X(SYS_ID, 1.0f, 1.0f, 254.0f, 2) \
+    X(SYS_ID, FIRMWARE_SYS_ID, 1.0f, 254.0f, 2) \
     X(MEM_SLOTS, 32.0f, 1.0f, 254.0f, 3) \
     X(SPD_FAST, 1.0f, 0.0f, 1.0f, 0) \
     X(SPD_MODERATE, 0.7f, 0.0f, 1.0f, 0) \

@@ -115,15 +115,19 @@ static void tell_ranges(struct micro *micro, mavlink_swarm_ranges_t *told, uint1
     told->position[0] = pose_mm(micro->pose.x);
     told->position[1] = pose_mm(micro->pose.y);
     told->heading = angles_to_wire(pose_heading(micro));
-    if (ring_fitted(micro)) {
-        told->count = ring_setting(micro)->ranges;
-    }
+    told->count = ring_setting(micro)->ranges;
     for (i = 0; i < told->count; i++) {
         bool robot;
 
         told->ranges[i] = hal_range(micro->robot.board, i, &robot);
         told->robots |= (uint32_t)robot << i;
     }
+}
+
+/* Where there is no ring, there are none. */
+static bool wants_ranges(const struct micro *micro)
+{
+    return ring_fitted(micro) && (micro->move.options & SWARM_MOVE_OPTION_RANGES) != 0;
 }
 
 #endif
@@ -142,7 +146,7 @@ void observation_end(struct micro *micro, bool sensed)
     all->interval = FIRST_MS;
     all->due = micro->robot.time.now;
 #if MICRO_RING
-    all->ranges_pending = (move->options & SWARM_MOVE_OPTION_RANGES) != 0;
+    all->ranges_pending = wants_ranges(micro);
     if (all->ranges_pending) {
         tell_ranges(micro, &all->ranges, move->sequence);
     }
@@ -165,7 +169,7 @@ void observation_report(struct micro *micro)
         all->due = micro->robot.time.now + all->interval;
         all->interval = (uint16_t)(all->interval < LAST_MS ? 2U * all->interval : LAST_MS);
 #if MICRO_RING
-        all->ranges_pending = (micro->move.options & SWARM_MOVE_OPTION_RANGES) != 0;
+        all->ranges_pending = wants_ranges(micro);
     }
     if (all->ranges_pending && SEND(&micro->robot, SWARM_RANGES, &all->ranges)) {
         all->ranges_pending = false;
@@ -203,6 +207,9 @@ static bool answer_ranges(struct micro *micro, uint16_t sequence)
 #if MICRO_RING
     mavlink_swarm_ranges_t told;
 
+    if (!ring_fitted(micro)) {
+        return true; /* by an interval */
+    }
     tell_ranges(micro, &told, sequence);
     return SEND(&micro->robot, SWARM_RANGES, &told);
 #else

@@ -32,7 +32,7 @@ enum micro_param {
 /* Those of any robot among them. */
 /* X(name, default, minimum, maximum, flags) */
 #define MICRO_PARAM_TABLE(X) \
-    X(SYS_ID, 1.0f, 1.0f, 254.0f, 2) \
+    X(SYS_ID, FIRMWARE_SYS_ID, 1.0f, 254.0f, 2) \
     X(WATCHDOG, 250.0f, 50.0f, 2000.0f, 2) \
     X(BATT_LOW, 0.0f, 0.0f, 20000.0f, 2) \
     X(CLASS, 0.0f, 0.0f, 1.0f, 2) \

@@ -17,8 +17,8 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import CanFrame, split_records
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import CanFrame, split_records
 from firmware_protocol.wire.fields import CAN
 from hil.conformance.answers import askers, expect_named
 from hil.conformance.can_frames import identifier

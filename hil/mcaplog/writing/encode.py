@@ -65,10 +65,10 @@ def compile_encoder(schema: Schema) -> Encoder:
         schema: The schema.
 
     Returns:
-        A function from an object with the schema's fields to the protobuf bytes; it raises `struct.error` where a tuple
-        has the wrong length or a number does not fit, which is a programming error.
+        A function from an object with the schema's fields to the protobuf bytes; it raises `struct.error` where a number
+        does not fit and ValueError where a tuple has the wrong length, which is a programming error.
     """
-    pieces: list[Encoder] = []
+    source = _EncoderSource()
     run: list[SchemaField] = []
     for field in schema.fields:
         if field.name in SENDER_FIELDS:
@@ -76,15 +76,11 @@ def compile_encoder(schema: Schema) -> Encoder:
         if _is_fixed(field):
             run.append(field)
             continue
-        if run:
-            pieces.append(_fixed_run(run))
-            run = []
-        pieces.append(_variable(field))
-    if run:
-        pieces.append(_fixed_run(run))
-    if len(pieces) == 1:
-        return pieces[0]
-    return lambda value: b"".join([piece(value) for piece in pieces])
+        source.add_fixed(run)
+        source.add_variable(field)
+        run = []
+    source.add_fixed(run)
+    return source.function(schema.name)
 
 
 @cache
@@ -104,55 +100,65 @@ _SUFFIX_TAGS: Final = tuple(_tag(number, _WIRE_KIND["fixed32"]) for number in SE
 _SUFFIX: Final = Struct("<" + "".join(f"{len(tag)}sI" for tag in _SUFFIX_TAGS))
 
 
-def _fixed_run(run: Sequence[SchemaField]) -> Encoder:
-    """Encoder of neighbouring fields of fixed width: a template of struct arguments in which only the values change."""
-    layout = "<"
-    template: list[object] = []
-    plain: list[tuple[int | slice, str]] = []
-    converted: list[tuple[int | slice, str, Callable[[Any], Any]]] = []
-    for field in run:
-        letter = _FORMATS[field.kind]
-        tag = _tag(field.number, _WIRE_KIND[field.kind])
-        if field.count:
-            tag = _tag(field.number, 2) + varint(field.count * Struct("<" + letter).size)
-        layout += f"{len(tag)}s" + letter * (field.count or 1)
-        template.append(tag)
-        start = len(template)
-        template += [0] * (field.count or 1)
-        place = slice(start, len(template)) if field.count else start
-        convert = _converter(field)
-        if convert is None:
-            plain.append((place, field.name))
-        else:
-            converted.append((place, field.name, convert))
-    pack = Struct(layout).pack
+class _EncoderSource:
+    """The source of an encoder under way."""
 
-    def encode(value: object) -> bytes:
-        flat: list[Any] = template.copy()
-        for place, name in plain:
-            flat[place] = getattr(value, name)
-        for place, name, change in converted:
-            flat[place] = change(getattr(value, name))
-        return pack(*flat)
+    def __init__(self) -> None:
+        self._names: dict[str, Any] = {"nan": nan, "varints": _ENUM_BYTES}
+        self._lines: list[str] = []
+        self._parts: list[str] = []
 
-    return encode
+    def add_fixed(self, run: Sequence[SchemaField]) -> None:
+        """Encode neighbouring fields of fixed width by one `struct` call.
+
+        Args:
+            run: The fields; where there is none, nothing is added.
+        """
+        if not run:
+            return
+        layout, arguments = "<", []
+        for field in run:
+            letter = _FORMATS[field.kind]
+            tag = _tag(field.number, _WIRE_KIND[field.kind])
+            values = [f"value.{field.name}"]
+            if field.count:
+                tag = _tag(field.number, 2) + varint(field.count * Struct("<" + letter).size)
+                values = [f"{field.name}_{index}" for index in range(field.count)]
+                self._lines.append(f"{', '.join(values)}, = value.{field.name}")
+            layout += f"{len(tag)}s" + letter * len(values)
+            arguments += [repr(tag), *(_converted(field, value) for value in values)]
+        pack = f"pack{len(self._parts)}"
+        self._names[pack] = Struct(layout).pack
+        self._parts.append(f"{pack}({', '.join(arguments)})")
+
+    def add_variable(self, field: SchemaField) -> None:
+        """Encode a text, bytes, or a tuple of any length.
+
+        Args:
+            field: The field.
+        """
+        encode = f"encode{len(self._parts)}"
+        self._names[encode] = _variable(field)
+        self._parts.append(f"{encode}(value)")
+
+    def function(self, name: str) -> Encoder:
+        """Compile it.
+
+        Args:
+            name: Of what it encodes.
+        """
+        head = "def encode(value):"
+        code = "\n    ".join([head, *self._lines, f"return {' + '.join(self._parts)}"])
+        exec(compile(code, f"<encodes {name}>", "exec"), self._names)  # noqa: S102 - made of our own annotations alone
+        encode: Encoder = self._names["encode"]
+        return encode
 
 
-def _converter(field: SchemaField) -> Callable[[Any], Any] | None:
+def _converted(field: SchemaField, value: str) -> str:
+    """The expression that makes of a field's value, or of one of several, what `struct` takes."""
     if field.kind == "enum":
-        table = _ENUM_BYTES
-        return (lambda values: [table[v] for v in values]) if field.count else table.__getitem__
-    if field.nullable:
-        return _nans if field.count else _nan
-    return None
-
-
-def _nan(value: float | None) -> float:
-    return nan if value is None else value
-
-
-def _nans(values: Sequence[float | None]) -> list[float]:
-    return [nan if value is None else value for value in values]
+        return f"varints[{value}]"
+    return f"nan if {value} is None else {value}" if field.nullable else value
 
 
 def _variable(field: SchemaField) -> Encoder:

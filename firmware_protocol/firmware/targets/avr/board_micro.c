@@ -15,17 +15,18 @@ enum { BOARD_MICRO_PINS(AT) MICRO_PIN_END };
 #undef AT
 typedef char encoders_are_the_lowest_bits[AT_LEFT_A == 0 && AT_LEFT_B == 1 && AT_RIGHT_A == 2 && AT_RIGHT_B == 3 ? 1 : -1];
 
+enum { ENCODERS = 0x0F };
 enum { BUMP_LEFT = 0x80 /* sector 1 */, BUMP_RIGHT = 0x01 /* sector 8 */ };
 
 static volatile int32_t counted[2];
+static uint8_t before; /* the outputs, as they were seen last */
 
 /* A goes before B: forward. By the outputs before (bits 3, 2) and now (bits 1, 0), each B A; two changes at once are no way. */
 static const int8_t steps[16] = {0, 1, -1, 0, -1, 0, 0, 1, 1, 0, 0, -1, 0, -1, 1, 0};
 
 ISR(PCINT1_vect)
 {
-    static uint8_t before;
-    uint8_t now = PINC & 0x0F;
+    uint8_t now = PINC & ENCODERS;
 
     counted[LEFT] += steps[(before & 3U) << 2 | (now & 3U)];
     counted[RIGHT] += steps[(before & 12U) | now >> 2];
@@ -36,7 +37,8 @@ void board_start(void)
 {
     pin_high_BUMPER_LEFT(); /* pull-ups */
     pin_high_BUMPER_RIGHT();
-    PCMSK1 = 0x0F;
+    before = PINC & ENCODERS;
+    PCMSK1 = ENCODERS;
     PCICR = 1U << PCIE1;
 }
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import ParamRequestList, ParamRequestRead, ParamSet, ParamValue, Reason
-from firmware_protocol.peer.commands import reason_in_words
-from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.exchanges.commands import reason_in_words
+from firmware_protocol.peer.exchanges.exchange import Exchange
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

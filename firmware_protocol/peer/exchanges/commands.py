@@ -19,14 +19,14 @@ from firmware_protocol.messages import (
     RobotSession,
     State,
 )
-from firmware_protocol.peer.exchange import Exchange
+from firmware_protocol.peer.exchanges.exchange import Exchange
 from firmware_protocol.peer.timetable import NEVER
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.events import Received
-    from firmware_protocol.peer.exchange import Retry
+    from firmware_protocol.peer.exchanges.exchange import Retry
     from firmware_protocol.wire.fields import Message
 
 T = TypeVar("T")

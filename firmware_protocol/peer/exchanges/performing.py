@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar, cast
 
 from firmware_protocol.messages import RobotStatus, State
-from firmware_protocol.peer.commands import NumberedExchange
+from firmware_protocol.peer.exchanges.commands import NumberedExchange
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
     from firmware_protocol.messages import RobotAck
-    from firmware_protocol.peer.commands import Numbering
+    from firmware_protocol.peer.exchanges.commands import Numbering
     from firmware_protocol.wire.fields import Message
 
 M = TypeVar("M", bound="Message")

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import ROBOT_COMPONENT, AckResult, Command, CommandLong
-from firmware_protocol.peer.exchange import Retry
-from firmware_protocol.peer.performing import RESULT_MARGIN
+from firmware_protocol.peer.exchanges.exchange import Retry
+from firmware_protocol.peer.exchanges.performing import RESULT_MARGIN
 from firmware_protocol.peer.timetable import NEVER, NOW
 from firmware_protocol.wire.rows import ROWS, Rows, take_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from firmware_protocol.peer.fleet import Fleet, Said, Which
+    from firmware_protocol.peer.fleets.fleet import Fleet, Said, Which
     from firmware_protocol.wire.batch import Batch
     from firmware_protocol.wire.fields import Message
 
@@ -158,7 +158,9 @@ class AskingRound(NetworkRound):
         if batch.message is not self.kind:
             return
         system, rows, time = batch.system, batch.rows, batch.time
-        good = self.open[system] & (rows["sequence"] == self.count) & ~ends & mine
+        good = self.open[system] & (rows["sequence"] == self.count) & ~ends
+        if self._host:
+            good &= mine
         if good.any():
             these = system[good]
             self.reports[these] = rows[good]

@@ -36,10 +36,10 @@ from firmware_protocol.messages import (
     SwarmMove,
     SwarmSense,
 )
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import RECORD_LENGTH, CanFrame, pack_frames
-from firmware_protocol.wire.can_move import frame_of_move, move_of_frame
-from firmware_protocol.wire.can_transfer import LONG, Long, Partial
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import RECORD_LENGTH, CanFrame, pack_frames
+from firmware_protocol.wire.can.move import frame_of_move, move_of_frame
+from firmware_protocol.wire.can.transfer import LONG, Long, Partial
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import offsets
 from firmware_protocol.wire.payload import BadValueError

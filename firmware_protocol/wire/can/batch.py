@@ -28,13 +28,13 @@ from firmware_protocol.messages import (
     SwarmMove,
     SwarmSense,
 )
-from firmware_protocol.wire import can_layout as layout
 from firmware_protocol.wire.batch import Arrivals, Batch, arrivals
-from firmware_protocol.wire.can_frame import MAX_DATA, RECORD_LENGTH
-from firmware_protocol.wire.can_move import NO_FACE
-from firmware_protocol.wire.can_transfer import LONG, Long
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.dbc import CanCodec
+from firmware_protocol.wire.can.frame import MAX_DATA, RECORD_LENGTH
+from firmware_protocol.wire.can.move import NO_FACE
+from firmware_protocol.wire.can.transfer import LONG, Long
 from firmware_protocol.wire.crc import checksums
-from firmware_protocol.wire.dbc import CanCodec
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import crc_extra
 from firmware_protocol.wire.rows import ROWS, Rows, check_rows, column, good_rows, messages_of, row_bytes, take_rows

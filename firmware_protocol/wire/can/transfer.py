@@ -10,8 +10,8 @@ from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.events import RejectReason
 from firmware_protocol.messages import BYTE_LINKS_ONLY, MESSAGES
-from firmware_protocol.wire import can_layout as layout
-from firmware_protocol.wire.can_frame import CanFrame
+from firmware_protocol.wire.can import layout
+from firmware_protocol.wire.can.frame import CanFrame
 from firmware_protocol.wire.fields import Direction
 from firmware_protocol.wire.mavlink_layout import crc_extra
 from firmware_protocol.wire.payload import PAYLOADS

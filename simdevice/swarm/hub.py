@@ -15,7 +15,7 @@ NEVER: Final = 2**63
 """A control period that does not come."""
 
 
-class Arrivals:
+class Hub:
     """One network's.
 
     Args:

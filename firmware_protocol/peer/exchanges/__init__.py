@@ -1,0 +1,1 @@
+"""Questions that are repeated until they are answered: of any robot."""

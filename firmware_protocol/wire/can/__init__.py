@@ -1,0 +1,1 @@
+"""CAN without I/O: frames, identifiers, transfers and codecs."""

@@ -1,0 +1,1 @@
+"""`hil swarm`: missions of micro-robots."""

@@ -1,0 +1,117 @@
+"""The surround run that is to be gone on with, if one is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from hil import runs
+from hil.cli import common
+from hil.swarm.missions.surround_checkpoint import DOOR, SurroundCheckpointError, load_checkpoint
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    import typer
+
+    from hil.runs import Run
+    from hil.swarm.missions.surround_checkpoint import SurroundCheckpoint
+
+VERB: Final = "surround"
+"""What runs of the task are called in their records."""
+
+
+class CutRun:
+    """The run that is to be gone on with, if one is.
+
+    Args:
+        context: The command line, which knows what was given and what is a default.
+        link: Addresses of the links as a record has them; empty for a table of this process.
+        resume: The newest that fits.
+        resume_from: This one.
+        checkpoint: Where the new run's checkpoint goes: one that is there is gone on from.
+
+    Attributes:
+        source: Its checkpoint; None: a run is begun anew.
+        content: What that file holds.
+        saved: What it says.
+
+    Raises:
+        SurroundCheckpointError: It can't be read, or is none.
+        RunError: There is none.
+    """
+
+    def __init__(
+        self, context: typer.Context, *, link: str, resume: bool, resume_from: Path | None, checkpoint: Path | None
+    ) -> None:
+        self._context = context
+        self.source: Path | None = None
+        if resume_from is not None:
+            self.source = runs.file_of(resume_from, runs.CHECKPOINT)
+        elif resume:
+            self.source = checkpoint or _newest(link).saved_to
+        self.content = None if self.source is None else DOOR.read(self.source)
+        self.saved: SurroundCheckpoint | None = None if self.source is None else load_checkpoint(self.source)
+
+    def goes_on_in(self, checkpoint: Path) -> bool:
+        """The named checkpoint is the one that is gone on from, and is kept up to date; any other is somebody's file.
+
+        Args:
+            checkpoint: Where the new run's checkpoint goes.
+        """
+        return self.source is not None and self.source.resolve() == checkpoint.resolve()
+
+    def check(self, wanted: Mapping[str, Any]) -> None:
+        """See that nothing is asked of a resumed run that it was not begun with: mixed, it would be neither run.
+
+        Args:
+            wanted: What is asked for, by name of the option.
+
+        Raises:
+            UsageError: Something else is asked for.
+        """
+        if self.saved is None:
+            return
+        settings = self.saved.settings
+        begun = {**settings.to_dict(), "seed": self.saved.seed, "seeds": self.saved.seeds, "no_learning": not settings.learning}
+        for name, value in wanted.items():
+            source = self._context.get_parameter_source(name)
+            if source is not None and "DEFAULT" not in source.name and value != begun[name]:
+                raise common.UsageError(
+                    f"the run to be resumed was begun with {name.replace('_', '-')} {begun[name]}, not {value}: leave that "
+                    "out, or begin anew without --resume"
+                )
+
+
+def _newest(link: str) -> Run:
+    """The newest run on these links that did not finish, and that no other has gone on from."""
+    found = [run for run in runs.all_runs() if run.record.verb == VERB and run.record.link == link]
+    for run in found:
+        if run.state == runs.RUNNING:
+            raise runs.RunError(f"the run in {run.folder} goes on already, in process {run.record.pid}")
+        if _unfinished(run) and not _gone_on(run, found):
+            return run
+    where = f"on {link}" if link else "of an emulated table"
+    raise runs.RunError(
+        f"there is no run of hil swarm surround {where} in {runs.RUNS} that did not finish: begin one without --resume, or "
+        "name a run's folder or a checkpoint with --resume-from (hil runs lists the runs)"
+    )
+
+
+def _unfinished(run: Run) -> bool:
+    try:
+        saved = load_checkpoint(run.saved_to)
+    except SurroundCheckpointError:
+        return False
+    return len(saved.finished) < saved.seeds
+
+
+def _gone_on(run: Run, found: Sequence[Run]) -> bool:
+    """Another run has gone on from this one, and saved something."""
+    source = run.saved_to.resolve()
+    for later in found:
+        if later.folder == run.folder:
+            return False
+        if later.source is not None and later.source.resolve() == source and later.saved_to.is_file():
+            return True
+    return False

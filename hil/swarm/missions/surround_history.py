@@ -1,0 +1,120 @@
+"""What is measured of a surround mission, step by step, and kept over an interruption."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from hil.swarm.missions.surround import SurroundState
+    from pal_advisor.fields import Fields
+
+SERIES = ("distance", "ranger_distance", "share_surrounded", "outside")
+"""What is measured at the start and after every step."""
+FAR = 1e9
+
+
+class SurroundHistory:
+    """What was measured.
+
+    Args:
+        rangers: How many RANGERs play.
+
+    Attributes:
+        series: By name as in `SERIES`, T + 1 numbers each; None where there was nothing to measure.
+        behaviours: How many RANGERs performed each behaviour, T lists.
+        seconds: Time that it has taken, in s.
+    """
+
+    def __init__(self, rangers: int) -> None:
+        self.series: dict[str, list[float | None]] = {name: [] for name in SERIES}
+        self.behaviours: list[list[int]] = []
+        self.seconds = 0.0
+        self._way = np.zeros(rangers)
+        self._at = np.full((rangers, 2), np.nan)
+
+    @property
+    def empty(self) -> bool:
+        """Nothing has been measured, not even the start."""
+        return not self.series["distance"]
+
+    @property
+    def steps(self) -> int:
+        """Steps made."""
+        return len(self.behaviours)
+
+    @property
+    def path(self) -> float | None:
+        """Mean way of a RANGER, in straight steps, in the book's units; None where there is none."""
+        return float(self._way.mean()) if len(self._way) else None
+
+    def take(self, state: SurroundState, rangers: NDArray[np.float64], seconds: float) -> None:
+        """Take in a step.
+
+        Args:
+            state: How the mission stands after it.
+            rangers: Where the RANGERs are, shape (rangers, 2).
+            seconds: Time since the start, in s.
+        """
+        for name in SERIES:
+            self.series[name].append(getattr(state, name))
+        if state.step:
+            self.behaviours.append(list(state.behaviours[0]))
+        self._way += np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        self.place(rangers)
+        self.seconds = seconds
+
+    def place(self, rangers: NDArray[np.float64]) -> None:
+        """The RANGERs are there, however they have come there.
+
+        Args:
+            rangers: Positions, shape (rangers, 2).
+        """
+        self._at = rangers.copy()
+
+    def replace(self, place: int) -> None:
+        """Another robot has taken a RANGER's place: where it stands is no part of the way.
+
+        Args:
+            place: Whose.
+        """
+        self._at[place] = np.nan
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain values; where the RANGERs are is no part of it."""
+        return {**self.series, "behaviours": self.behaviours, "way": self._way.tolist(), "seconds": self.seconds}
+
+    @classmethod
+    def from_fields(cls, fields: Fields, rangers: int, sectors: int) -> SurroundHistory:
+        """The inverse of `to_dict`.
+
+        Args:
+            fields: What it gave.
+            rangers: How many RANGERs play.
+            sectors: How many behaviours there are.
+
+        Raises:
+            FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
+        """
+        history = cls(rangers)
+        behaviours = fields.elements("behaviours")
+        for path in behaviours.names:
+            row = behaviours.elements(path)
+            if len(row.names) != sectors:
+                raise fields.wrong(path, f"expected {sectors} numbers")
+            history.behaviours.append([row.integer(each) for each in row.names])
+        for name in SERIES:
+            row = fields.elements(name)
+            if len(row.names) != history.steps + 1:
+                raise fields.wrong(name, f"expected {history.steps + 1} numbers, not {len(row.names)}")
+            history.series[name] = [None if row.peek(each) is None else row.number(each, 0.0, FAR) for each in row.names]
+        way = fields.elements("way")
+        if len(way.names) != rangers:
+            raise fields.wrong("way", f"expected {rangers} numbers, not {len(way.names)}")
+        history._way[:] = [way.number(each, 0.0, FAR) for each in way.names]
+        history.seconds = fields.number("seconds", 0.0)
+        fields.done()
+        return history
