@@ -24,7 +24,7 @@ from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.signing import Signing, virtual_time
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, for_role, on_wire, perform
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
 from simdevice.sumo.junior_world import junior_world
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
 NAMES: Final = [check.name for check in ON_BYTES]
-OF_JUNIOR: Final = [check for check in CHECKS if check.role in {"", JUNIOR.name}]
+OF_JUNIOR: Final = for_role(CHECKS, JUNIOR)
 """What can be checked on one."""
 OTHERS: Final = [check.name for check in ON_BYTES if check not in OF_JUNIOR]
 STILL: Final = [check.name for check in ON_BYTES if check in OF_JUNIOR and not check.moving and not check.keyed]
@@ -290,7 +290,7 @@ def test_a_failed_check_is_the_exit_status(
         def open(self) -> Link:
             return MemoryLink(world)
 
-    monkeypatch.setattr("hil.cli.stage.AddressOpener", Opener)
+    monkeypatch.setattr("hil.connecting.connecting.AddressOpener", Opener)
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
     said = capsys.readouterr().out
     assert "failed" in said
@@ -382,7 +382,7 @@ def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -
     assert len(verdicts) == len(REAL_TIME) + 1
 
 
-ON_A_BUS: Final = [check.name for check in CHECKS if check.wire == CAN]
+ON_A_BUS: Final = [check.name for check in OF_JUNIOR if check.wire == CAN]
 SOME: Final = [
     "stop-frame-stops",
     "heartbeats-do-not-keep",
