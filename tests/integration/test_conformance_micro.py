@@ -199,6 +199,11 @@ def test_a_second_robot_is_named_by_its_address(capsys: pytest.CaptureFixture[st
     assert "did not place robot 2" in capsys.readouterr().out
 
 
+def test_a_second_robot_that_is_the_first(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", URL, "--with", "1"]) == 3
+    assert "robot 1 is the one that is checked: name another one beside it" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
