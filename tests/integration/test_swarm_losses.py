@@ -55,11 +55,11 @@ def test_a_mission_goes_on_without_those_that_are_gone_and_no_move_is_performed_
 
         def befall(host: SwarmHost, step: int) -> list[tuple[RobotClass, int]]:
             if step == plan.out:
-                robots.world.unplug(UNPLUGGED - 1)
+                robots.unplug(UNPLUGGED - 1)
             elif step == plan.cut:
-                robots.world.switch_off(DEAD - 1)
+                robots.switch_off(DEAD - 1)
             elif step == plan.back:
-                robots.world.plug(UNPLUGGED - 1)
+                robots.plug(UNPLUGGED - 1)
             return begin_step(host, step)
 
         monkeypatch.setattr(SwarmHost, "begin_step", befall)

@@ -43,7 +43,7 @@ main()
 
 def most_drive(robots: ServedSwarm) -> bool:
     """Most RANGERs are under way."""
-    return np.count_nonzero(robots.world.table.arrays.command) > 25
+    return int(np.count_nonzero(robots.table.arrays.command)) > 25
 
 
 def stand(robots: ServedSwarm) -> float:
@@ -86,7 +86,7 @@ def drive_and_fail(robots: ServedSwarm) -> None:
     failing = iter([RuntimeError("an error in mid-move")])
 
     def fail() -> None:
-        if np.count_nonzero(robots.world.table.arrays.command) > 6:
+        if np.count_nonzero(robots.table.arrays.command) > 6:
             for error in failing:
                 raise error
 

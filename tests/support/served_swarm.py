@@ -28,7 +28,7 @@ from simdevice.swarm.disturbed import DisturbedSwarm
 from simdevice.swarm.world import SwarmWorld
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from firmware_protocol.faults.spec import FaultSpec
     from firmware_protocol.wire.codec import Codec
@@ -41,14 +41,13 @@ PATIENCE: Final = 60.0
 """How long the thread may take to end, in s."""
 
 
-class ServedSwarm:
+class ServedSwarm(SwarmWorld):
     """Robots that another thread lets live.
 
     Args:
-        world: They.
+        settings: What they are.
 
     Attributes:
-        world: As given.
         urls: Where each network is served.
         heard: Time of the last bytes from any host, in s of the robots' time.
         rolled: The last time at which a wheel was commanded to turn, likewise.
@@ -59,9 +58,8 @@ class ServedSwarm:
         lived: Called in that thread whenever control periods have been lived.
     """
 
-    def __init__(self, world: SwarmWorld) -> None:
-        self.world = world
-        self.period, self.wire, self.networks = world.period, world.wire, world.networks
+    def __init__(self, settings: SwarmSettings) -> None:
+        super().__init__(settings)
         self.urls: list[str] = []
         self.heard = self.rolled = 0.0
         self.lived: Callable[[], None] = lambda: None
@@ -73,30 +71,28 @@ class ServedSwarm:
         self._out = [open_codec(self.wire, system=HOST_SYSTEM, component=HOST_COMPONENT) for _ in range(self.networks)]
         self._turned = threading.Condition()
 
-    def now(self) -> float:
-        """Time of the robots, in s."""
-        return self.world.now()
-
-    def run_networks(self, inbound: list[bytes], periods: int) -> list[bytes]:
+    def run_networks(self, inbound: Sequence[bytes], periods: int) -> list[bytes]:
         """Live for one control period; see `SwarmWorld.run_networks`."""
         del periods
         self._note(inbound, self._in)
-        said = self.world.run_networks(inbound, 1)
+        said = super().run_networks(inbound, 1)
         self._note(said, self._out)
         if any(inbound):
-            self.heard = self.world.now()
-        if np.any(self.world.table.arrays.command):
-            self.rolled = self.world.now()
+            self.heard = self.now()
+        if np.any(self.table.arrays.command):
+            self.rolled = self.now()
         self.lived()
         with self._turned:
             self._turned.notify_all()
         return said
 
-    def _note(self, chunks: list[bytes], codecs: list[Codec]) -> None:
+    def _note(self, chunks: Sequence[bytes], codecs: Sequence[Codec]) -> None:
         """Take down what is said of moves."""
         for network, (data, codec) in enumerate(zip(chunks, codecs, strict=False), 1):
-            for event in codec.receive(data, self.world.now()) if data else ():
-                match event.message if isinstance(event, Received) else None:
+            for event in codec.receive(data, self.now()) if data else ():
+                if not isinstance(event, Received):
+                    continue
+                match event.message:
                     case SwarmMove() as move:
                         self.told[network, move.target_system, move.session, move.sequence] += 1
                     case RobotAck(message=SwarmMove.ID, result=AckResult.ACCEPTED) as ack:
@@ -126,7 +122,7 @@ def served_swarm(
         speed: Seconds of emulation per second.
         faults: What befalls the frames of every line.
     """
-    swarm = ServedSwarm(SwarmWorld(settings))
+    swarm = ServedSwarm(settings)
     with ExitStack() as opened:
         endpoints = [opened.enter_context(closing(open_endpoint(link))) for link in links]
         swarm.urls = [endpoint.url for endpoint in endpoints]
