@@ -9,7 +9,7 @@ from __future__ import annotations
 import marshal
 from collections.abc import Callable
 from dataclasses import fields
-from operator import attrgetter, index, itemgetter
+from operator import attrgetter, index
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,7 +18,7 @@ import numpy as np
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, SetupSigning
-from firmware_protocol.wire.batch import Batch
+from firmware_protocol.wire.batch import Arrivals, Batch
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.rows import ROWS
 from hil.bridge.operator import OperatorInput
@@ -210,14 +210,12 @@ class Playback:
         self.recorder.sent(time, _message(number, values))
 
     def _arrived(self, batches: Sequence[Item], others: Sequence[Item]) -> None:
-        found = []
+        events, places = [], []
         for place, number, values, system, component, sequence, time in others:
-            found.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
-        for batch in batches:
-            found += _batch(*batch).objects()
-        found.sort(key=itemgetter(0))
-        for _, event in found:
-            self.recorder.received(event)
+            events.append(Received(_message(number, values), system, component, sequence, time, b""))
+            places.append(place)
+        found = [_batch(*batch) for batch in batches]
+        self.recorder.arrived(Arrivals({batch.message: batch for batch in found}, events, places))
 
     def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
         kind = MESSAGES[number]
