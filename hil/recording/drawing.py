@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
+    from firmware_protocol.wire.batch import Batch
     from firmware_protocol.wire.fields import Message
 
 
@@ -17,6 +18,14 @@ class Drawing(Protocol):
 
         Args:
             event: The message.
+        """
+        ...
+
+    def heard_rows(self, batch: Batch) -> None:
+        """Messages of one kind were heard, and written, many at once.
+
+        Args:
+            batch: The messages.
         """
         ...
 
@@ -34,6 +43,9 @@ class NoDrawing:
 
     def received(self, event: Received) -> None:
         """See `Drawing.received`."""
+
+    def heard_rows(self, batch: Batch) -> None:
+        """See `Drawing.heard_rows`."""
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""
@@ -53,6 +65,11 @@ class Drawings:
         """See `Drawing.received`."""
         for part in self._parts:
             part.received(event)
+
+    def heard_rows(self, batch: Batch) -> None:
+        """See `Drawing.heard_rows`."""
+        for part in self._parts:
+            part.heard_rows(batch)
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""

@@ -18,7 +18,7 @@ import numpy as np
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.messages import MESSAGES, SetupSigning
-from firmware_protocol.wire.batch import Batch
+from firmware_protocol.wire.batch import Arrivals, Batch
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.rows import ROWS
 from hil.bridge.operator import OperatorInput
@@ -210,16 +210,15 @@ class Playback:
         self.recorder.sent(time, _message(number, values))
 
     def _arrived(self, batches: Sequence[Item], others: Sequence[Item], refused: Sequence[Item]) -> None:
-        found: list[tuple[int, Received | Rejected]] = [
+        single: list[tuple[int, Received | Rejected]] = [
             (place, Rejected(RejectReason(reason), raw, time, detail)) for place, reason, raw, time, detail in refused
         ]
         for place, number, values, system, component, sequence, time in others:
-            found.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
-        for batch in batches:
-            found += _batch(*batch).objects()
-        found.sort(key=itemgetter(0))
-        for _, event in found:
-            self.recorder.received(event)
+            single.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
+        single.sort(key=itemgetter(0))
+        found = [_batch(*batch) for batch in batches]
+        events, places = [event for _, event in single], [place for place, _ in single]
+        self.recorder.arrived(Arrivals({batch.message: batch for batch in found}, events, places))
 
     def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
         kind = MESSAGES[number]

@@ -38,7 +38,9 @@ _FLAGS: Final = ("-I", "-S", "-B") if sys.dont_write_bytecode else ("-I", "-S")
 """Nothing of the environment, and no start-up of `site`'s: modules are found where this process finds them, and sooner."""
 _ROOT: Final = Path(__file__).parents[2]
 _PIPE_SIZE: Final = 8192
-"""Bytes that a pipe holds, where that can be chosen: little of a lock-step run is on its way when a process is killed."""
+"""Bytes that a pipe holds at first, where that can be chosen: little of a lock-step run is under way when one is killed."""
+_MOST_PIPE: Final = 1 << 20
+"""Bytes that it holds at most: a batch, so that the next one is made while this one is taken."""
 _PYTHON: Final = re.compile(r"python|pypy", re.IGNORECASE)
 
 Answer = tuple[Any, ...]
@@ -100,8 +102,9 @@ class HelperPipe:
             creationflags=flags,
         )
         stdin = cast("RawIOBase", self._process.stdin)
-        if lockstep and fcntl is not None and hasattr(fcntl, "F_SETPIPE_SZ"):
-            fcntl.fcntl(stdin.fileno(), fcntl.F_SETPIPE_SZ, _PIPE_SIZE)
+        self._pipe_size = _MOST_PIPE
+        if lockstep:
+            self._set_pipe_size(stdin.fileno(), _PIPE_SIZE)
         # Its flush goes on where an interrupt has cut it off, since it counts what was written in C.
         self._file = BufferedWriter(stdin, _ROOM + FRAME.size)
         self._answers: SimpleQueue[Answer | None] = SimpleQueue()
@@ -131,7 +134,17 @@ class HelperPipe:
             self.send(number, packed[:half], first)
             self.send(number, packed[half:], first + half)
         else:
-            self._write(frame((number, first, packed)))
+            data = frame((number, first, packed))
+            if self._pipe_size < len(data) and self._pipe_size < _MOST_PIPE:
+                with contextlib.suppress(ValueError):  # it has been closed
+                    self._set_pipe_size(self._file.fileno(), min(_MOST_PIPE, 1 << (len(data) - 1).bit_length()))
+            self._write(data)
+
+    def _set_pipe_size(self, pipe: int, size: int) -> None:
+        self._pipe_size = size
+        if fcntl is not None and hasattr(fcntl, "F_SETPIPE_SZ"):
+            with contextlib.suppress(OSError):  # one that a user has no more room for stays as it is
+                fcntl.fcntl(pipe, fcntl.F_SETPIPE_SZ, size)
 
     def wait_for(self, word: str) -> Answer | None:
         """Wait for an answer.

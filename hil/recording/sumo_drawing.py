@@ -12,6 +12,7 @@ from hil.recording.scene import SceneClock, places, shapes
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
+    from firmware_protocol.wire.batch import Batch
     from firmware_protocol.wire.fields import Message
     from hil.mcaplog.writing.sink import LogSink
 
@@ -36,6 +37,12 @@ class SumoDrawing:
             self._plot(message, event.time)
         elif isinstance(message, RefereeState) and self._drawn.heard(event.system):
             self._draw(message, event.time)
+
+    def heard_rows(self, batch: Batch) -> None:
+        """See `Drawing.heard_rows`."""
+        if batch.message in {JuniorSensors, RefereeState}:
+            for _, event in batch.objects():
+                self.received(event)
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""

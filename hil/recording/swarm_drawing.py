@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import ParamValue, SwarmObservation
 from firmware_protocol.vocabulary import RobotClass
+from firmware_protocol.wire.rows import column
 from hil.mcaplog.writing.drawing import SCENE, TRANSFORMS, Placed, Shape, encode_scene, encode_transforms
 from hil.recording.scene import POSE_INTERVAL, SCENE_INTERVAL
 
 if TYPE_CHECKING:
     from firmware_protocol.events import Received
+    from firmware_protocol.wire.batch import Batch
     from firmware_protocol.wire.fields import Message
     from hil.mcaplog.writing.sink import LogSink
 
@@ -60,6 +62,22 @@ class SwarmDrawing:
         elif isinstance(message, ParamValue) and message.param_id == "CLASS" and message.param_value in set(RobotClass):
             self._classes[system] = RobotClass(int(message.param_value))
             self._drawn.discard(system)
+
+    def heard_rows(self, batch: Batch) -> None:
+        """See `Drawing.heard_rows`."""
+        if not self.draws:
+            return
+        if batch.message is SwarmObservation:
+            systems = batch.system.tolist()
+            x_y = column(SwarmObservation, batch.rows, "position").tolist()
+            headings = column(SwarmObservation, batch.rows, "heading").tolist()
+            for system, (x, y), heading in zip(systems, x_y, headings, strict=True):
+                self._places[system] = Placed(f"robot {system}", x, y, heading)
+            self._told.update(systems)
+            self._draw(float(batch.time[-1]))
+        elif batch.message is ParamValue:
+            for _, event in batch.objects():
+                self.received(event)
 
     def sent(self, message: Message) -> None:
         """See `Drawing.sent`."""

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import sys
 from typing import TYPE_CHECKING, Final, Self
+
+import numpy as np
 
 from firmware_protocol.errors import LinkTimeoutError, bare_text
 from firmware_protocol.events import (
@@ -21,10 +24,12 @@ from firmware_protocol.faults.failures import FailureType, failure_in_words
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
+    MESSAGES,
     Command,
     CommandAck,
     CommandLong,
     CommandResult,
+    RobotSession,
     SetupSigning,
     Statustext,
 )
@@ -43,6 +48,7 @@ from hil.mcaplog.records import (
 from hil.mcaplog.schemas import message_schema, record_schema
 from hil.mcaplog.writing.drawing import TEXT, encode_text
 from hil.mcaplog.writing.encode import Encoder, compile_encoder, sender_suffix, step_encoder, wire_encoder
+from hil.mcaplog.writing.row_encoding import EntryRows, encodable, encode_rows
 from hil.mcaplog.writing.writer import CONFIG, LogWriter
 from hil.recording.drawing import NoDrawing
 
@@ -52,7 +58,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from firmware_protocol.errors import LinkError
-    from firmware_protocol.wire.batch import Arrivals
+    from firmware_protocol.wire.batch import Arrivals, Batch
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Circumstances, Opening, Tap
@@ -63,6 +69,16 @@ FLUSH: Final = 0.25
 """Log time between flushes, in s: what a crash may lose."""
 SEVERITIES: Final = {"emergency": 0, "safety": 4, "error": 3, "warning": 4}
 """MAV_SEVERITY of a note by its kind; 6, information, for any other."""
+
+
+MANY: Final = 12
+"""Fewer messages than this are done sooner one by one; so are more, where every so many have another kind between them."""
+LOOKED_INTO: Final = frozenset({CommandAck, CommandLong, RobotSession, SetupSigning, Statustext})
+"""Messages of which more comes than their entries: they are done one by one."""
+
+
+IN_ROWS: Final = frozenset(kind for kind in MESSAGES.values() if encodable(kind)) - LOOKED_INTO
+"""Messages that can be written many at once."""
 
 
 class WireLog:
@@ -120,6 +136,7 @@ class WireLog:
         self._writer.metadata(CONFIG, config)
         self.now = 0.0
         self._network = Network(self._writer, link)
+        self._sender = system, component
         self._host = sender_suffix(system, component)
         self._messages: dict[type[Message], tuple[int, Encoder]] = {}
         self._records: dict[str, tuple[int, Encoder]] = {}
@@ -201,6 +218,9 @@ class WireLog:
 
     def received(self, event: Received | Rejected) -> None:
         """A message was decoded, or bytes were refused."""
+        self._take(event)
+
+    def _take(self, event: Received | Rejected) -> None:
         if isinstance(event, Rejected):
             self.record("/wire/rejected", RejectedInput(event.reason.value, event.detail, event.raw), event.time)
             return
@@ -214,16 +234,41 @@ class WireLog:
 
     def arrived(self, came: Arrivals) -> None:
         """Messages were decoded and bytes refused, many at once: each is an entry, as of `received`."""
-        for event in came.objects():
-            self.received(event)
+        count = sum(len(batch.rows) for batch in came.batches.values())
+        if count < MANY or count < MANY * len(came.events) or not IN_ROWS.issuperset(came.batches):
+            for event in came.objects():
+                self._take(event)
+            return
+        parts, first = [self._entries_of(batch) for batch in came.batches.values()], 0
+        for event, place in zip(came.events, came.places, strict=True):
+            self._writer.write_rows([part.between(first, place) for part in parts])
+            self._take(event)
+            first = place
+        self._writer.write_rows([part.between(first, sys.maxsize) for part in parts])
+        for batch in came.batches.values():
+            self._drawing.heard_rows(batch)
+
+    def _entries_of(self, batch: Batch) -> EntryRows:
+        channel, _ = self._channel_of(batch.message)
+        data = encode_rows(batch.message, batch.rows, batch.system, batch.component, batch.sequence)
+        return EntryRows(channel, batch.time, batch.place, data)
 
     def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
         """Many messages of ours of one kind were sent: each is an entry, as of `sent`."""
-        for one in messages_of(message, rows):
-            self.sent(time, one)
+        count = len(rows)
+        if count < MANY or message not in IN_ROWS:
+            for one in messages_of(message, rows):
+                self._give(time, one)
+            return
+        channel, _ = self._channel_of(message)
+        data = encode_rows(message, rows, *self._sender)
+        self._writer.write_rows([EntryRows(channel, np.full(count, time), np.arange(count), data)])
 
     def sent(self, time: float, message: Message) -> None:
         """A message of ours was sent; time is the bridge's, in s."""
+        self._give(time, message)
+
+    def _give(self, time: float, message: Message) -> None:
         self._drawing.sent(message)
         self._message(message, self._host, time)
         if isinstance(message, CommandLong) and message.command == Command.INJECT_FAILURE:
@@ -316,14 +361,18 @@ class WireLog:
         self._writer.write(channel, time, encode(record))
 
     def _message(self, message: Message, sender: bytes, time: float) -> None:
-        found = self._messages.get(type(message))
-        if found is None:
-            if isinstance(message, SetupSigning):  # a key does not belong into a log
-                return
-            schema = message_schema(type(message))
-            found = self._messages[type(message)] = (self._writer.channel(schema.topic, schema), compile_encoder(schema))
-        channel, encode = found
+        if isinstance(message, SetupSigning):  # a key does not belong into a log
+            return
+        channel, encode = self._channel_of(type(message))
         self._writer.write(channel, time, encode(message) + sender)
+
+    def _channel_of(self, message: type[Message]) -> tuple[int, Encoder]:
+        """Channel and encoder of a kind of message."""
+        found = self._messages.get(message)
+        if found is None:
+            schema = message_schema(message)
+            found = self._messages[message] = (self._writer.channel(schema.topic, schema), compile_encoder(schema))
+        return found
 
     def _say(self, time: float, severity: int, text: str, source: str) -> None:
         self._writer.write(self._writer.raw_channel("/log", *TEXT), time, encode_text(time, severity, text, source))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
@@ -15,11 +16,12 @@ from hil.replaying.difference import Difference, FieldDifference, ReplayDiverged
 from hil.replaying.tape import OPEN, RX, SESSION, STEP, TX, UNSENT, ReplayEndedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from firmware_protocol.errors import HilError
     from hil.mcaplog.reading.reader import RawEntry
     from hil.mcaplog.schemas import Schema
+    from hil.mcaplog.writing.row_encoding import EntryRows
     from hil.replaying.tape import Step, Tape
 
 BEFORE: Final = 3
@@ -110,6 +112,21 @@ class Comparison:
             self._since.clear()
         elif topic not in _BRIDGE and (sender := read_sender(data)) is not None and sender[0] != HOST:
             self._since.append((time, channel, data))
+
+    def write_rows(self, parts: Sequence[EntryRows]) -> None:
+        """Compare entries, one by one; see `write`.
+
+        Raises:
+            ReplayDiverged: As `write`.
+            ReplayEndedError: As `write`.
+        """
+        found = [
+            (place, part.channel, time, entry.tobytes())
+            for part in parts
+            for place, time, entry in zip(part.places.tolist(), part.times.tolist(), part.data, strict=True)
+        ]
+        for _, channel, time, data in sorted(found, key=itemgetter(0)):
+            self.write(channel, time, data)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """What the robot's parameters are is in what it said; all else is not decided."""

@@ -7,11 +7,13 @@ itself. When the coaching is over, a thread begins to draw what will not change 
 from __future__ import annotations
 
 import gc
+from operator import itemgetter
 from threading import Thread
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
+from firmware_protocol.wire.rows import messages_of
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord
 from hil.mcaplog.schemas import message_schema
@@ -23,7 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.mcaplog.writing.sink import LogSink
     from hil.report.link import Frame
     from hil.report.run_data import RunData
@@ -82,13 +86,41 @@ class ListeningRecorder(Recorder):
     def received(self, event: Received | Rejected) -> None:
         """See `Recorder.received`."""
         super().received(event)
-        if isinstance(event, Received) and (kind := type(event.message)) in MESSAGE_VALUES:
+        if isinstance(event, Received):
+            self._gather(event)
+
+    def _gather(self, event: Received) -> None:
+        kind = type(event.message)
+        if kind in MESSAGE_VALUES:
             sender, time = (event.system, event.component), _stamp(event.time)
             self._frames.append((sender, event.sequence, time))
             if kind in TOLD or self._gatherer.robot.system is None:
                 self._gatherer.received(event.message, sender, time)
             if len(self._frames) >= TOGETHER:
                 self._tell()
+
+    def arrived(self, came: Arrivals) -> None:
+        """See `WireLog.arrived`."""
+        super().arrived(came)
+        if self._gatherer.robot.system is None or not TOLD.isdisjoint(came.batches):
+            for event in came.objects():
+                if isinstance(event, Received):
+                    self._gather(event)
+            return
+        frames: list[tuple[int, Frame]] = []
+        for batch in came.batches.values():
+            columns = batch.place, batch.system, batch.component, batch.sequence, batch.time
+            for place, system, component, sequence, time in zip(*(one.tolist() for one in columns), strict=True):
+                frames.append((place, ((system, component), sequence, _stamp(time))))
+        for event, place in zip(came.events, came.places, strict=True):
+            if isinstance(event, Received) and type(event.message) in MESSAGE_VALUES:
+                sender, time = (event.system, event.component), _stamp(event.time)
+                frames.append((place, (sender, event.sequence, time)))
+                if type(event.message) in TOLD:
+                    self._gatherer.received(event.message, sender, time)
+        self._frames += [frame for _, frame in sorted(frames, key=itemgetter(0))]
+        if len(self._frames) >= TOGETHER:
+            self._tell()
 
     def _tell(self) -> None:
         """Have what has passed since the last time counted."""
@@ -104,8 +136,17 @@ class ListeningRecorder(Recorder):
     def sent(self, time: float, message: Message) -> None:
         """See `Recorder.sent`."""
         super().sent(time, message)
+        self._gather_sent(time, message)
+
+    def _gather_sent(self, time: float, message: Message) -> None:
         if type(message) in MESSAGE_VALUES:
             self._gatherer.sent(message, message_schema(type(message)).topic, _stamp(time))
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """See `WireLog.sent_rows`."""
+        super().sent_rows(time, message, rows)
+        for one in messages_of(message, rows):
+            self._gather_sent(time, one)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
         """See `Recorder.metadata`."""

@@ -16,7 +16,7 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, for_role, on_wire, perform
 from simdevice.kernel.swarm import SwarmArrays
 from simdevice.swarm.settings import SwarmSettings
 from simdevice.swarm.world import SwarmWorld
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from hil.conformance import Check, Verdict
 
 OF_MICRO: Final = [check for check in CHECKS if check.role == MICRO_ROBOT.name]
-FOR_MICRO: Final = [check for check in CHECKS if check.role in {"", MICRO_ROBOT.name}]
+FOR_MICRO: Final = for_role(CHECKS, MICRO_ROBOT)
 OF_OTHERS: Final = {check.name for check in CHECKS} - {check.name for check in FOR_MICRO}
 FIX_TOLD: Final = {"fix-believed", "fix-of-other-session-ignored", "old-fix-ignored"}
 """What is seen of a robot that does not find its position itself."""
@@ -97,6 +97,17 @@ def test_two_robots_pass_all_there_is(seed: int, wire: str, *, fixes: bool) -> N
     assert {name for name in not_run if name in FIX_TOLD | NEEDS_FIX} == (FIX_TOLD if fixes else NEEDS_FIX)
     rest = {name for name in not_run if name not in FIX_TOLD | NEEDS_FIX}
     assert rest == (OWN_LINE if wire == MAVLINK else {name for name, why in not_run.items() if why == "a bus has no source"})
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_where_no_table_is_heard_it_drives_to_the_second_robot(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("hil.conformance.probe.table_system", lambda _: 0)
+    robot = subject(SwarmWorld(SwarmSettings(rangers=1, wilds=1, seed=seed)), second=2)
+    robot.greet()
+    pairs = [check for check in OF_MICRO if check.second]
+    verdicts = perform(robot, pairs, LAST, moving=True)
+    assert not robot.table
+    assert set(outcomes(verdicts, CheckOutcome.PASSED)) == {LAST.name, *(check.name for check in pairs)}, verdicts
 
 
 def test_it_is_left_as_it_was_found() -> None:
@@ -186,6 +197,11 @@ def test_a_second_robot_is_named_by_its_address(capsys: pytest.CaptureFixture[st
         assert "2 passed" in capsys.readouterr().out
     assert run(["check", URL, *wanted, "--with", "2"]) == 0
     assert "did not place robot 2" in capsys.readouterr().out
+
+
+def test_a_second_robot_that_is_the_first(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["check", URL, "--with", "1"]) == 3
+    assert "robot 1 is the one that is checked: name another one beside it" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

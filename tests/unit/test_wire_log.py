@@ -15,6 +15,7 @@ from hil.recording.wire_log import WireLog
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from firmware_protocol.wire.batch import Batch
     from firmware_protocol.wire.fields import Message
     from hil.recording.drawing import Drawing
 
@@ -55,6 +56,9 @@ class Sketch:
 
     def received(self, event: Received) -> None:
         self.heard.append(type(event.message))
+
+    def heard_rows(self, batch: Batch) -> None:
+        self.heard += [batch.message] * len(batch.rows)
 
     def sent(self, message: Message) -> None:
         self.said.append(type(message))

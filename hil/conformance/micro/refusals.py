@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import ROBOT_COMPONENT, ParamSet, Reason, State, SwarmFix, SwarmObservation, SwarmSense
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.vocabulary import ObservationFlag, SwarmOutcome
-from hil.conformance.junior.values import refused
 from hil.conformance.micro.drives import BODY, NEAR, ROOM, WAY, leg
 from hil.conformance.orders import named
+from hil.conformance.out_of_range import refused
 from hil.conformance.probe import TRIES
 from hil.conformance.registry import Group, NotRunError, require
 
 if TYPE_CHECKING:
-    from hil.conformance.junior.values import Bad
+    from hil.conformance.out_of_range import Bad
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("refusals, fence and fix", role=MICRO_ROBOT.name)

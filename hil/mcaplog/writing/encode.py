@@ -54,6 +54,17 @@ def _tag(number: int, kind: int) -> bytes:
     return varint(number << 3 | kind)
 
 
+def field_tag(field: SchemaField) -> bytes:
+    """What stands before a field of fixed width: its tag, and of several values their length.
+
+    Args:
+        field: The field; neither text nor bytes nor of any length.
+    """
+    if field.count:
+        return _tag(field.number, 2) + varint(field.count * Struct("<" + _FORMATS[field.kind]).size)
+    return _tag(field.number, _WIRE_KIND[field.kind])
+
+
 def _is_fixed(field: SchemaField) -> bool:
     return field.kind not in ("string", "bytes") and field.count != VARIABLE
 
@@ -119,10 +130,9 @@ class _EncoderSource:
         layout, arguments = "<", []
         for field in run:
             letter = _FORMATS[field.kind]
-            tag = _tag(field.number, _WIRE_KIND[field.kind])
+            tag = field_tag(field)
             values = [f"value.{field.name}"]
             if field.count:
-                tag = _tag(field.number, 2) + varint(field.count * Struct("<" + letter).size)
                 values = [f"{field.name}_{index}" for index in range(field.count)]
                 self._lines.append(f"{', '.join(values)}, = value.{field.name}")
             layout += f"{len(tag)}s" + letter * len(values)

@@ -6,6 +6,7 @@ import zlib
 from struct import Struct, pack
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Chunk, ChunkIndex, Footer, Statistics, SummaryOffset
@@ -16,8 +17,16 @@ if TYPE_CHECKING:
     from mcap.records import Attachment, Channel, McapRecord, MetadataIndex, Schema
     from zstandard import ZstdCompressor
 
+    from hil.mcaplog.writing.row_encoding import EntryRows
+
 MESSAGE_RECORD_HEAD: Final = Struct("<BQHIQQ")
 """Opcode and length of a message record, its channel, its number in it, log time and publish time."""
+_HEADS: Final = np.dtype(
+    [("opcode", "u1"), ("size", "<u8"), ("channel", "<u2"), ("number", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")]
+)
+"""The same as columns."""
+_LEAD: Final = 9
+"""Bytes of a record that its length does not count."""
 INDEX_HEAD: Final = Struct("<BQHI")
 """Opcode and length of a message index record, its channel, and the bytes of what follows: stamps and places by turns."""
 
@@ -28,6 +37,36 @@ def serialize(record: McapRecord) -> bytes:
     record.write(builder)
     data: bytes = builder.end()  # type: ignore[no-untyped-call]
     return data
+
+
+def pack_messages(parts: Sequence[EntryRows], numbers: Sequence[int], begin: int) -> tuple[bytes, list[list[int]]]:
+    """Message records of many entries, in the order of their places.
+
+    Args:
+        parts: The entries, each of another channel.
+        numbers: Of each channel, the number of its last message.
+        begin: Where the first record will be among those of its chunk.
+
+    Returns:
+        The records; and of each channel, the stamp and the place of its messages by turns.
+    """
+    stamps = [np.rint(part.times * 1e9).astype(np.int64) for part in parts]
+    sizes = np.repeat([MESSAGE_RECORD_HEAD.size + part.data.shape[1] for part in parts], [len(times) for times in stamps])
+    order = np.argsort(np.concatenate([part.places for part in parts]))
+    places = np.empty_like(sizes)
+    places[order] = begin + np.cumsum(sizes[order]) - sizes[order]
+    records: list[bytes] = []
+    index = []
+    for part, number, times in zip(parts, numbers, stamps, strict=True):
+        first, size = len(records), MESSAGE_RECORD_HEAD.size + part.data.shape[1]
+        heads = np.zeros(len(times), _HEADS)
+        heads["opcode"], heads["size"], heads["channel"] = int(Opcode.MESSAGE), size - _LEAD, part.channel
+        heads["number"] = np.arange(number + 1, number + 1 + len(times))
+        heads["log_time"] = heads["publish_time"] = times
+        data = np.concatenate((heads.view(np.uint8).reshape(len(times), -1), part.data), axis=1).tobytes()
+        records += [data[at : at + size] for at in range(0, len(data), size)]
+        index.append(np.stack((times, places[first : len(records)]), axis=1).ravel().tolist())
+    return b"".join([records[number] for number in order.tolist()]), index
 
 
 def pack_chunk(

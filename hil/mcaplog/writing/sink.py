@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from hil.mcaplog.schemas import Schema
+    from hil.mcaplog.writing.row_encoding import EntryRows
 
 
 class LogSink(Protocol):
@@ -25,6 +26,10 @@ class LogSink(Protocol):
 
     def write(self, channel: int, time: float, data: bytes) -> None:
         """Take an entry; time is its log time in s."""
+        ...
+
+    def write_rows(self, parts: Sequence[EntryRows]) -> None:
+        """Take many entries, in the order of their places."""
         ...
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:

@@ -19,15 +19,23 @@ from mcap.records import Schema as SchemaRecord
 from hil.files.outputs import Output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.log_file import LogFile
-from hil.mcaplog.writing.packing import MESSAGE_RECORD_HEAD, index_attachment, pack_chunk, pack_summary, serialize
+from hil.mcaplog.writing.packing import (
+    MESSAGE_RECORD_HEAD,
+    index_attachment,
+    pack_chunk,
+    pack_messages,
+    pack_summary,
+    serialize,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from mcap.records import AttachmentIndex, ChunkIndex
 
     from hil.mcaplog.schemas import Schema
+    from hil.mcaplog.writing.row_encoding import EntryRows
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 LIBRARY: Final = "junior-hil"
@@ -200,6 +208,30 @@ class LogWriter:
         entries.size += size
         buffer += _PACK_HEAD(_MESSAGE, size, channel, number, stamp, stamp)
         buffer += data
+
+    def write_rows(self, parts: Sequence[EntryRows]) -> None:
+        """Append many entries, in the order of their places; they come into one chunk.
+
+        Args:
+            parts: The entries, each of another channel.
+
+        Raises:
+            LogError: As in `write`.
+        """
+        parts = [part for part in parts if len(part.places)]
+        if not parts:
+            return
+        stamp = round(min(float(part.times[0]) for part in parts) * 1e9)
+        if stamp >= self._flush_at or len(self._buffer) >= self._chunk_size:
+            self._hand_on(stamp)
+        held = [self._entries[part.channel] for part in parts]
+        records, places = pack_messages(parts, [entries.count for entries in held], len(self._buffer))
+        for part, entries, added in zip(parts, held, places, strict=True):
+            count, size = part.data.shape
+            entries.places += added
+            entries.count += count
+            entries.size += count * (size + _BODY_SIZE)
+        self._buffer += records
 
     def _hand_on(self, stamp: int) -> None:
         """A flush is due, or the chunk is full.
