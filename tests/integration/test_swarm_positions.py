@@ -47,9 +47,21 @@ def test_a_camera_tells_where_robots_are_that_have_neither_rings_nor_fixes(
     who: tuple[int, int, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rangers, wilds, steps = who
+    speed = "1" if steps >= 50 else "2"
     monkeypatch.chdir(tmp_path)
     port = free_port()
-    robots = ["--rangers", str(rangers), "--wilds", str(wilds), "--no-ring", "--link", "tcp://127.0.0.1:0", "--json"]
+    robots = [
+        "--rangers",
+        str(rangers),
+        "--wilds",
+        str(wilds),
+        "--no-ring",
+        "--link",
+        "tcp://127.0.0.1:0",
+        "--json",
+        "--speed",
+        speed,
+    ]
     with Hil(tmp_path, "emulate", "swarm", *robots, "--poses-to", f"udpout://127.0.0.1:{port}") as table:
         document = ""
         while not document.rstrip().endswith("}"):
