@@ -3,8 +3,8 @@
 On are the firmware of each robot, default noise, contacts, rings, SWARM messages with their acknowledgements, fixes, the codec
 both ways, bridge with its tap, and host, in one process; without a recorder, with one in the process, and with the one in a
 process of its own that commands have (whose own time is not counted). A factor is robot time by the processor time of this
-process, counted from when the robots stand where the table has put them; by the wall clock it is as good where nothing runs.
-Medians of rounds.
+process, counted from when the robots stand where the table has put them; by the wall clock it is as good only where nothing
+else runs. Medians of rounds.
 
 *moves* is one move of 80 mm after the other, each another way; *short* ten moves of 15 mm straight on a second, one after the
 other's observation. The sparse table has 0.12 m^2 for a robot, that of a heap has robots that push into its middle (`--heaps`).

@@ -124,8 +124,8 @@ def lived(settings: SwarmSettings, load: Load, seconds: float) -> tuple[float, f
         world.run_networks(nothing, 1000)
     world.run_networks(load.opening, 1)
     wire = [0.0]
-    for arrivals in world._arrivals:  # noqa: SLF001 - it is measured
-        setattr(arrivals, "take", _timed(arrivals.take, wire))  # noqa: B010 - for this run alone
+    for hub in world._hubs:  # noqa: SLF001 - it is measured
+        setattr(hub, "take", _timed(hub.take, wire))  # noqa: B010 - for this run alone
     ticks, at, said = round(seconds / settings.period), 0, 0
     due = [*sorted(load.said), ticks]
     begin = process_time()

@@ -46,11 +46,11 @@ _HOMES: Final = {
     "Received": "events",
     "RejectReason": "events",
     "Rejected": "events",
-    "Retry": "peer.exchange",
+    "Retry": "peer.exchanges.exchange",
     "Stimulus": "vocabulary",
     "StreamBack": "events",
     "StreamStopped": "events",
-    "Ticket": "peer.exchange",
+    "Ticket": "peer.exchanges.exchange",
     "open_link": "links.opening",
     "parse_address": "address",
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, floor
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError
@@ -35,6 +35,7 @@ class GatheringLink(Link):
         self._span = span
         self._parts: list[bytes] = []
         self._due = 0.0
+        self._read_at = clock.now()
 
     def news(self) -> list[str]:
         """See `Link.news`."""
@@ -50,7 +51,7 @@ class GatheringLink(Link):
         Args:
             timeout: Longest wait in s.
         """
-        until, first = self._now() + timeout, timeout > 0
+        until, first = self._now() + timeout, True
         while True:
             now = self._now()
             if self._parts and now >= self._due - _ROUNDING:
@@ -60,18 +61,28 @@ class GatheringLink(Link):
             left = (min(until, self._due) if self._parts else until) - now
             if left <= _SLACK and not first:
                 return b""
-            first = False  # time passes in every read that is given any, however little
-            try:
-                data = self._inner.read(max(left, _SLACK))
+            first = False
+            try:  # time passes in every read that is given any, however little; one that is given none takes what has come
+                data = self._inner.read(max(left, _SLACK) if timeout > 0 else 0.0)
             except LinkClosedError:
                 if not self._parts:
                     raise
                 self._due = now  # the next read says so
                 continue
+            # A link that lags behind others of its clock hands over at once what came since it was read last.
+            after = self._now()
+            lagging, since = after == now, self._read_at
+            self._read_at = after
             if data:
                 if not self._parts:
-                    self._due = ceil(self._now() / self._span - _ROUNDING) * self._span
+                    self._due = (floor(since / self._span + _ROUNDING) + 1) * self._span if lagging else self._end_of(after)
                 self._parts.append(data)
+            elif lagging:
+                until = now
+
+    def _end_of(self, time: float) -> float:
+        """The end of the span that a time is in, in s."""
+        return ceil(time / self._span - _ROUNDING) * self._span
 
     def close(self) -> None:
         """See `Link.close`."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.errors import LinkClosedError
@@ -92,54 +93,80 @@ class Networked(Protocol):
         ...
 
 
-class SharedTime:
-    """The time that several links to one emulation share: it passes while the host reads any of them.
+class NetworkClock:
+    """The time up to which one of several links to an emulation has been read; it is a `Clock`.
 
     Args:
-        device: What is at the other ends.
+        period: One control period, in s.
+
+    Attributes:
+        ticks: Likewise, in control periods.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self.ticks = 0
+
+    def now(self) -> float:
+        """Time in s."""
+        return self.ticks * self._period
+
+
+class SharedTime:
+    """The time that several links to one emulation share: it passes while the host reads that one which is furthest behind.
+
+    Args:
+        device: What is at the other ends; its time is 0.
+
+    Attributes:
+        clocks: How far each network has been read.
     """
 
     def __init__(self, device: Networked) -> None:
-        self.device = device
+        self._device = device
+        self.clocks = [NetworkClock(device.period) for _ in range(device.networks)]
+        self._ticks = 0
         self._outbound: list[list[bytes]] = [[] for _ in range(device.networks)]
-        self._inbound: list[list[bytes]] = [[] for _ in range(device.networks)]
+        self._inbound: list[deque[tuple[int, bytes]]] = [deque() for _ in range(device.networks)]
 
     def send(self, network: int, data: bytes) -> None:
         """Queue bytes: they arrive in the next control period."""
         self._outbound[network].append(data)
 
-    def take(self, network: int) -> bytes:
-        """What has come on a network, and was not taken yet."""
-        data = b"".join(self._inbound[network])
-        self._inbound[network].clear()
-        return data
-
-    def run(self, timeout: float) -> None:
-        """Let it live until somebody sends something on any network, or the time is over.
+    def read(self, network: int, timeout: float) -> bytes:
+        """What has come on a network first, up to a time; time passes only where nobody has let it pass yet.
 
         Args:
-            timeout: In s, rounded up to whole control periods.
+            network: Which network, from 0.
+            timeout: Longest wait by the network's clock, in s, rounded up to whole control periods.
         """
-        device = self.device
-        timeout -= _EPSILON
-        deadline = device.now() + timeout
+        clock, queue = self.clocks[network], self._inbound[network]
+        until = clock.ticks + max(1, math.ceil(min((timeout - _EPSILON) / self._device.period, _MOST) - _ROUNDING))
+        while not queue and self._ticks < until:
+            self._run(until - self._ticks)
+        if queue and queue[0][0] <= until:
+            clock.ticks, data = queue.popleft()
+            return data
+        clock.ticks = until
+        return b""
+
+    def _run(self, periods: int) -> None:
+        """Live for at most so many control periods, until somebody sends something."""
+        device = self._device
         outbound = [b"".join(chunks) for chunks in self._outbound]
         self._outbound = [[] for _ in outbound]
-        while True:
-            said = device.run_networks(outbound, max(1, math.ceil(min(timeout / device.period, _MOST) - _ROUNDING)))
-            for queue, data in zip(self._inbound, said, strict=False):
-                if data:
-                    queue.append(data)
-            timeout = deadline - device.now()
-            if said or timeout <= 0:
-                return
-            outbound = [b""] * len(outbound)
+        said = device.run_networks(outbound, periods)
+        self._ticks = round(device.now() / device.period)
+        for queue, data in zip(self._inbound, said, strict=False):
+            if data:
+                queue.append((self._ticks, data))
 
 
 class SharedLink(Link):
     """A link to one network of several that live on one clock.
 
-    A read whose network lags behind, since others have let time pass meanwhile, hands over what has come, and does not wait.
+    Each link is read by its own clock (`SharedTime.clocks`). Whoever reads several lets none get ahead by more than what may
+    pass before the others are heard: `hil.bridge.networks.Networks` does.
 
     Args:
         time: The time that it shares with the others.
@@ -155,7 +182,6 @@ class SharedLink(Link):
         self.wire = wire
         self._time = time
         self._network = network
-        self._read_at = time.device.now()
         self._closed = False
 
     def write(self, data: bytes) -> None:
@@ -165,20 +191,14 @@ class SharedLink(Link):
         self._time.send(self._network, data)
 
     def read(self, timeout: float) -> bytes:
-        """Let time pass until something is sent on any of the networks, or the time is over.
+        """Let time pass until something has come, or the time is over.
 
         Args:
-            timeout: Longest wait in the device's time, in s, rounded up to whole control periods; 0 takes what has come.
+            timeout: Longest wait in s, rounded up to whole control periods; 0 does not step.
         """
         if self._closed:
             raise LinkClosedError(self.url, "the link is closed")
-        time, now = self._time, self._time.device.now
-        data = time.take(self._network)
-        if not data and timeout > 0 and self._read_at == now():
-            time.run(timeout)
-            data = time.take(self._network)
-        self._read_at = now()
-        return data
+        return self._time.read(self._network, timeout) if timeout > 0 else b""
 
     def close(self) -> None:
         """Let go of the device."""

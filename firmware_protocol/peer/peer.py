@@ -6,15 +6,14 @@ of a connection is the table in `connection.py`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from firmware_protocol.errors import HilError, LinkError, PeerError, PeerLostError, RefusedError, WrongRobotError
-from firmware_protocol.events import PeerBack, PeerFound, PeerLost, StreamBack, StreamStopped
+from firmware_protocol.events import StreamBack, StreamStopped
 from firmware_protocol.messages import (
     ARMED_FLAG,
     HOST_COMPONENT,
     HOST_SYSTEM,
-    PROTOCOL_MAJOR,
     ROBOT_COMPONENT,
     AutopilotVersion,
     Heartbeat,
@@ -22,33 +21,30 @@ from firmware_protocol.messages import (
     Reason,
     RobotAck,
     RobotResultAck,
-    RobotSession,
     RobotStatus,
     Timesync,
 )
 from firmware_protocol.peer.connection import TRANSITIONS, USABLE, Input, PeerState
 from firmware_protocol.peer.exchanges.answers import ANSWERS, for_another
-from firmware_protocol.peer.exchanges.commands import Numbering, RequestExchange, SessionExchange
-from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry, Ticket
+from firmware_protocol.peer.exchanges.commands import Numbering
+from firmware_protocol.peer.exchanges.exchange import Exchanges, Retry
+from firmware_protocol.peer.handshake import Handshake
+from firmware_protocol.peer.presence import Presence
 from firmware_protocol.peer.quality import ClockComparison, Counters, FrameStreams, RobotClock
 from firmware_protocol.peer.requests import Requests
 from firmware_protocol.peer.role import role_of
 from firmware_protocol.peer.streams import MOST_REQUESTS, Streams
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, SILENCE, TIMESYNC_PERIOD
-from firmware_protocol.versions import spoken_minor, unfit
+from firmware_protocol.versions import unfit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from firmware_protocol.events import Event, Received
-    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.fields import Message
-
-_ARM_SLACK: Final = 0.1
-"""A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 
 
 class Peer(Requests):
@@ -67,8 +63,7 @@ class Peer(Requests):
         retry: When to ask again.
         pace: On a slow line, what to ask of the robot, instead of its role's streams and `retry`; None: it need not be spared.
         timetable: Is told when `due` must be called next, and whether the robot is to be kept moving; None: nobody's.
-        fleet: Looks after what the robot says all the time, and whether it is heard, while the robot can be used; heartbeats
-            of ours and comparisons of clocks are not this peer's business then. None: nobody else does.
+        numbering: Where session and sequence of numbered messages are kept; None: here.
 
     Attributes:
         role: What kind of robot it is, as far as is known.
@@ -96,7 +91,7 @@ class Peer(Requests):
         retry: Retry = Retry(),  # noqa: B008 - frozen
         pace: Pace | None = None,
         timetable: Timetable | None = None,
-        fleet: Fleet | None = None,
+        numbering: Numbering | None = None,
     ) -> None:
         role = roles[0]
         if pace is not None:
@@ -105,8 +100,7 @@ class Peer(Requests):
         label = f"robot {system}"
         exchanges = Exchanges(label, self.counters, retry, self._plan)
         table = Timetable() if timetable is None else timetable
-        numbering = Numbering() if fleet is None else fleet.numbering(system)
-        self._fleet = fleet
+        numbering = Numbering() if numbering is None else numbering
         super().__init__(
             system, host_system, host, exchanges, numbering, timetable=table, role=role, open_session=open_session, pace=pace
         )
@@ -121,23 +115,18 @@ class Peer(Requests):
         self._roles = roles
         self._play(role)
         self._us = (host_system, host_component)
-        self._new_session = session
-        self._handshake: Ticket[AutopilotVersion] | Ticket[RobotAck] | Ticket[RobotStatus] | None = None
-        self._candidate = 0
-        self._known = False
-        self._present = False
-        self._restarted = False
+        self._handshake = Handshake(system, host, exchanges, numbering, session)
+        self._presence = Presence(system)
         self._uid = 0
-        self._doubt: Ticket[RobotStatus] | None = None
         self._had_session = False
         self._events: list[Event] = []
         self._frames = FrameStreams(self.counters)
         self._robot_clock = RobotClock()
         self._heard = now
-        self._armed_at = float("-inf")
-        self._heartbeat_due = self._timesync_due = NOW if fleet is None else NEVER
+        self._heartbeat_due = self._timesync_due = NEVER
         self._silence_due = now + SILENCE
         self._timer_due = NOW
+        self._begin_heartbeats()
         self._plan()
 
     @property
@@ -161,11 +150,6 @@ class Peer(Requests):
             self._set_armed(self._armed)
             self._move(Input.TAKEN, now)
 
-    @property
-    def session(self) -> int | None:
-        """The open session."""
-        return self.numbering.session
-
     # --- In ----------------------------------------------------------------------------------------------------------
 
     def handle(self, received: Received) -> Sequence[Event]:
@@ -186,7 +170,7 @@ class Peer(Requests):
                 self._move(Input.HEARD, time)
         elif self._pace is not None and self.ready:
             self._ease_companion(received.component)
-        if self._fleet is None and not self._frames.count(received):
+        if not self._frames.count(received):
             return self._take()
         if kind in ANSWERS and for_another(message, *self._us):
             return [received, *self._take()]
@@ -262,10 +246,7 @@ class Peer(Requests):
         self._frames.clear()
         self._heard, self._silence_due = now, now + SILENCE
         self._timer_due = NOW
-        if self._fleet is None:
-            self._heartbeat_due = NOW
-        else:
-            self._fleet.restarted(self.system)
+        self._begin_heartbeats()
         self._move(Input.LINK_BACK, now)
         self._plan()
         return self._take()
@@ -281,18 +262,6 @@ class Peer(Requests):
     def _plan(self) -> None:
         """Tell when `due` must be called next, since that may have changed."""
         self._timetable.plan(self.system, self.next_due())
-        if self._fleet is not None:
-            self._fleet.attend(self.system, usable=self.ready, waits=self._exchanges.active)
-
-    def fell_silent(self, now: float) -> None:
-        """Who looks after it has not heard it for `SILENCE`.
-
-        Args:
-            now: Time in s.
-        """
-        self._move(Input.SILENCE, now)
-        self._timer_due = NOW
-        self._plan()
 
     @property
     def urgent(self) -> bool:
@@ -359,9 +328,22 @@ class Peer(Requests):
     def _set_timer(self) -> None:
         """Note when the next of the slow timers is due."""
         timesync_due = self._timesync_due if self.ready else NEVER
-        silence_due = NEVER if self._fleet is not None and self.ready else self._silence_due
-        self._timer_due = min(self._heartbeat_due, silence_due, self.streams.next_due, timesync_due)
+        self._timer_due = min(self._heartbeat_due, self._next_look(), self.streams.next_due, timesync_due)
         self._plan()
+
+    def _begin_heartbeats(self) -> None:
+        """Send heartbeats of ours from now on."""
+        self._heartbeat_due = NOW
+
+    def _keep_up(self, now: float) -> None:
+        """Begin with what is done while the robot can be used, now that it can."""
+        self._timesync_due = now
+        if self.status is None:  # the count of its starts, to compare later ones with
+            self._handshake.count_starts()
+
+    def _next_look(self) -> float:
+        """When to see next whether the robot has been heard, in s."""
+        return self._silence_due
 
     def _watch_streams(self, now: float) -> None:
         """See whether what we need still comes, ask for it again where the robot is ours, and say so."""
@@ -377,10 +359,8 @@ class Peer(Requests):
 
     def _watch_silence(self, now: float) -> None:
         """See whether the robot has been heard lately."""
-        if self._fleet is not None:
-            self._heard = max(self._heard, self._fleet.steady.heard[self.system])
         self._silence_due = self._heard + SILENCE
-        if now >= self._silence_due and not (self._fleet is not None and self.ready):
+        if now >= self._silence_due:
             self._silence_due = now + SILENCE
             self._move(Input.SILENCE, now)
         self._set_timer()
@@ -393,7 +373,7 @@ class Peer(Requests):
             told: What everything that is open fails with.
             now: Time in s.
         """
-        self._gone(str(cause), now)
+        self._events += self._presence.gone(str(cause), now)
         self.unavailable = told
         self._move(Input.LINK_GONE, now)
         return self._take()
@@ -403,26 +383,17 @@ class Peer(Requests):
         return events
 
     def _doubtful(self, message: Message) -> bool:
-        """Whether a refusal has to wait: a robot that does not know our session may have restarted a moment ago.
-
-        Its count of starts is asked for; the message that was refused is repeated meanwhile.
-        """
+        """Whether this is a refusal that has to wait: a robot that does not know our session may just have restarted."""
         if type(message) is not RobotAck or message.reason != Reason.WRONG_SESSION or self.state is not PeerState.READY:
             return False
-        if message.session != self.session or self.status is None:
-            return False
-        if self._doubt is None:
-            self._doubt = self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT))
-        return not self._doubt.done
+        return message.session == self.session and self.status is not None and self._handshake.doubtful()
 
     def _note(self, message: Message, received: Received) -> None:
         """Messages from the robot that mean something to the connection itself."""
         match message:
             case Heartbeat():
                 self.heartbeat = message
-                armed = bool(message.base_mode & ARMED_FLAG)
-                if armed or received.time >= self._armed_at + _ARM_SLACK:
-                    self._set_armed(armed)
+                self._armed_said(received.time, armed=bool(message.base_mode & ARMED_FLAG))
                 self._move(Input.HEARD, received.time)
             case RobotStatus():
                 self._on_status(message, received.time)
@@ -433,9 +404,13 @@ class Peer(Requests):
                 self.clock.answer(message, received.time)
             case Ping() if message.target_system == 0:
                 self.tell(Ping(message.time_usec, message.seq, received.system, received.component))
-            case _ if self._fleet is None and self.role.ends(message, self.session):
-                result = cast("Any", message)
-                self.tell(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
+            case _ if self.role.ends(message, self.session):
+                self._acknowledge(message)
+
+    def _acknowledge(self, message: Message) -> None:
+        """Say that we have a message which says how something ended."""
+        result = cast("Any", message)
+        self.tell(RobotResultAck(result.session, result.sequence, self.system, ROBOT_COMPONENT))
 
     def tell(self, message: Message) -> None:
         """Say something that is not answered, with what is due next, which is at once.
@@ -469,16 +444,10 @@ class Peer(Requests):
 
     def _follow(self, now: float) -> None:
         """Go on when the question of the present state has been answered, or arming has."""
-        if self._arming is not None and self._arming[0].done:
-            arming, armed = self._arming
-            self._arming = None
-            if arming.error is None:
-                self._set_armed(armed)
-                self._armed_at = now if armed else float("-inf")
-        ticket = self._handshake
-        if ticket is None or not ticket.done:
+        self._follow_arming(now)
+        ticket = self._handshake.answered()
+        if ticket is None:
             return
-        self._handshake = None
         if isinstance(ticket.error, RefusedError) and ticket.reason is not Reason.BUSY:
             if self.state is not PeerState.CHECKING:
                 self.failure = ticket.error
@@ -508,8 +477,11 @@ class Peer(Requests):
         """It is of this kind."""
         self.role = role
         self._readings = None if role.readings is RobotStatus else role.readings  # a status means more than its clock
-        streams = role.streams if self._pace is None or self._pace.role is not role else self._pace.streams
-        self.streams = Streams(streams if self._fleet is None else {})
+        self.streams = Streams(self._watched(role))
+
+    def _watched(self, role: Role) -> Mapping[type[Message], float]:
+        """Which streams of such a robot are asked for and watched over, and the intervals in s."""
+        return role.streams if self._pace is None or self._pace.role is not role else self._pace.streams
 
     def _move(self, happened: Input, now: float) -> bool:
         """Follow the table, and do what the new state begins with.
@@ -526,26 +498,19 @@ class Peer(Requests):
         match after:
             case PeerState.IDENTIFYING | PeerState.RECOGNISING:
                 self.failure = None
-                question = RequestExchange(AutopilotVersion, self.system, ROBOT_COMPONENT, need_ack=False)
-                self._handshake = self._exchanges.add(question)
+                self._handshake.ask_version()
                 self._ease_readings()
             case PeerState.OPENING | PeerState.REOPENING:
-                self._candidate = self._new_session()
-                target = (self.system, ROBOT_COMPONENT)
-                minor = spoken_minor(0 if self.version is None else self.version.middleware_sw_version)
-                opening = RobotSession(self._candidate, 0, self._host, *target, major=PROTOCOL_MAJOR, minor=minor)
-                self._handshake = self._exchanges.add(SessionExchange(opening, self.numbering))
+                self._handshake.ask_session(self.version)
             case PeerState.CHECKING | PeerState.COMPARING:
-                check = RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False)
-                self._handshake = self._exchanges.add(check)
+                self._handshake.ask_status()
             case PeerState.READY | PeerState.WATCHING:
                 self._begin(happened, now)
             case PeerState.LOST:
                 self._lose(now)
             case PeerState.SILENT | PeerState.AWAITED:
-                self._handshake = self._arming = None
-                self._set_armed(None)
-                self._gone("it fell silent during the handshake", now)
+                self._break_off()
+                self._events += self._presence.gone("it fell silent during the handshake", now)
                 self._exchanges.fail_all(PeerLostError(f"{self._label} fell silent during the handshake"))
             case PeerState.REFUSED | PeerState.UNUSABLE:
                 self.unavailable = self.failure
@@ -556,11 +521,11 @@ class Peer(Requests):
     def _begin(self, happened: Input, now: float) -> None:
         """The robot can be used."""
         self.unavailable = None
-        self._doubt = None
+        self._handshake.trust()
         self._had_session = False
         self._eased_companions.clear()
         if happened is Input.OPENED:
-            self.numbering.open(self._candidate)
+            self._handshake.opened()
             self._set_armed(self.heartbeat is not None and self.heartbeat.custom_mode in self.role.undisturbed)
             for message, interval in self.streams.intervals.items():
                 self._ask_for_stream(message, interval)
@@ -568,53 +533,40 @@ class Peer(Requests):
         elif self.state is PeerState.WATCHING:
             self.unavailable = PeerError(f"{self._label} is only being watched: no session is open")
         self.streams.begin(now)
-        self._timesync_due = now if self._fleet is None else NEVER
         self._timer_due = NOW
         self._plan()
-        if not self._known:
-            self._events.append(PeerFound(self.system, now))
-        elif not self._present:
-            self._events.append(PeerBack(self.system, now, self._restarted))
-        self._known = self._present = True
-        self._restarted = False
-        if self.status is None and self._fleet is None:  # the count of its starts, to compare later ones with
-            self._exchanges.add(RequestExchange(RobotStatus, self.system, ROBOT_COMPONENT, need_ack=False))
+        self._events += self._presence.usable(now)
+        self._keep_up(now)
 
-    def _gone(self, cause: str, now: float) -> None:
-        """Tell that the robot is lost, if it was there."""
-        if self._present:
-            self._present = False
-            self._events.append(PeerLost(self.system, now, cause))
+    def _break_off(self) -> None:
+        """Nobody waits for the handshake any more, nor for arming; whether it is armed, nobody knows."""
+        self._handshake.drop()
+        self._arming = None
+        self._set_armed(None)
 
     def _lose(self, now: float) -> None:
         """The robot fell silent."""
-        self._gone(f"nothing heard for {SILENCE:g} s", now)
-        self._handshake = self._arming = None
-        self._set_armed(None)
+        self._events += self._presence.gone(f"nothing heard for {SILENCE:g} s", now)
+        self._break_off()
         self.streams.end()
         self.unavailable = PeerLostError(f"{self._label} fell silent")
         self._exchanges.fail_all(self.unavailable)
 
     def _forget(self, now: float) -> None:
         """The robot has restarted: what it knew of us is gone."""
-        self._gone("it has restarted", now)
-        self._restarted = self._known
-        self._handshake = self._arming = None
+        self._events += self._presence.restarted(now)
+        self._break_off()
         self.numbering.session = None
-        self._set_armed(None)
         self.streams.end()
         self.clock.reset()
-        if self._fleet is not None:
-            self._fleet.restarted(self.system)
         self.unavailable = PeerLostError(f"{self._label} has restarted")
         self._exchanges.fail_all(self.unavailable)
 
     def _suspend(self) -> None:
         """Nothing can be said, and nothing is heard."""
-        self._handshake = self._arming = None
+        self._break_off()
         self._had_session = self._had_session or self.numbering.session is not None
         self.numbering.session = None
-        self._set_armed(None)
         self.streams.end()
         self.clock.reset()
         self._outbox.clear()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from firmware_protocol.errors import HilError, PeerError
 from firmware_protocol.faults.failures import failing_part
@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 
 M = TypeVar("M", bound="Message")
 T = TypeVar("T")
+
+_ARM_SLACK: Final = 0.1
+"""A heartbeat that says "disarmed" may have been overtaken by the answer to arming by less than this, in s."""
 
 
 class Requests:
@@ -97,8 +100,14 @@ class Requests:
         self._eased: Ticket[CommandAck] | None = None
         self._eased_companions: set[int] = set()
         self._arming: tuple[Ticket[CommandAck], bool] | None = None
+        self._armed_at = float("-inf")
         self._pings = 0
         self._outbox: list[Message] = []
+
+    @property
+    def session(self) -> int | None:
+        """The open session."""
+        return self.numbering.session
 
     @property
     def host(self) -> int:
@@ -132,6 +141,20 @@ class Requests:
         """Note whether it is armed."""
         self._armed = armed
         self._timetable.keep(self.system, moving=self.kept)
+
+    def _armed_said(self, time: float, *, armed: bool) -> None:
+        """Take what the robot says itself, unless it was said before it was armed."""
+        if armed or time >= self._armed_at + _ARM_SLACK:
+            self._set_armed(armed)
+
+    def _follow_arming(self, now: float) -> None:
+        """Take the answer to arming or disarming, when it has come."""
+        if self._arming is not None and self._arming[0].done:
+            arming, armed = self._arming
+            self._arming = None
+            if arming.error is None:
+                self._set_armed(armed)
+                self._armed_at = now if armed else float("-inf")
 
     def command(self, name: str, command: int, *parameters: float, component: int = ROBOT_COMPONENT) -> Ticket[CommandAck]:
         """Send any standard command.

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Self, TypeVar
 
-from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, VersionError, WrongRobotError
+from firmware_protocol.errors import LinkClosedError, LinkError, LinkTimeoutError, WrongRobotError
 from firmware_protocol.events import LinkNews, PeerBack, PeerFound, PeerLost, Received
 from firmware_protocol.messages import (
-    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
-    ROBOT_COMPONENT,
-    Heartbeat,
     RobotAlive,
     Statustext,
 )
 from firmware_protocol.peer.peer import Peer
 from firmware_protocol.peer.timetable import NEVER, NOW, Timetable
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT, KEEP_ALIVE
-from firmware_protocol.roles.known import ROLES, SIGNS
+from firmware_protocol.roles.known import ROLES
 from firmware_protocol.wire.codec import open_codec
-from firmware_protocol.wire.signing import trouble
+from hil.bridge.acquaintances import Acquaintances
 from hil.bridge.clock import LastReading
 from hil.bridge.farewell import Farewell
 from hil.bridge.operator import INTERRUPT, Operator
 from hil.bridge.outlet import Outlet
 from hil.bridge.pump import SLICE, Lost, Pump, open_pump
-from hil.bridge.redaction import Redaction
+from hil.bridge.reopening import Outage
 from hil.bridge.sessions import random_session
 from hil.bridge.surroundings import Surroundings
 from hil.bridge.taps import NOTHING, Opening
 from hil.bridge.witness import Witness
-from hil.connecting.diagnosis import Seen
+from hil.signing.redaction import Redaction
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -40,7 +37,6 @@ if TYPE_CHECKING:
     from firmware_protocol.clock import Clock
     from firmware_protocol.events import Event, Rejected, RejectReason
     from firmware_protocol.link import Link
-    from firmware_protocol.peer.fleets.fleet import Fleet
     from firmware_protocol.peer.pacing import Pace
     from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message
@@ -48,6 +44,8 @@ if TYPE_CHECKING:
     from hil.bridge.pump import Chunk, Turn
     from hil.bridge.reopening import Reopening
     from hil.bridge.taps import Circumstances, Tap
+
+P = TypeVar("P", bound=Peer)
 
 _GAP: Final = 0.1
 """A longer gap in front of a backlog is what was dropped of it, as like as not: it is nobody's silence. In s."""
@@ -96,7 +94,7 @@ class Bridge:
         host: Number of this program, by which robots know who keeps them moving (ROBOT_ALIVE).
         now: The clock as the last step read it, in s.
         peers: Robots heard so far that are spoken with, by system id.
-        unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
+        acquaintances: Who has been heard.
         unsent: Writes that the other end did not take in time; what they carried is lost, and asked for again.
         lost: Why there is no link at present; None while there is one.
         patience: How long it is tried to have link and robot back, in s; 0 where it is not tried.
@@ -128,11 +126,10 @@ class Bridge:
         self.pace = self._pace_untold = pace
         reading = clock if isinstance(clock, LastReading) else LastReading(clock)
         self.now = reading.now()
-        self.peers: dict[int, Peer] = {}
+        self.acquaintances = Acquaintances(system, robots)
+        self.peers = self.acquaintances.peers
         self._timetable = Timetable()
-        self._heard: set[int] = set()
-        self._shunned: set[int] = set()
-        self.unclaimed = self.unsent = 0
+        self.unsent = 0
         self.lost: LinkError | None = None
         self.patience = 0.0 if reopening is None else reopening.patience
         self._read_clock = reading.read
@@ -142,7 +139,6 @@ class Bridge:
             tap.opened(Opening(self.network, link.url, link.wire, link.lockstep, self.now, signed))
         self._system = system
         self._component = component
-        self._robots = robots
         self._open_sessions = open_sessions
         self._draw = session
         self.host = self._session()
@@ -153,15 +149,12 @@ class Bridge:
         self._outlet = Outlet(self._codec.encode, self._taps)
         self._hello_due = self._alive_due = self._taken_in = self.now
         self._ended: LinkError | None = None
-        self._told = self._closed = self._failed = self._waiting = False
-        self._lost_at = 0.0
-        self._cause: LinkError | None = None
-        self._named = ""
+        self._told = self._closed = self._failed = False
+        self._outage = Outage(link.url)
         self._farewell = Farewell()
         self.witness = Witness(system, self.now)
         self._looking = True
         self._untold: list[Event] = []
-        self._url = link.url
         self._anew: str | None = None
         self._reopening = reopening
         self._arrived = arrived
@@ -183,7 +176,12 @@ class Bridge:
     @property
     def strangers(self) -> set[int]:
         """System ids of robots heard that are not spoken with."""
-        return self._heard - self.peers.keys()
+        return self.acquaintances.strangers
+
+    @property
+    def unclaimed(self) -> int:
+        """Rejected pieces of wire input of which nobody can tell whose they were."""
+        return self.acquaintances.unclaimed
 
     @property
     def rejected(self) -> dict[RejectReason, int]:
@@ -314,10 +312,7 @@ class Bridge:
         Args:
             robots: Their system ids.
         """
-        self._robots = robots
-        self._shunned |= self._heard - set(robots)
-        for system in self.peers.keys() - set(robots):
-            del self.peers[system]
+        for system in self.acquaintances.keep(robots):
             self._timetable.leave(system)
 
     def begin_anew(self, cause: str) -> None:
@@ -387,18 +382,18 @@ class Bridge:
 
     def _take(self, items: list[Received | Rejected], events: list[Event]) -> None:
         """Tell taps and peers of what the codec has found."""
-        taps, witness = self._taps, self.witness if self._looking else None
+        taps, witness, shunned = self._taps, self.witness if self._looking else None, self.acquaintances.shunned
         for item in items:
             if witness is not None:
                 witness.saw(item)
-            if taps and (item.system not in self._shunned or not isinstance(item, Received)):  # of others there are the bytes
+            if taps and (item.system not in shunned or not isinstance(item, Received)):  # of others there are the bytes
                 for tap in taps:
                     tap.received(item)
             if isinstance(item, Received):
                 self._hear(item, events)
             else:
                 events.append(item)
-                self._blame(item)
+                self.acquaintances.blame(item)
 
     def _hear(self, item: Received, events: list[Event]) -> None:
         """Have the peer of a robot hear what it has said."""
@@ -414,37 +409,22 @@ class Bridge:
             if event is not item:
                 self._tell(event)
 
-    def _blame(self, rejected: Rejected) -> None:
-        """Count rejected input on the robot that it came from, or on the link."""
-        system = rejected.system
-        if system is None and len(self.peers) == len(self._heard) == 1:  # nobody else is there
-            system = next(iter(self.peers))
-        if system in self.peers:
-            self.peers[system].reject()
-        elif system not in self._shunned:
-            self.unclaimed += 1
-
     def _meet(self, received: Received) -> Peer | None:
-        """A new robot, if this is one's heartbeat."""
-        message, system = received.message, received.system
-        if system in self._shunned or system in {0, self._system} or received.component != ROBOT_COMPONENT:
+        """A new robot, if this is the heartbeat of one that is to be spoken with."""
+        if not self.acquaintances.admits(received):
             return None
-        heartbeat = isinstance(message, Heartbeat) and message.type != GROUND_STATION
-        if not heartbeat and type(message) not in SIGNS:
-            return None
-        self._heard.add(system)
-        if self._robots is not None and system not in self._robots:
-            self._shunned.add(system)
-            return None
-        if not heartbeat:
-            return None
+        system = received.system
         self._timetable.enter(system)
         self.peers[system] = peer = self._make_peer(system, received.time)
         return peer
 
-    def _make_peer(self, system: int, now: float, fleet: Fleet | None = None) -> Peer:
+    def _make_peer(self, system: int, now: float) -> Peer:
         """A peer for a robot that is heard for the first time."""
-        return Peer(
+        return self._introduce(Peer, system, now)
+
+    def _introduce(self, make: Callable[..., P], system: int, now: float) -> P:
+        """A peer of a certain kind."""
+        return make(
             system,
             session=self._session,
             now=now,
@@ -455,7 +435,6 @@ class Bridge:
             host_component=self._component,
             pace=self.pace,
             timetable=self._timetable,
-            fleet=fleet,
         )
 
     def _turn(self, reopening: Reopening, turn: Turn | None, now: float, events: list[Event]) -> None:
@@ -464,9 +443,9 @@ class Bridge:
             self._lose(turn.error, now, events)
         elif turn is not None:
             self._return(turn.link, now, events)
-        elif self._waiting and not self._failed:
+        elif self._outage.lasts and not self._failed:
             if any(peer.ready for peer in self.peers.values()):
-                self._waiting, self._named = False, ""
+                self._outage.over()
                 reopening.settle()
             elif len(self.peers) == 1 and isinstance(failure := next(iter(self.peers.values())).failure, WrongRobotError):
                 self._failed = True
@@ -475,13 +454,11 @@ class Bridge:
     def _lose(self, error: LinkError, now: float, events: list[Event]) -> None:
         """The link is gone and will be opened again."""
         error = self._farewell.explained(error, now)
-        if not self._waiting:
-            self._lost_at = now
-        if not self._waiting or str(error) != str(self._cause):
+        if self._outage.lost(error, now):
             self._report(f"{error}; trying for {self.patience:g} s to open it again", now, events)
         self._give_up(now, events)
-        self.lost = self._cause = error
-        self._failed = self._waiting = True
+        self.lost = error
+        self._failed = True
         for peer in self.peers.values():
             for event in peer.unplugged(error, now):
                 events.append(event)
@@ -490,10 +467,8 @@ class Bridge:
 
     def _return(self, link: Link, now: float, events: list[Event]) -> None:
         """The link is there again, perhaps under another name."""
-        if self._named != link.url:
-            name = "" if link.url == self._url else f", as {link.url}"
-            self._report(f"the link is back after {now - self._lost_at:.1f} s{name}", now, events)
-        self._named = self._url = link.url
+        if text := self._outage.back(link.url, now):
+            self._report(text, now, events)
         self.link = link
         self.lost, self._failed = None, False
         self._codec.reset()
@@ -516,25 +491,6 @@ class Bridge:
             self._report(text, now, events)
         if text := self._around.dropped_news(now):
             self._report(text, now, events)
-
-    def seen(self, wanted: int | None = None) -> Seen:
-        """What there is to judge by why no robot can be used.
-
-        Args:
-            wanted: System id of the robot that was asked for; None for any, or for the only one that is spoken with.
-        """
-        if wanted is None and self._robots is not None and len(self._robots) == 1:
-            wanted = next(iter(self._robots))
-        return Seen(
-            url=self.link.url,
-            witness=self.witness,
-            wire=self.link.wire,
-            now=self.now,
-            wanted=wanted,
-            unusable=[system for system, peer in self.peers.items() if isinstance(peer.failure, VersionError)],
-            key=trouble(self.rejected, self.signed, self.signing),
-            farewell=self.farewell,
-        )
 
     def _tell(self, event: Event) -> None:
         if isinstance(event, PeerFound | PeerBack):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.events import Received
 from firmware_protocol.peer.companion import Companion
+from firmware_protocol.peer.fleets.fleet_peer import FleetPeer
 from firmware_protocol.peer.timetable import NEVER
 from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT
 from firmware_protocol.wire.batch import Arrivals
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Event
     from firmware_protocol.link import Link
     from firmware_protocol.peer.fleets.fleet import Fleet, Said
-    from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
     from firmware_protocol.wire.codec import Codec
 
@@ -107,7 +108,7 @@ class FleetBridge(Bridge):
         for item in came.events:
             if not isinstance(item, Received):
                 events.append(item)
-                self._blame(item)
+                self.acquaintances.blame(item)
         for received in news:
             if self._looking:
                 self.witness.saw(received)
@@ -116,8 +117,8 @@ class FleetBridge(Bridge):
                 companion.handle(received)
             self._hear(received, events)
 
-    def _make_peer(self, system: int, now: float, fleet: Fleet | None = None) -> Peer:
-        peer = super()._make_peer(system, now, fleet or self.fleet)
+    def _make_peer(self, system: int, now: float) -> FleetPeer:
+        peer = self._introduce(partial(FleetPeer, fleet=self.fleet), system, now)
         self.fleet.enter(peer)
         return peer
 

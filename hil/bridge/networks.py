@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import queue
 from contextlib import suppress
-from typing import TYPE_CHECKING, NamedTuple
+from math import floor
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from firmware_protocol.errors import LinkError
 
@@ -13,6 +14,12 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Event
     from hil.bridge.bridge import Bridge
+
+
+GRID: Final = 0.02
+"""In lock-step no network is read beyond the next multiple of this before the others have been, in s."""
+_ROUNDING: Final = 1e-6
+"""Slack for quotients of sums of control periods."""
 
 
 class RobotAddress(NamedTuple):
@@ -98,9 +105,10 @@ class Networks:
         if len(alive) > 1:
             if next(iter(alive.values())).link.lockstep:
                 behind = min(alive, key=lambda name: (alive[name].now, alive[name].next_due()))
-                due = min(bridge.next_due() for bridge in alive.values()) - alive[behind].now
-                if 0 < due < wait:  # nobody is let wait for what another one has to say
-                    wait = due
+                now = alive[behind].now
+                due = min(bridge.next_due() for bridge in alive.values()) - now
+                grid = (floor(now / GRID + _ROUNDING) + 1) * GRID - now
+                wait = min([wait, grid, *([due] if due > 0 else [])])  # nobody gets ahead of what others have to say
                 alive = {behind: alive[behind]}
             else:
                 due = min(bridge.next_due() for bridge in alive.values())

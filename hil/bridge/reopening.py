@@ -123,3 +123,56 @@ class Reopening:
     def settle(self) -> None:
         """The robot answers: the next loss is one of its own."""
         self._settled = True
+
+
+class Outage:
+    """A link that is gone, or back without a robot that can be used: since when, why, and what is told of it.
+
+    Args:
+        url: Address of the link.
+
+    Attributes:
+        lasts: There is an outage.
+    """
+
+    def __init__(self, url: str) -> None:
+        self.lasts = False
+        self._url = url
+        self._told = ""
+        self._since = 0.0
+        self._cause = ""
+
+    def lost(self, error: LinkError, now: float) -> bool:
+        """The link is gone, perhaps once more.
+
+        Args:
+            error: Why.
+            now: Time in s.
+
+        Returns:
+            That is to be told: it is not as before.
+        """
+        if not self.lasts:
+            self._since = now
+        news = not self.lasts or str(error) != self._cause
+        self.lasts, self._cause = True, str(error)
+        return news
+
+    def back(self, url: str, now: float) -> str:
+        """The link is there again, perhaps under another name.
+
+        Args:
+            url: Its address.
+            now: Time in s.
+
+        Returns:
+            What is to be told of it; empty, if it was told.
+        """
+        name = "" if url == self._url else f", as {url}"
+        text = "" if url == self._told else f"the link is back after {now - self._since:.1f} s{name}"
+        self._told = self._url = url
+        return text
+
+    def over(self) -> None:
+        """A robot can be used again."""
+        self.lasts, self._told = False, ""

@@ -32,13 +32,13 @@ from firmware_protocol.wire.signing import trouble
 from hil.bridge.clock import LastReading
 from hil.bridge.operator import INTERRUPT, Operator
 from hil.bridge.pump import open_pump
-from hil.bridge.redaction import Redaction
 from hil.bridge.surroundings import Surroundings
 from hil.bridge.taps import Opening
 from hil.bridge.witness import EVERYBODY, Witness
 from hil.conformance import can_frames, frames
 from hil.conformance.registry import NotRunError
 from hil.connecting.diagnosis import Seen, nobody
+from hil.signing.redaction import Redaction
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator, Sequence

@@ -13,6 +13,7 @@ from hil.conformance.registry import ANY_ROLE, ANY_WIRE, CheckFailedError, NotRu
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from firmware_protocol.peer.role import Role
     from hil.conformance.registry import Check
     from hil.conformance.subject import Subject
 
@@ -113,6 +114,16 @@ def on_wire(checks: Sequence[Check], wire: str) -> list[Check]:
         wire: `mavlink` or `can`, as a link says.
     """
     return [check for check in checks if check.wire in {ANY_WIRE, wire}]
+
+
+def for_role(checks: Sequence[Check], role: Role) -> list[Check]:
+    """Those of the checks that are for robots of a role.
+
+    Args:
+        checks: Any.
+        role: A robot's.
+    """
+    return [check for check in checks if check.role in {ANY_ROLE, role.name}]
 
 
 def _judge(check: Check, robot: Subject) -> Verdict:

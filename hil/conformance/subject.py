@@ -93,12 +93,14 @@ class Subject(JuniorSpeech, MicroSpeech):
         """Find the robot, stop it, and take down its parameters and its memory.
 
         Raises:
-            NoRobotError: None was heard, or what was heard is no robot of ours.
+            NoRobotError: None was heard, or what was heard is no robot of ours, or is the one that is to stand beside it.
             WrongRoleError: It has a role that no check is for.
             VersionError: It speaks a protocol we do not.
             LinkError: The link is gone.
         """
         self.find(timeout)
+        if self.second == self.system:
+            raise NoRobotError(f"{self._link.url}: robot {self.system} is the one that is checked: name another one beside it")
         version = self.requested(AutopilotVersion)
         if version is not None and version.middleware_sw_version >> 24 != PROTOCOL_MAJOR:
             major, minor = version.middleware_sw_version >> 24, version.middleware_sw_version >> 16 & 0xFF

@@ -58,7 +58,8 @@ def left_as_found(robot: Subject) -> str:
     """The suite leaves the robot disarmed, its parameters and its memory as they were."""
     left = robot.restore()
     require(not left, f"not restored: {'; '.join(left)}")
-    return f"{len(robot.parameters_found)} parameters, {len(robot.memory_found or ())} maneuvers"
+    memory = "" if robot.memory_found is None else f", {len(robot.memory_found)} maneuvers"
+    return f"{len(robot.parameters_found)} parameters{memory}"
 
 
 LAST: Final[Check] = _AFTERWARDS.checks[0]

@@ -281,8 +281,8 @@ class AddressOpener:
                 self.clock = world
                 self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
             else:
-                self.clock = table.device
                 wire, network = address.options.get("wire", MAVLINK), network_of(address) - 1
+                self.clock = table.clocks[network]
                 self._inner = lambda: SharedLink(table, network, address.url, wire=wire)
             numbers = generator(seed, Branch.SESSION)
             self.session = lambda: int(numbers.integers(1, 0x10000))

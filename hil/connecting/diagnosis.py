@@ -17,13 +17,15 @@ from enum import Enum, auto
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import AddressError
+from firmware_protocol.errors import AddressError, VersionError
 from firmware_protocol.peer.pacing import BITS_PER_BYTE
 from firmware_protocol.wire.fields import CAN, MAVLINK
+from firmware_protocol.wire.signing import trouble
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+    from hil.bridge.bridge import Bridge
     from hil.bridge.witness import Witness
 
 _FULL: Final = 0.85
@@ -120,6 +122,25 @@ class Seen:
             return parse_address(self.url).port_baud()[1] / BITS_PER_BYTE if self.serial else None
         except AddressError:  # it was made up
             return None
+
+
+def seen_by(bridge: Bridge, wanted: int | None = None) -> Seen:
+    """What there is to judge by why a bridge has no robot that can be used.
+
+    Args:
+        bridge: The bridge.
+        wanted: System id of the robot that was asked for; None for any, or for the only one that is spoken with.
+    """
+    return Seen(
+        url=bridge.link.url,
+        witness=bridge.witness,
+        wire=bridge.link.wire,
+        now=bridge.now,
+        wanted=bridge.acquaintances.only if wanted is None else wanted,
+        unusable=[system for system, peer in bridge.peers.items() if isinstance(peer.failure, VersionError)],
+        key=trouble(bridge.rejected, bridge.signed, bridge.signing),
+        farewell=bridge.farewell,
+    )
 
 
 def judge(seen: Seen) -> Diagnosis:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import HilError, LinkClosedError, NoRobotError, VersionError, WrongRoleError
-from hil.connecting.diagnosis import OTHER_ROBOT, nobody
+from hil.connecting.diagnosis import OTHER_ROBOT, nobody, seen_by
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -58,9 +58,9 @@ def find_robot(
             step(min(STEP, deadline - bridge.now))
         except LinkClosedError as error:
             if bridge.farewell:
-                raise NoRobotError(nobody(bridge.seen(system), timeout)) from error
+                raise NoRobotError(nobody(seen_by(bridge, system), timeout)) from error
             raise
-    raise NoRobotError(nobody(bridge.seen(system), timeout))
+    raise NoRobotError(nobody(seen_by(bridge, system), timeout))
 
 
 def named(url: str, failure: HilError) -> HilError:

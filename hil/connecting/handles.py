@@ -9,7 +9,7 @@ from firmware_protocol.errors import HilError, LinkClosedError, LinkError, NoRob
 from firmware_protocol.events import PeerFound
 from firmware_protocol.messages import ROBOT_COMPONENT, Command, CommandLong
 from hil.bridge.networks import Networks, RobotAddress
-from hil.connecting.diagnosis import nobody
+from hil.connecting.diagnosis import nobody, seen_by
 from hil.connecting.finding import named, wrong_role
 from hil.connecting.handle import STOP_WAIT, RobotHandle
 from hil.connecting.serving import WAIT, Serving
@@ -190,7 +190,7 @@ class RobotHandles(Serving, Generic[H]):
         return len(self) >= expect if isinstance(expect, int) else self._expected.issubset(self.addresses)
 
     def _nobody(self, timeout: float) -> str:
-        return ". ".join(nobody(replace(bridge.seen(), url=name), timeout) for name, bridge in self.networks.bridges.items())
+        return ". ".join(nobody(replace(seen_by(bridge), url=name), timeout) for name, bridge in self.networks.bridges.items())
 
     # --- time --------------------------------------------------------------------------------------------------------
 

@@ -170,7 +170,7 @@ class _Heard:
             system=system,
             junior=junior,
             armed=self.armed,
-            state=State(mode) if ours and role in {JUNIOR, MICRO_ROBOT} and mode in known else None,
+            state=State(mode) if ours and (role is JUNIOR or role is MICRO_ROBOT) and mode in known else None,
             firmware=None if version is None else _version(version.flight_sw_version),
             protocol=None if version is None else _version(version.middleware_sw_version),
             uid=None if version is None else f"{version.uid:016x}",

@@ -124,7 +124,9 @@ class CheckJob:
             moving=options.flag("moving"),
             only=only,
             system=none_or(options, "system", lambda fields, name: fields.integer(name, 1, MOST_SYSTEM)),
-            second=none_or(options, "second", lambda fields, name: fields.integer(name, 1, MOST_SYSTEM)),
+            second=none_or(options, "second", lambda fields, name: fields.integer(name, 1, MOST_SYSTEM))
+            if options.has("second")
+            else None,
             timeout=options.number("timeout", 0, LONGEST),
             seed=options.integer("seed", 0, MOST_SEED),
         )

@@ -11,7 +11,7 @@ from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.connecting.connecting import asked_for, connect_as
 from hil.connecting.connecting_all import connect_all_as
-from hil.connecting.diagnosis import lost
+from hil.connecting.diagnosis import lost, seen_by
 from hil.connecting.handle import RobotHandle
 from hil.connecting.handles import RobotHandles
 from hil.jobs.words import tell_others
@@ -159,7 +159,7 @@ def open_session(
         try:
             yield Session(robot, recorder, suspension)
         except PeerLostError as error:
-            raise PeerLostError(lost(replace(robot.bridge.seen(), url=url), str(error))) from error
+            raise PeerLostError(lost(replace(seen_by(robot.bridge), url=url), str(error))) from error
 
 
 def _tell_pace(bridge: Bridge, tell: Callable[[str], None]) -> None:

@@ -9,14 +9,14 @@ from __future__ import annotations
 import marshal
 from collections.abc import Callable
 from dataclasses import fields
-from operator import attrgetter, index
+from operator import attrgetter, index, itemgetter
 from types import NoneType
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from firmware_protocol.errors import LinkError, bare_text
-from firmware_protocol.events import Received
+from firmware_protocol.events import Received, Rejected, RejectReason
 from firmware_protocol.messages import MESSAGES, SetupSigning
 from firmware_protocol.wire.batch import Arrivals, Batch
 from firmware_protocol.wire.fields import wire_fields
@@ -209,13 +209,18 @@ class Playback:
     def _sent(self, time: float, number: int, values: Item) -> None:
         self.recorder.sent(time, _message(number, values))
 
-    def _arrived(self, batches: Sequence[Item], others: Sequence[Item]) -> None:
-        events, places = [], []
+    def _arrived(self, batches: Sequence[Item], others: Sequence[Item], refused: Sequence[Item]) -> None:
+        events: list[tuple[int, Received | Rejected]] = [
+            (place, Rejected(RejectReason(reason), raw, time, detail)) for place, reason, raw, time, detail in refused
+        ]
         for place, number, values, system, component, sequence, time in others:
-            events.append(Received(_message(number, values), system, component, sequence, time, b""))
-            places.append(place)
+            events.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
+        events.sort(key=itemgetter(0))
         found = [_batch(*batch) for batch in batches]
-        self.recorder.arrived(Arrivals({batch.message: batch for batch in found}, events, places))
+        came = Arrivals(
+            {batch.message: batch for batch in found}, [event for _, event in events], [place for place, _ in events]
+        )
+        self.recorder.arrived(came)
 
     def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
         kind = MESSAGES[number]

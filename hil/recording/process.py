@@ -177,15 +177,19 @@ class RecorderProcess(Recorder):
 
     def arrived(self, came: Arrivals) -> None:
         """See `Recorder.arrived`."""
-        others = []
+        others, refused = [], []
         for event, place in zip(came.events, came.places, strict=True):
             if isinstance(event, Rejected):
-                super().received(event)
+                refused.append(exact((place, event.reason.value, event.raw, event.time, event.detail)))
             elif (found := MESSAGE_VALUES.get(type(event.message))) is not None:
                 number, values = found
                 sender = (event.system, event.component, event.sequence, event.time)
                 others.append((place, number, values(event.message), *sender))
-        self.feed.add((kinds.ARRIVED, tuple(map(packed_batch, came.batches.values())), tuple(others)))
+        item = (kinds.ARRIVED, tuple(map(packed_batch, came.batches.values())), tuple(others), tuple(refused))
+        if refused:
+            self.feed.keep(item)
+        else:
+            self.feed.add(item)
 
     def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
         """See `Recorder.sent_rows`."""

@@ -82,7 +82,7 @@ class SwarmLibrary(Protocol):
         ...
 
 
-class BoardSettings(NamedTuple):
+class MicroBoard(NamedTuple):
     """What is set of a robot's board before it boots.
 
     Attributes:
@@ -144,7 +144,7 @@ class SwarmArrays:
         self,
         host: Host,
         table: TableArrays,
-        boards: Sequence[BoardSettings],
+        boards: Sequence[MicroBoard],
         first: Sequence[int],
         *,
         wire: str,

@@ -12,11 +12,11 @@ from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
 from simdevice.emulation import check_periods
 from simdevice.junior.faults import DeviceFaults
-from simdevice.kernel.swarm import BoardSettings, SwarmArrays
+from simdevice.kernel.swarm import MicroBoard, SwarmArrays
 from simdevice.swarm.bodies import make_way
 from simdevice.swarm.component import TableComponent
 from simdevice.swarm.eeprom import image_of
-from simdevice.swarm.inbound import NEVER, InboundFrames
+from simdevice.swarm.hub import NEVER, Hub
 from simdevice.swarm.noise import stream
 from simdevice.swarm.rooms import NAMES, built_in
 from simdevice.swarm.settings import SwarmSettings
@@ -82,7 +82,7 @@ class SwarmWorld:
             board_host(),
             self.table.arrays,
             [
-                BoardSettings(uid + row, image_of(system, group))
+                MicroBoard(uid + row, image_of(system, group))
                 for row, (system, group) in enumerate(zip(ids, groups, strict=True))
             ],
             [min(network * settings.per, settings.count) for network in range(settings.networks + 1)],
@@ -97,7 +97,7 @@ class SwarmWorld:
         self.components = [
             TableComponent(self, network, wire=settings.wire, period=settings.period) for network in range(settings.networks)
         ]
-        self._arrivals = [InboundFrames(self.arrays, network, settings.period) for network in range(settings.networks)]
+        self._hubs = [Hub(self.arrays, network, settings.period) for network in range(settings.networks)]
         faults = settings.faults
         self._faults = DeviceFaults(faults, self, settings.period) if faults is not None and faults.of_device else None
         self._orders: deque[Callable[[], None]] = deque()
@@ -162,12 +162,12 @@ class SwarmWorld:
 
     def _receive(self, network: int, data: bytes) -> bytes:
         """Take what has come on a network; returns what the table answers."""
-        for_table = self._arrivals[network].take(data, self._ticks)
+        for_table = self._hubs[network].take(data, self._ticks)
         return self.components[network].receive(for_table, self.now()) if for_table else b""
 
     def _live(self, end: int) -> Life:
         """Live until somebody says something, or something is due, or the end."""
-        due = [component.due for component in self.components] + [arrivals.due for arrivals in self._arrivals]
+        due = [component.due for component in self.components] + [hub.due for hub in self._hubs]
         starts = [at for at, _ in self._starts[-1:]]
         quiet = [self._ticks + self._befall(self._faults)] if self._faults is not None else []
         if self._ticks >= self._set_up_at:

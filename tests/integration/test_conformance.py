@@ -19,11 +19,12 @@ from signed_pair import KEY
 from firmware_protocol.address import parse_address
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import JuniorMemoryEntry, ParamValue, State
+from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.fields import CAN, MAVLINK
 from firmware_protocol.wire.signing import Signing, virtual_time
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, for_role, on_wire, perform
 from hil.connecting.connecting import DEFAULT_URL, AddressOpener
 from hil.mcaplog import LogReader
 from simdevice.sumo.junior_world import junior_world
@@ -39,8 +40,11 @@ if TYPE_CHECKING:
 
 ON_BYTES: Final = on_wire(CHECKS, MAVLINK)
 NAMES: Final = [check.name for check in ON_BYTES]
-STILL: Final = [check.name for check in ON_BYTES if not check.moving and not check.keyed]
-WITHOUT_KEY: Final = [check for check in CHECKS if not check.keyed]
+OF_JUNIOR: Final = for_role(CHECKS, JUNIOR)
+"""What can be checked on one."""
+OTHERS: Final = [check.name for check in ON_BYTES if check not in OF_JUNIOR]
+STILL: Final = [check.name for check in ON_BYTES if check in OF_JUNIOR and not check.moving and not check.keyed]
+WITHOUT_KEY: Final = [check for check in OF_JUNIOR if not check.keyed]
 NEAR_KEYS: Final = [check for check in CHECKS if check.group in {"signing", "framing", "stopping", "answers", "who may drive"}]
 """What a fault in signing could show up in."""
 EVERY_MUTANT: Final = (*MUTANTS, *CAN_MUTANTS, *HOST_MUTANTS)
@@ -239,7 +243,8 @@ def test_the_command_prints_a_table_and_moves_only_when_told(capsys: pytest.Capt
     assert list(rows) == [*NAMES, LAST.name]
     assert "not run" in rows["stick-turns-wheels"]
     assert "after 250 ms" in rows["watchdog-stops"]
-    assert lines[-1] == f"{len(STILL) + 1} passed, {len(NAMES) - len(STILL)} not run"
+    not_run = len(NAMES) - len(STILL) - len(OTHERS)
+    assert lines[-1] == f"{len(STILL) + 1} passed, {not_run} not run, {len(OTHERS)} not for this role"
     assert list(folder.iterdir()) == [], "what moves nothing leaves no log unless asked"
 
 
@@ -285,7 +290,7 @@ def test_a_failed_check_is_the_exit_status(
         def open(self) -> Link:
             return MemoryLink(world)
 
-    monkeypatch.setattr("hil.cli.stage.AddressOpener", Opener)
+    monkeypatch.setattr("hil.connecting.connecting.AddressOpener", Opener)
     assert run(["check", "--quiet", "--only", "watchdog-stops"]) == 1
     said = capsys.readouterr().out
     assert "failed" in said
@@ -377,7 +382,7 @@ def test_it_passes_over_a_pty_in_real_time(capsys: pytest.CaptureFixture[str]) -
     assert len(verdicts) == len(REAL_TIME) + 1
 
 
-ON_A_BUS: Final = [check.name for check in CHECKS if check.wire == CAN]
+ON_A_BUS: Final = [check.name for check in OF_JUNIOR if check.wire == CAN]
 SOME: Final = [
     "stop-frame-stops",
     "heartbeats-do-not-keep",

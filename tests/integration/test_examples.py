@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import os
 import re
+import signal
+import socket
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import fake_camera
+import numpy as np
 import pytest
 
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, JuniorSensors
@@ -37,7 +42,7 @@ def run(name: str, *arguments: str) -> str:
 
 def test_every_example_is_tested() -> None:
     here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "pymavlink_session.py", "test_my_robot_program.py"}
-    here |= {"swarm_circle.py"}
+    here |= {"swarm_circle.py", "fake_camera.py"}
     tested = here | {"ci-recipe.yml"} | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # the last two by tests/clients
     assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
 
@@ -53,6 +58,38 @@ def test_perform() -> None:
 @pytest.mark.slow
 def test_swarm_circle() -> None:
     assert run("swarm_circle.py").splitlines()[-1] == "33 of 33 robots stand on the circle"
+
+
+@pytest.mark.slow
+def test_fake_camera_tells_where_robots_are() -> None:
+    ours, theirs = (socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in range(2))
+    with ours, theirs:
+        for one in (ours, theirs):
+            one.bind(("127.0.0.1", 0))
+        theirs.settimeout(TIME_OUT)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        addresses = f"udpin://127.0.0.1:{port}", f"udpout://127.0.0.1:{theirs.getsockname()[1]}"
+        command = [sys.executable, "-W", "error", str(EXAMPLES / "fake_camera.py"), *addresses, "--hidden", "0.5"]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as camera:  # noqa: S603
+            told: set[str] = set()
+            theirs.settimeout(0.05)
+            while camera.poll() is None and len(told) < 10:
+                ours.sendto(b"".join(b"1 %d 0.5 -0.25 1.5 10\n" % robot for robot in range(1, 11)), ("127.0.0.1", port))
+                with suppress(TimeoutError):
+                    told |= {line.split()[1] for line in theirs.recv(4096).decode().splitlines()}
+            camera.send_signal(signal.SIGINT)
+            assert camera.wait(TIME_OUT) == 0, camera.stderr and camera.stderr.read()
+    assert told == {str(robot) for robot in range(1, 11)}
+
+
+def test_a_fake_camera_hides_some_and_blurs_the_others() -> None:
+    lines = [f"1 {robot} 0.5 -0.25 1.5 10" for robot in range(1, 201)]
+    told = [line.split() for line in fake_camera.seen(lines, np.random.default_rng(1), 0.25)]
+    assert 120 < len(told) < 180
+    assert all(abs(float(x) - 0.5) < 0.006 and (heading, age) == ("1.5", "10") for _, _, x, _, heading, age in told)
+    assert len({x for _, _, x, *_ in told}) > 20
 
 
 @pytest.mark.slow

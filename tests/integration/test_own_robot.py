@@ -20,7 +20,7 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, for_role, on_wire, perform
 from hil.sumo.junior import Junior
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -48,7 +48,7 @@ def test_it_keeps_the_protocol() -> None:
     numbers = count(4711)
     subject = Subject(MemoryLink(world), world, session=lambda: next(numbers))
     subject.greet()
-    checks = [check for check in on_wire(CHECKS, MAVLINK) if not check.keyed]
+    checks = [check for check in for_role(on_wire(CHECKS, MAVLINK), subject.role) if not check.keyed]
     verdicts = perform(subject, checks, LAST, moving=True)
     assert [(verdict.check.name, verdict.detail) for verdict in verdicts if verdict.outcome is not CheckOutcome.PASSED] == []
     assert len(verdicts) == len(checks) + 1

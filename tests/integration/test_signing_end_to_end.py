@@ -26,7 +26,7 @@ from firmware_protocol.messages import OpponentCode, Ping, RobotStatus, SetupSig
 from firmware_protocol.wire.signing import TIME_LIMIT, Signing, SigningKey, setup_signing, virtual_time
 from hil.bridge.clock import MonotonicClock
 from hil.cli.app import run
-from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, on_wire, perform
+from hil.conformance import CHECKS, LAST, CheckOutcome, Subject, for_role, on_wire, perform
 from hil.mcaplog import LogReader
 from hil.recording.recorder import Recorder
 from hil.signing.key_file import KeyFileError, create_key, load_key
@@ -126,7 +126,7 @@ def test_the_emulated_robot_keeps_the_protocol_over_a_signed_link(moving: bool) 
     signing = Signing(KEY, lambda: virtual_time(world.now()))
     robot = Subject(MemoryLink(world), world, session=lambda: next(numbers), signing=signing)
     robot.greet()
-    chosen = [check for check in on_wire(CHECKS, robot.wire) if check.moving == moving]
+    chosen = [check for check in for_role(on_wire(CHECKS, robot.wire), robot.role) if check.moving == moving]
     verdicts = perform(robot, chosen, LAST, moving=moving)
     robot.close()
     assert [(v.check.name, v.detail) for v in verdicts if v.outcome is not CheckOutcome.PASSED] == []

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from processes import Hil
+from serving import in_thread
 
 from firmware_protocol.clock import ManualClock
 from firmware_protocol.events import Received
@@ -144,3 +145,17 @@ def test_the_command_prints_an_address_a_line_and_serves_until_it_is_interrupted
 def test_what_can_t_be_is_said(capsys: pytest.CaptureFixture[str], options: list[str], told: str) -> None:
     assert run(["emulate", "swarm", *options]) == 2
     assert told in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.slow
+def test_ports_tells_of_micro_robots_and_how_to_look_at_one(capsys: pytest.CaptureFixture[str]) -> None:
+    endpoint = TcpEndpoint(port=0)
+    with in_thread(SwarmWorld(SwarmSettings(rangers=2, wilds=0)), endpoint):
+        assert run(["ports", endpoint.url]) == 0
+        told = " ".join(capsys.readouterr().out.split())
+        assert run(["monitor", "--no-log", "--json", "--duration", "1", "--robot", "2", endpoint.url]) == 0
+        shown = json.loads(capsys.readouterr().out)
+    for system in (1, 2):
+        assert f"micro-robot, system {system}, disarmed" in told
+        assert f"hil monitor {endpoint.url} --robot {system}" in told
+    assert (shown["robot"], shown["class"], shown["armed"]) == ("2", "RANGER", False)

@@ -25,7 +25,7 @@ from firmware_protocol.wire.mavlink_layout import crc_extra
 from firmware_protocol.wire.payload import PAYLOADS
 from firmware_protocol.wire.signing import Signing, SigningKey, redacted, setup_signing
 from hil.bridge.bridge import Bridge
-from hil.bridge.redaction import Redaction
+from hil.signing.redaction import Redaction
 
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message

@@ -16,11 +16,13 @@ import cffi
 from firmware_protocol.firmware.build_host import DECLARATIONS, FIRMWARE, PARTS, ROOT
 from firmware_protocol.wire.fields import MAVLINK
 from simdevice import _host
+from simdevice.build_host import FLAGS, KERNEL, declarations
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _FOLDER: Final = ROOT / FIRMWARE
+_KERNEL: Final = ROOT / KERNEL
 _REST: Final = _host.ffi.sizeof("host_robot") - _host.ffi.sizeof("host_io")
 
 
@@ -50,6 +52,11 @@ class Mutant:
         """The file that is changed, in a folder with the firmware's sources."""
         return next(path for part in PARTS if (path := firmware / part / self.source).is_file())
 
+    @property
+    def of_core(self) -> bool:
+        """What is changed is what any robot has."""
+        return self.path(_FOLDER).parent.name == PARTS[0]
+
     def text(self) -> str:
         """The changed source."""
         text = self.path(_FOLDER).read_text(encoding="utf-8")
@@ -70,21 +77,29 @@ class Workshop:
 
     Args:
         folder: Where to.
+        kernel: With the kernel, by which micro-robots live on their table.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, kernel: bool = False) -> None:
         self._folder = folder
+        self._kernel = sorted(_KERNEL.glob("*.c")) if kernel else []
+        self._declarations = DECLARATIONS + (declarations() if kernel else "")
         self._compiler = shlex.split(os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc")
         self._includes = ["-DFIRMWARE_CAN=1", "-DFIRMWARE_SIGNING=1"] + [
-            f"-I{_FOLDER / part}" for part in (".", "targets/host", "_build")
+            f"-I{folder}" for folder in (_FOLDER, _FOLDER / "targets/host", _FOLDER / "_build", _KERNEL)
         ]
 
     def build(self, mutants: Iterable[Mutant]) -> list[Build]:
         """Build the mutants, and the unchanged sources once."""
         sources = [*(path for part in PARTS for path in sorted((_FOLDER / part).glob("*.c"))), _FOLDER / "targets/host/host.c"]
+        sources += self._kernel
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            objects = dict(zip((source.name for source in sources), pool.map(self._object, sources), strict=True))
+            objects = dict(zip(map(self._name, sources), pool.map(self._object, sources), strict=True))
             return list(pool.map(lambda pair: self._mutant(pair[0], pair[1], objects), enumerate(mutants)))
+
+    def _name(self, source: Path) -> str:
+        """No two files of the firmware have one name; the kernel is another matter."""
+        return str(source) if source in self._kernel else source.name
 
     def _run(self, *arguments: object) -> None:
         done = subprocess.run([*self._compiler, *map(str, arguments)], check=False, capture_output=True, text=True)  # noqa: S603
@@ -92,7 +107,8 @@ class Workshop:
 
     def _object(self, source: Path) -> Path:
         target = self._folder / f"{source.parent.name}-{source.stem}.o"
-        self._run("-std=c99", "-O0", "-fPIC", "-w", *self._includes, "-c", source, "-o", target)
+        how = ["-O2", *FLAGS] if source in self._kernel else ["-O0"]
+        self._run("-std=c99", *how, "-fPIC", "-w", *self._includes, "-c", source, "-o", target)
         return target
 
     def _mutant(self, number: int, mutant: Mutant, objects: dict[str, Path]) -> Build:
@@ -105,7 +121,7 @@ class Workshop:
         library = folder / "firmware.so"
         self._run("-shared", *{**objects, mutant.source: changed}.values(), "-o", library)
         ffi = cffi.FFI()
-        ffi.cdef(DECLARATIONS.replace("host_io io; ...;", f"host_io io; uint8_t rest[{_REST}];"))
+        ffi.cdef(self._declarations.replace("host_io io; ...;", f"host_io io; uint8_t rest[{_REST}];"))
         return Build(ffi, ffi.dlopen(str(library)))
 
 

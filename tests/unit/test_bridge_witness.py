@@ -9,7 +9,7 @@ from firmware_protocol.errors import NoRobotError, VersionError
 from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
-from hil.connecting.diagnosis import Kind, judge, lost
+from hil.connecting.diagnosis import Kind, judge, lost, seen_by
 from hil.sumo.junior import Junior
 
 
@@ -63,11 +63,11 @@ def test_what_comes_after_a_loss_is_judged_for_itself() -> None:
         line.robot.silent = True
         junior.wait(4.0)
         assert not junior.peer.ready
-        assert lost(junior.bridge.seen(), "it is gone").endswith("is its battery charged?")
+        assert lost(seen_by(junior.bridge), "it is gone").endswith("is its battery charged?")
         line.noise = b"\x81" * 20
         junior.wait(1.0)
-        assert judge(junior.bridge.seen()).kind is Kind.NOISE
-        assert "; since then: bytes come (" in lost(junior.bridge.seen(), "it is gone")
+        assert judge(seen_by(junior.bridge)).kind is Kind.NOISE
+        assert "; since then: bytes come (" in lost(seen_by(junior.bridge), "it is gone")
 
 
 def test_a_robot_that_comes_back_ends_it() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from can_mutants import CAN_MUTANTS
 from host_mutants import HOST_MUTANTS, NEED_SOURCES
+from micro_mutants import MICRO_MUTANTS
 from mutants import MUTANTS
 
 from firmware_protocol.wire.fields import CAN, MAVLINK
@@ -15,7 +16,9 @@ from hil.conformance.page import PAGE, renewed
 def test_the_table_of_checks_is_up_to_date() -> None:
     page = PAGE.read_text(encoding="utf-8")
     assert page == renewed(page), "run python -m hil.conformance.page"
-    assert f"against {len(MUTANTS) + len(CAN_MUTANTS) + len(HOST_MUTANTS)} firmwares" in page
+    all_mutants = (*MUTANTS, *CAN_MUTANTS, *HOST_MUTANTS, *MICRO_MUTANTS)
+    assert f"against {len(all_mutants)} firmwares" in page
+    assert f"{len(MICRO_MUTANTS)} of them are micro-robots" in page
 
 
 @pytest.mark.parametrize(("wire", "alone"), [(MAVLINK, set()), (CAN, NEED_SOURCES)])

@@ -122,6 +122,16 @@ def test_ranges_come_with_the_observation_of_a_move(bench: MicroBench) -> None:
     assert (bench.io.ranges, bench.io.farthest) == (4, 2500)
 
 
+def test_a_robot_without_a_ring_never_says_ranges() -> None:
+    bench = MicroBench(ring=False).armed()
+    bench.command(Command.SET_MESSAGE_INTERVAL, SwarmRanges.ID, 100_000)
+    bench.move(0.0, 0.0, options=MoveOption.RANGES)
+    bench.finish()
+    bench.run(500)
+    assert bench.got(SwarmObservation)
+    assert not bench.got(SwarmRanges)
+
+
 # --- asked for ------------------------------------------------------------------------------------------------------
 
 

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
 
 from firmware_protocol.errors import LinkClosedError
 from firmware_protocol.links.gathering import GatheringLink
-from firmware_protocol.links.memory import MemoryLink
+from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.messages import Heartbeat, RobotStatus
 from firmware_protocol.peer.fleets.steady import SteadyMessages
 from firmware_protocol.wire.rows import rows_of_messages
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class Ticker:
@@ -53,6 +58,33 @@ def test_time_passes_in_every_read_that_is_given_any() -> None:
     link = GatheringLink(MemoryLink(world), world, 0.02)
     assert link.read(1e-12) == b""
     assert world.ticks == 1
+
+
+class TwoNetworks(Ticker):
+    """Says on the second of two networks."""
+
+    networks = 2
+    period = 0.005
+
+    def run_networks(self, inbound: Sequence[bytes], periods: int) -> list[bytes]:
+        del inbound
+        for _ in range(periods):
+            if said := self.step(b""):
+                return [b"", said]
+        return []
+
+
+def test_a_network_that_lags_behind_gives_at_the_end_of_the_span_what_came_in_it() -> None:
+    world = TwoNetworks(3, 4)
+    time = SharedTime(world)
+    one, two = (GatheringLink(SharedLink(time, network, "memory:"), world, 0.02) for network in range(2))
+    assert one.read(0.02) == b""
+    assert world.now() == pytest.approx(0.02)
+    assert two.read(0.0) == bytes([3, 4]), "it came within the span that has just ended"
+    assert world.now() == pytest.approx(0.02)
+    assert one.read(0.01) == b""
+    assert two.read(0.02) == b"", "it lags behind, and lets no time pass"
+    assert world.now() == pytest.approx(0.03)
 
 
 def test_bytes_that_came_before_the_link_ended_are_given_first() -> None:

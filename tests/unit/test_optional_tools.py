@@ -187,7 +187,7 @@ def test_pages_whose_code_needs_a_tool_say_so() -> None:
     for page in PAGES:
         for block in blocks(page):
             if block.language == "python" or block.use == "run":
-                asks = any(text in block.text for text in ("board=avr", "board avr", "avr.board", "AvrBoard"))
+                asks = any(text in block.text for text in ("board=avr", "board avr", "simdevice.avr", "AvrBoard"))
                 assert asks == (block.use == "avr"), block
 
 

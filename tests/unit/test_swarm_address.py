@@ -91,46 +91,54 @@ def test_networks_have_addresses_of_their_own_and_one_clock() -> None:
     assert robots_of(whole) == 5
     openers = AddressOpeners()
     first, second = (openers.opener_of(address) for address in networks)
-    assert first.clock is second.clock
+    with first.open() as link, second.open() as other:
+        link.read(0.5)
+        since = first.clock.now()
+        assert since > 0.0
+        assert second.clock.now() == 0.0
+        while second.clock.now() < since:
+            other.read(since - second.clock.now())
+        assert second.clock.now() == since
     assert openers.opener_of(networks[0]).clock is first.clock
-    assert AddressOpeners().opener_of(networks[0]).clock is not first.clock
+    assert AddressOpeners().opener_of(networks[0]).clock.now() == 0.0
 
 
-def shared() -> tuple[SwarmWorld, SharedLink, SharedLink]:
+def shared() -> tuple[SwarmWorld, SharedTime, SharedLink, SharedLink]:
     """A table with two networks, and its links."""
     world = SwarmWorld(swarm_settings(parse_address("sim://swarm?rangers=2&wilds=0&networks=2")))
     time = SharedTime(world)
-    return world, SharedLink(time, 0, "one"), SharedLink(time, 1, "two")
+    return world, time, SharedLink(time, 0, "one"), SharedLink(time, 1, "two")
 
 
-def test_time_passes_for_all_networks_when_one_is_read_and_nothing_is_lost() -> None:
-    world, one, two = shared()
-    while world.now() < 1.2:
-        since = world.now()
-        one.read(0.05)
-        assert since < world.now() <= since + 0.0501
-    now = world.now()
-    assert two.read(0.05), "it has been said long ago"
-    assert world.now() == now, "and is not waited for"
-    assert two.read(0.0) == b""
-    assert two.read(0.005) is not None
-    assert world.now() > now
+def test_time_passes_once_for_all_networks_and_nothing_is_lost() -> None:
+    world, time, one, two = shared()
+    while time.clocks[0].now() < 1.2:
+        one.read(1.2 - time.clocks[0].now())
+    assert world.now() == pytest.approx(1.2)
+    heard = []
+    while time.clocks[1].now() < 1.2:
+        if data := two.read(1.2 - time.clocks[1].now()):
+            heard.append((time.clocks[1].now(), data))
+    assert world.now() == pytest.approx(1.2), "it was let pass already"
+    again, _, _, alone = shared()
+    second = []
+    while again.now() < 1.2:
+        if data := alone.read(1.2 - again.now()):
+            second.append((again.now(), data))
+    assert heard == second
+    assert heard
 
 
-def test_who_lags_behind_does_not_wait() -> None:
-    world, one, two = shared()
-    while world.now() < 0.5:
-        one.read(0.05)
-    two.read(1.0)
-    one.read(0.005)
-    now = world.now()
-    two.read(10.0)
-    two.read(0.0)
-    assert world.now() == now
+def test_nothing_passes_where_no_time_is_given() -> None:
+    world, _, one, _ = shared()
+    assert one.read(0.0) == b""
+    assert world.now() == 0.0
+    one.read(0.001)
+    assert world.now() == world.period
 
 
 def test_a_link_that_is_closed_says_so() -> None:
-    _, one, two = shared()
+    _, _, one, two = shared()
     one.close()
     with pytest.raises(LinkClosedError):
         one.read(0.1)

@@ -1,6 +1,6 @@
 """The robots of one network as rows of arrays, for what many of them say all the time. No I/O, no clock.
 
-What a robot says is looked at by its `Peer` where it is news: the handshake, a heartbeat that is not as the one before, an
+What a robot says is looked at by its `FleetPeer` where it is news: the handshake, a heartbeat that is not as the one before, an
 answer that the peer waits for. All else is taken down here, for all robots at once: when each was heard, what it said last,
 what it answers to a round. Arrays have a row for each system id, 0 to 255.
 """
@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
+    from firmware_protocol.peer.fleets.fleet_peer import FleetPeer
     from firmware_protocol.peer.fleets.rounds import NetworkRound
-    from firmware_protocol.peer.peer import Peer
     from firmware_protocol.wire.batch import Arrivals, Batch
     from firmware_protocol.wire.fields import Message
 
@@ -115,7 +115,7 @@ class Fleet:
         self._answers: frozenset[type[Message]] = frozenset({*results, RobotAck})
         self.kinds = STEADY | self._answers
         self.steady = SteadyMessages()
-        self.peers: dict[int, Peer] = {}
+        self.peers: dict[int, FleetPeer] = {}
         self.attended, self.usable = (np.zeros(SYSTEMS, bool) for _ in range(2))
         self.session, self.sequence = (np.zeros(SYSTEMS, np.int64) for _ in range(2))
         self.last: dict[type[Message], Rows] = {kind: np.zeros(SYSTEMS, ROWS[kind]) for kind in results}
@@ -128,7 +128,7 @@ class Fleet:
 
     # --- who is there ------------------------------------------------------------------------------------------------
 
-    def enter(self, peer: Peer) -> None:
+    def enter(self, peer: FleetPeer) -> None:
         """Look after a robot.
 
         Args:

@@ -9,36 +9,20 @@ from firmware_protocol.messages import (
     JuniorManeuver,
     JuniorMemoryWrite,
     JuniorWheels,
-    Reason,
     State,
 )
 from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.vocabulary import Action
 from hil.conformance.examples import STAY
-from hil.conformance.orders import named
-from hil.conformance.registry import Group, given, require
+from hil.conformance.out_of_range import refused
+from hil.conformance.registry import Group, require
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from firmware_protocol.wire.fields import Message
+    from hil.conformance.out_of_range import Bad
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("values out of range", role=JUNIOR.name)
-Bad = tuple[str, int, int]
-"""A field, a wire value that it must not have, and the element."""
-
-
-def refused(robot: Subject, make: Callable[[], Message], values: Sequence[Bad]) -> str:
-    """See that a message is refused with each of the values in turn."""
-    for name, value, index in values:
-        message = make()
-        start = len(robot.heard)
-        robot.raw(robot.forged(message, name, value, index))
-        reason = given(robot.answered(message, start=start), f"{message.NAME} with {name} {value} was not answered")
-        words = "accepted" if reason == Reason.NONE else f"refused by {named(Reason, reason)}"
-        require(reason == Reason.BAD_VALUE, f"{message.NAME} with {name} {value} was {words}")
-    return ", ".join(dict.fromkeys(name for name, _, _ in values))
 
 
 @GROUP.check("wheels-range", rule="What is not understood")

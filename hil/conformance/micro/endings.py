@@ -64,7 +64,7 @@ def pushing(robot: Subject) -> str:
     return f"after {took:.2f} s"
 
 
-@GROUP.check("move-replaced", rule="A move", motion=True)
+@GROUP.check("move-replaced", rule="A move", motion=True, needs=("observation-acknowledged",))
 def replaced(robot: Subject) -> str:
     """A new move replaces the one under way, which is told at once, without the ring."""
     robot.arm()
@@ -109,7 +109,14 @@ def _driven(robot: Subject, stop: Callable[[], None], reason: Reason, what: str)
     rule="Stopping",
     moving=True,
     room=ROOM,
-    needs=("move-arrives", "move-backward", "disarming-ends-maneuver", "emergency-stop-at-once", "watchdog-stops"),
+    needs=(
+        "move-arrives",
+        "move-from-nose",
+        "move-backward",
+        "disarming-ends-maneuver",
+        "emergency-stop-at-once",
+        "watchdog-stops",
+    ),
 )
 def stands(robot: Subject) -> str:
     """Disarmed, stopped, or left by its keeper in mid-move, the robot stands, and says why."""
@@ -125,7 +132,9 @@ def stands(robot: Subject) -> str:
     return "disarming, emergency stop, watchdog"
 
 
-@GROUP.check("move-blocked-by-contact", rule="SWARM_MOVE", moving=True, room=ROOM, second=True, needs=("move-arrives",))
+@GROUP.check(
+    "move-blocked-by-contact", rule="SWARM_MOVE", moving=True, room=ROOM, second=True, needs=("move-arrives", "move-from-nose")
+)
 def blocked(robot: Subject) -> str:
     """With STOP_ON_CONTACT, contact ahead ends a move as BLOCKED: on the way, and where it is there already."""
     robot.arm()
@@ -136,24 +145,36 @@ def blocked(robot: Subject) -> str:
     require(told.flags & wanted == wanted, f"in contact ahead, the flags are {told.flags}")
     again = robot.moved(robot.move(0.0, WAY, options=BODY | CONTACT), SwarmOutcome.BLOCKED, "in contact from the start")
     require(again.travelled <= NEAR / 2, f"in contact from the start, it went {again.travelled * 1e3:.0f} mm")
-    away = robot.moved(robot.move(math.pi, WAY, options=BODY | CONTACT), when="away from contact")
+    away = robot.moved(robot.move(math.pi, WAY, options=BODY))
     require(not away.flags & ObservationFlag.CONTACT, f"with nobody near, the flags are {away.flags}")
     return "on the way, from the start; away from it, it drives"
 
 
 @GROUP.check(
-    "contact-behind-lets-drive", rule="SWARM_MOVE", moving=True, room=ROOM, second=True, needs=("move-blocked-by-contact",)
+    "contact-behind-lets-drive",
+    rule="SWARM_MOVE",
+    moving=True,
+    room=ROOM,
+    second=True,
+    needs=("move-arrives", "move-from-nose", "move-backward", "move-blocked-by-contact"),
 )
 def behind(robot: Subject) -> str:
     """Contact that is not within 60 degrees of the way ends no move."""
     robot.arm()
-    robot.set_beside(_TOUCH, math.pi)
-    told = robot.moved(robot.move(0.0, WAY, options=BODY | CONTACT), when="with contact behind")
+    robot.set_beside(_TOUCH + WAY / 2)
+    robot.moved(robot.move(0.0, WAY, options=BODY | CONTACT), SwarmOutcome.BLOCKED, "against a robot")
+    back = robot.move(math.pi, WAY, options=BODY | CONTACT | MoveOption.BACKWARD)
+    told = robot.moved(back, when="away from contact, which is behind its way,")
     return f"{told.travelled * 1e3:.0f} mm"
 
 
 @GROUP.check(
-    "unasked-contact-ignored", rule="SWARM_MOVE", moving=True, room=ROOM, second=True, needs=("move-blocked-by-contact",)
+    "unasked-contact-ignored",
+    rule="SWARM_MOVE",
+    moving=True,
+    room=ROOM,
+    second=True,
+    needs=("move-arrives", "move-from-nose", "move-backward", "move-blocked-by-contact"),
 )
 def pushes(robot: Subject) -> str:
     """Without STOP_ON_CONTACT, and with PUSH, contact ends no move."""

@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import ROBOT_COMPONENT, ParamSet, Reason, State, SwarmFix, SwarmSense
+from firmware_protocol.messages import ROBOT_COMPONENT, ParamSet, Reason, State, SwarmFix, SwarmObservation, SwarmSense
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.vocabulary import ObservationFlag, SwarmOutcome
-from hil.conformance.junior.values import refused
 from hil.conformance.micro.drives import BODY, NEAR, ROOM, WAY, leg
 from hil.conformance.orders import named
+from hil.conformance.out_of_range import refused
+from hil.conformance.probe import TRIES
 from hil.conformance.registry import Group, NotRunError, require
 
 if TYPE_CHECKING:
-    from hil.conformance.junior.values import Bad
+    from hil.conformance.out_of_range import Bad
     from hil.conformance.subject import Subject
 
 GROUP: Final = Group("refusals, fence and fix", role=MICRO_ROBOT.name)
@@ -48,7 +49,7 @@ def move_range(robot: Subject) -> str:
 def needs_way(robot: Subject) -> str:
     """A move with neither heading nor sector is refused by BAD_VALUE."""
     robot.arm()
-    robot.expect(robot.move(None, WAY, speed=0.001), Reason.BAD_VALUE, "with neither heading nor sector")
+    robot.expect(robot.move(None, WAY, speed=0.001, sectors=8), Reason.BAD_VALUE, "with neither heading nor sector")
     robot.expect_state(State.READY, "after a refused move")
     return "BAD_VALUE"
 
@@ -176,9 +177,15 @@ def _fixed(robot: Subject, session: int, age: float = 0.0) -> bool:
     before = robot.observe()
     x, y = before.position
     there = (x + 0.5 if x < 0 else x - 0.5, y)
-    robot.send(SwarmFix(session, there, before.heading, age, robot.system, ROBOT_COMPONENT))
-    robot.spend(0.01)
-    return leg(before, robot.observe())[1] > 5 * NEAR
+    told = SwarmFix(session, there, before.heading, age, robot.system, ROBOT_COMPONENT)
+    for _ in range(TRIES):  # a fix of its own may follow at once
+        request = robot.asking(SwarmObservation)
+        robot.send(told, request)
+        after = robot.wait(SwarmObservation, lambda m, count=request.param2: m.sequence == count)  # type: ignore[misc]
+        if after is not None and leg(before, after)[1] > 5 * NEAR:
+            return True
+        robot.spend(0.017)
+    return False
 
 
 def _has_own_fix(robot: Subject) -> bool:

@@ -15,7 +15,7 @@ NEVER: Final = 2**63
 """A control period that does not come."""
 
 
-class InboundFrames:
+class Hub:
     """One network's.
 
     Args:
