@@ -13,6 +13,11 @@ if TYPE_CHECKING:
 class Drawing(Protocol):
     """Draws what the messages of a role tell."""
 
+    @property
+    def kinds(self) -> frozenset[type[Message]]:
+        """Messages that it draws of those that are heard; others need not be shown to it."""
+        ...
+
     def received(self, event: Received) -> None:
         """A message was heard, and written.
 
@@ -41,6 +46,8 @@ class Drawing(Protocol):
 class NoDrawing:
     """Draws nothing."""
 
+    kinds: frozenset[type[Message]] = frozenset()
+
     def received(self, event: Received) -> None:
         """See `Drawing.received`."""
 
@@ -60,6 +67,11 @@ class Drawings:
 
     def __init__(self, *parts: Drawing) -> None:
         self._parts = parts
+
+    @property
+    def kinds(self) -> frozenset[type[Message]]:
+        """See `Drawing.kinds`."""
+        return frozenset[type["Message"]]().union(*(part.kinds for part in self._parts))
 
     def received(self, event: Received) -> None:
         """See `Drawing.received`."""

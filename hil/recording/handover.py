@@ -210,15 +210,17 @@ class Playback:
         self.recorder.sent(time, _message(number, values))
 
     def _arrived(self, batches: Sequence[Item], others: Sequence[Item], refused: Sequence[Item]) -> None:
-        single: list[tuple[int, Received | Rejected]] = [
+        events: list[tuple[int, Received | Rejected]] = [
             (place, Rejected(RejectReason(reason), raw, time, detail)) for place, reason, raw, time, detail in refused
         ]
         for place, number, values, system, component, sequence, time in others:
-            single.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
-        single.sort(key=itemgetter(0))
+            events.append((place, Received(_message(number, values), system, component, sequence, time, b"")))
+        events.sort(key=itemgetter(0))
         found = [_batch(*batch) for batch in batches]
-        events, places = [event for _, event in single], [place for place, _ in single]
-        self.recorder.arrived(Arrivals({batch.message: batch for batch in found}, events, places))
+        came = Arrivals(
+            {batch.message: batch for batch in found}, [event for _, event in events], [place for place, _ in events]
+        )
+        self.recorder.arrived(came)
 
     def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
         kind = MESSAGES[number]

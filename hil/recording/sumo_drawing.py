@@ -24,6 +24,8 @@ class SumoDrawing:
         writer: Takes the entries.
     """
 
+    kinds: frozenset[type[Message]] = frozenset({JuniorSensors, RefereeState})
+
     def __init__(self, writer: LogSink) -> None:
         self._writer = writer
         self._plots = JointPlots()
@@ -40,7 +42,7 @@ class SumoDrawing:
 
     def heard_rows(self, batch: Batch) -> None:
         """See `Drawing.heard_rows`."""
-        if batch.message in {JuniorSensors, RefereeState}:
+        if batch.message in self.kinds:
             for _, event in batch.objects():
                 self.received(event)
 

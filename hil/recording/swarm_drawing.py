@@ -23,6 +23,7 @@ CORNERS: Final = 12
 COLORS: Final = {RobotClass.RANGER: (0.0, 0.45, 0.70, 0.9), RobotClass.WILD: (0.84, 0.37, 0.0, 0.9)}
 """By class, as colour-blind people tell them apart."""
 UNKNOWN: Final = (0.54, 0.54, 0.54, 0.9)
+_DRAWN: Final[frozenset[type[Message]]] = frozenset({SwarmObservation, ParamValue})
 _OUTLINE: Final = (
     (1.3 * BODY, 0.0),  # a nose, by which one sees where it looks
     *((BODY * cos(2 * pi * corner / CORNERS), BODY * sin(2 * pi * corner / CORNERS)) for corner in range(1, CORNERS)),
@@ -48,6 +49,11 @@ class SwarmDrawing:
         self._drawn: set[int] = set()
         self._pose_at = -POSE_INTERVAL
         self._scene_at = -SCENE_INTERVAL
+
+    @property
+    def kinds(self) -> frozenset[type[Message]]:
+        """See `Drawing.kinds`."""
+        return _DRAWN if self.draws else frozenset()
 
     def received(self, event: Received) -> None:
         """See `Drawing.received`."""

@@ -236,8 +236,7 @@ class WireLog:
         """Messages were decoded and bytes refused, many at once: each is an entry, as of `received`."""
         count = sum(len(batch.rows) for batch in came.batches.values())
         if count < MANY or count < MANY * len(came.events) or not IN_ROWS.issuperset(came.batches):
-            for event in came.objects():
-                self._take(event)
+            self._take_each(came.objects() if came.batches else came.events)
             return
         parts, first = [self._entries_of(batch) for batch in came.batches.values()], 0
         for event, place in zip(came.events, came.places, strict=True):
@@ -247,6 +246,18 @@ class WireLog:
         self._writer.write_rows([part.between(first, sys.maxsize) for part in parts])
         for batch in came.batches.values():
             self._drawing.heard_rows(batch)
+
+    def _take_each(self, events: Sequence[Received | Rejected]) -> None:
+        """As `_take`, in a hurry."""
+        looked_into = LOOKED_INTO | self._drawing.kinds
+        write, channel_of = self._writer.write, self._channel_of
+        for event in events:
+            if isinstance(event, Rejected) or (kind := type(event.message)) in looked_into:
+                self._take(event)
+            else:
+                channel, encode = channel_of(kind)
+                suffix = sender_suffix(event.system, event.component, event.sequence)
+                write(channel, event.time, encode(event.message) + suffix)
 
     def _entries_of(self, batch: Batch) -> EntryRows:
         channel, _ = self._channel_of(batch.message)

@@ -229,6 +229,8 @@ class Swarm(RobotHandles[MicroRobot]):
 
     def _stride(self) -> float:
         """How long a step may take at most, in s: several networks in lock-step go on side by side."""
+        if len(self.networks.bridges) < 2:
+            return NEVER
         bridges = self.networks.alive.values()
         if len(bridges) < 2 or not next(iter(bridges)).link.lockstep:
             return NEVER

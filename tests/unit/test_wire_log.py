@@ -50,6 +50,8 @@ def test_it_is_a_recorders_log_without_the_pictures(tmp_path: Path) -> None:
 class Sketch:
     """Draws nothing, and remembers what it was shown."""
 
+    kinds: frozenset[type[Message]] = frozenset({CommandAck, Statustext})
+
     def __init__(self) -> None:
         self.heard: list[type[Message]] = []
         self.said: list[type[Message]] = []
