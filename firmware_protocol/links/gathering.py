@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import ceil, floor
+from math import ceil
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import LinkClosedError
@@ -35,7 +35,6 @@ class GatheringLink(Link):
         self._span = span
         self._parts: list[bytes] = []
         self._due = 0.0
-        self._read_at = clock.now()
 
     def news(self) -> list[str]:
         """See `Link.news`."""
@@ -69,16 +68,10 @@ class GatheringLink(Link):
                     raise
                 self._due = now  # the next read says so
                 continue
-            # A link that lags behind others of its clock hands over at once what came since it was read last.
-            after = self._now()
-            lagging, since = after == now, self._read_at
-            self._read_at = after
             if data:
                 if not self._parts:
-                    self._due = (floor(since / self._span + _ROUNDING) + 1) * self._span if lagging else self._end_of(after)
+                    self._due = self._end_of(self._now())
                 self._parts.append(data)
-            elif lagging:
-                until = now
 
     def _end_of(self, time: float) -> float:
         """The end of the span that a time is in, in s."""

@@ -6,7 +6,6 @@
 enum { MILLIMETRES_NONE = 65535, SYSTEMS = 256, SIDES = 2, CONTACTS = 16 };
 
 static const double PER_RAD = 10430.378350470453; /* 65536 are a turn */
-static const double RING_SLACK = 1e-3;            /* m: what is told is measured by um, and a radius by mm */
 
 /* --- what its drivers read ----------------------------------------------------------------------------------------- */
 
@@ -41,7 +40,7 @@ static void see(swarm_loop *loop, uint32_t row)
         host_see(&loop->robot[row], 0, loop->seen_group, loop->seen_bearing, loop->seen_um);
         return;
     }
-    table_ring(table, row, metres(io->least) + RING_SLACK, io->step * 1e-3, metres(io->limit));
+    table_ring(table, row, metres(io->least), io->step * 1e-3, metres(io->limit));
     for (i = 0; i < table->found; i++) {
         loop->seen_group[i] = table->group[table->found_row[i]];
         loop->seen_bearing[i] = angle_of(table->found_bearing[i]);

@@ -5,6 +5,7 @@
 #include "table.h"
 
 static const double TURN = 6.283185307179586; /* a full one, in rad */
+static const double ROUNDING = 2e-6;          /* m: who is told of a distance may round it to um before looking how far a ring grows */
 
 /* The way along a ray from (x, y) in the direction (rx, ry) until it meets a disc; infinite where it does not, 0
  * within it. */
@@ -102,8 +103,8 @@ void table_ring(kernel_table *table, uint32_t row, double least_radius, double s
     if (step > 0.0) {
         double other = sqrt(table_nearest_other(table, row, limit));
 
-        if (other >= radius) {
-            radius = most(radius, least(limit, other + step));
+        if (other >= radius - ROUNDING) {
+            radius = most(radius, least(limit, other + step + ROUNDING));
         }
     }
     table_collect(table, row, radius);

@@ -20,8 +20,8 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.cli.app import run
 from hil.connecting.connecting import connect_as
+from hil.connecting.connecting_all import connect_all_as
 from hil.sumo.advice_file import save_advice
-from hil.sumo.connecting import connect_all
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.serving.admission import HELD
 from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
@@ -155,7 +155,7 @@ def impatient(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_advice(advice, tmp_path / "advice.toml")
     for where in ("hil.jobs.session", "hil.cli.keygen"):
         monkeypatch.setattr(f"{where}.connect_as", partial(connect_as, timeout=WAIT))
-    monkeypatch.setattr("hil.jobs.session.connect_all", partial(connect_all, timeout=WAIT))
+    monkeypatch.setattr("hil.jobs.session.connect_all_as", partial(connect_all_as, timeout=WAIT))
 
 
 def told(verb: str, url: str, capsys: pytest.CaptureFixture[str]) -> str:

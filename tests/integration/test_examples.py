@@ -152,8 +152,8 @@ def test_the_recipe_s_options_exist(pytester: pytest.Pytester) -> None:
     recipe = (EXAMPLES / "ci-recipe.yml").read_text(encoding="utf-8")
     commands = re.findall(r"(?:hil|pytest) [^\n]*", recipe)
     known = pytester.run(sys.executable, "-m", "pytest", "--help").stdout.str()
-    for verb in ("emulate", "coach"):
-        known += pytester.run(sys.executable, "-c", "import hil.cli; hil.cli.main()", verb, "--help").stdout.str()
+    for verb in (["emulate", "junior"], ["coach"]):
+        known += pytester.run(sys.executable, "-c", "import hil.cli; hil.cli.main()", *verb, "--help").stdout.str()
     used = {option for command in commands for option in re.findall(r" (--[a-z-]+)", command)}
     assert used >= {"--hil-opponent", "--hil-faults", "--link", "--budget"}
     assert not [option for option in used if option not in known]

@@ -19,9 +19,9 @@ from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks
 from hil.cli.app import run
 from hil.connecting.connecting import connect_as
+from hil.connecting.connecting_all import connect_all_as
 from hil.connecting.handle import RobotHandle
 from hil.sumo.advice_file import save_advice
-from hil.sumo.connecting import connect_all
 from hil.sumo.junior import Junior
 from hil.sumo.robots import Robots
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
@@ -57,7 +57,7 @@ def other(
     save_advice(Advice(PalSettings(), (entry,), "flat-light"), tmp_path / "advice.toml")
     for where in ("hil.jobs.session", "hil.cli.keygen"):
         monkeypatch.setattr(f"{where}.connect_as", partial(connect_as, timeout=WAIT))
-    monkeypatch.setattr("hil.jobs.session.connect_all", partial(connect_all, timeout=WAIT))
+    monkeypatch.setattr("hil.jobs.session.connect_all_as", partial(connect_all_as, timeout=WAIT))
     robot, endpoint = ScriptedRobot(product=getattr(request, "param", OTHER), stream=False), TcpEndpoint("127.0.0.1", 0)
     with in_thread(robot, endpoint):
         yield endpoint.url, robot

@@ -124,7 +124,8 @@ def test_a_robot_that_dies_is_told_and_the_run_can_be_gone_on_with(tmp_path: Pat
             coach.until("6/20 maneuvers")
             robot.send(signal.SIGKILL)
             assert coach.end() == 3
-    assert f"hil: {url}: the port is gone" in coach.text
+    # Another program may have been given a terminal of that name meanwhile: then the port is there, and no robot at it.
+    assert re.search(rf"hil: {re.escape(url)}: (the port is gone|robot 1 did not come back)", coach.text)
     (first,) = (tmp_path / "runs").iterdir()
     assert f"hil coach {url} --resume-from runs/{first.name}" in coach.text
     assert load_run(first).record.state == "failed"

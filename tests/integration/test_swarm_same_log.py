@@ -28,7 +28,7 @@ KINDS = {
 }
 
 
-BY_NIGHT = {"no ring", "a robot loses its power", "driven, on a bus", "long range, within a wall"}
+BY_NIGHT = {"no ring", "reckoned", "a robot loses its power", "driven, on a bus", "long range, within a wall"}
 
 
 @pytest.fixture(autouse=True)
@@ -57,8 +57,15 @@ def records(log: Path) -> list[object]:
     return kept
 
 
-def test_the_same_seed_writes_the_same_log(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
-    one, again, other = (records(folder / outcome(capsys, "--seed", seed)["log"]) for seed in ("7", "7", "8"))
+@pytest.mark.parametrize(
+    "address", ["", *(pytest.param(more, marks=pytest.mark.nightly) for more in ("&networks=3", "&networks=2&wire=can"))]
+)
+def test_the_same_seed_writes_the_same_log(address: str, capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    def written(seed: int) -> list[object]:
+        found = outcome(capsys, f"sim://swarm?rangers=6&wilds=2&seed={seed}{address}", "--seed", str(seed))
+        return records(folder / found["log"])
+
+    one, again, other = map(written, (7, 7, 8))
     assert len(one) > 1000
     assert one == again
     assert one != other

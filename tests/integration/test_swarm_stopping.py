@@ -31,7 +31,7 @@ ask, asked = Surround.ask, 0
 def fail(self, kind, sights):
     global asked
     asked += 1
-    if asked == 4:
+    if asked == 3:
         print("the adviser fails", flush=True)
         raise RuntimeError("an error in the adviser")
     return ask(self, kind, sights)
@@ -73,11 +73,11 @@ def test_all_wheels_stop_when_the_host_is_killed_or_interrupted(number: signal.S
 def test_all_wheels_stop_when_the_adviser_fails(tmp_path: Path) -> None:
     settings = SwarmSettings(rangers=6, wilds=2)
     command = (sys.executable, "-c", FAILS, *MISSION)
-    with served_swarm(settings, "tcp://127.0.0.1:0") as robots, Program(tmp_path, *command, *robots.urls) as host:
+    with served_swarm(settings, "tcp://127.0.0.1:0", speed=2.0) as robots, Program(tmp_path, *command, *robots.urls) as host:
         host.until("the adviser fails")
         assert stand(robots) <= robots.heard
         assert host.end() == 1
-        assert sum(robots.begun.values()) >= 8, "they have moved before"
+        assert sum(robots.begun.values()) >= 8, "all have moved before"
         assert not robots.armed
 
 

@@ -76,8 +76,8 @@ _OBSERVATIONS: Final = (
         "ranges-measured",
         "sends no ranges with a move",
         "observation.c",
-        "    all->ranges_pending = (move->options & SWARM_MOVE_OPTION_RANGES) != 0;\n    if",
-        "    all->ranges_pending = false;\n    if",
+        "    return ring_fitted(micro) && (micro->move.options & SWARM_MOVE_OPTION_RANGES) != 0;",
+        "    return micro == 0;",
     ),
     MicroMutant(
         "watcher-moves-nothing",

@@ -277,8 +277,8 @@ class SlowTable:
         inside = self._in_frame(row, poses[:, :2])
         distance, bearing = np.hypot(*inside.T), np.arctan2(inside[:, 1], inside[:, 0])
         others = distance[self.groups != self.groups[row]]
-        if step and not (others < radius).any():
-            radius = max(radius, min(limit, others.min(initial=math.inf) + step))
+        if step and not (others < radius - 2e-6).any():
+            radius = max(radius, min(limit, others.min(initial=math.inf) + step + 2e-6))
         rows = [other for other in range(len(poses)) if other != row and distance[other] < radius]
         if self.occlusion:
             rows = [other for other in rows if not self._hidden(row, other, float(distance[other]))]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from swarm_bench import BOOTED, HOST, SwarmBench
 
+import hil
 from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     ROBOT_COMPONENT,
@@ -213,3 +214,16 @@ def test_without_a_fix_of_its_own_a_robot_waits_for_one() -> None:
     age = bench.of(SwarmObservation)[0].fix_age
     assert age is not None
     assert age <= 0.055
+
+
+@pytest.mark.parametrize("aside", [-0.2, 0.0, 0.010, 0.015, 0.021, 0.023])
+def test_a_ring_that_grows_counts_all_within_the_radius_that_it_grew_to(aside: float) -> None:
+    with hil.connect_swarm("sim://swarm?rangers=1&wilds=2&noise=none") as swarm:
+        first, second, third = swarm.robots
+        swarm.reset_table(1, (2.0, 2.0))
+        nearest = (0.1, 0.2) if aside < 0 else (0.25, aside)
+        swarm.place({first: (0.0, 0.0, 0.0), second: (*nearest, 0.0), third: (0.0, -0.29, 0.0)})
+        swarm.sense(radius=0.25, increment=0.05)
+        seen = swarm.observe()
+        assert seen.radius[0] == pytest.approx(0.25 if aside < 0 else 0.3)
+        assert seen.count[0].tolist() == [0, 1 if aside < 0 else 2]
