@@ -18,7 +18,7 @@ from dotbot.dotbot_simulator import (  # type: ignore[import-not-found, unused-i
     DotBotSimulatorCommunicationInterface,
     fleet_init_state,
 )
-from dotbot.protocol import PayloadCommandMoveRaw  # type: ignore[import-not-found, unused-ignore]
+from dotbot.protocol import PayloadCommandWheelVelocity  # type: ignore[import-not-found, unused-ignore]
 from dotbot_utils.protocol import Frame, Header, Packet  # type: ignore[import-not-found, unused-ignore]
 
 STEPS = 10
@@ -43,19 +43,20 @@ def rate(count: int, seconds: float) -> float:
     area = Area(name="", x=0, y=0, w=side, h=side)
     robots = DotBotSimulatorCommunicationInterface(said.append, fleet_init_state(count, area=area))
     heads = [Header(destination=int(address, 16), source=int(GATEWAY_ADDRESS_DEFAULT, 16)) for address in robots.addresses]
+    begun_at = [robot.pos_y for robot in robots.dotbots]
     used = 0.0
     for number in range(BEGIN + round(seconds * 100)):
         begun = process_time()
         if number % STEPS == 0:
-            ahead = 60 if number // 200 % 2 == 0 else -60
+            ahead = 150 if number // 200 % 2 == 0 else -150
             for head in heads:
-                command = PayloadCommandMoveRaw(left_x=0, left_y=ahead, right_x=0, right_y=ahead)
+                command = PayloadCommandWheelVelocity(left_mm_s=ahead, right_mm_s=ahead)
                 robots.write(Frame(header=head, packet=Packet().from_payload(command)).to_bytes())
         robots.step()
         if number >= BEGIN:
             used += process_time() - begun
-    if not said:
-        raise SystemExit("no robot has said anything")
+    if not said or any(robot.pos_y == before for robot, before in zip(robots.dotbots, begun_at, strict=True)):
+        raise SystemExit("a robot has not moved, or none has said anything")
     return seconds / used
 
 

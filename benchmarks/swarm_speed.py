@@ -60,6 +60,8 @@ PACKED: Final = 0.05
 ONE_NETWORK: Final = 253
 """Most robots of a network."""
 PERIOD: Final = 0.005
+STRAIGHT: Final = 20
+"""So many short moves go straight on before one goes back."""
 ROBOT_SECONDS: Final = 2000.0
 """Of a measurement: as many as are reached within 2 to 20 s of robot time."""
 PORT: Final = 24600
@@ -128,6 +130,8 @@ class Load:
                 self._all, 0.015 if self._short else 0.08, heading=middle, options=MoveOption.PUSH | MoveOption.SENSE
             )
         if self._short:
+            if number % STRAIGHT == STRAIGHT - 1:  # a robot that stands at a wall would answer at once, and not after its way
+                self._heading = (self._heading + math.tau) % math.tau - math.pi
             return SwarmMoves(self._all, 0.015, heading=self._heading)
         if number % 2 == 0:
             self._heading = self._chance.uniform(-math.pi, math.pi, len(self._all))
@@ -228,7 +232,7 @@ def speed(options: argparse.Namespace) -> None:
     print(f"simulated seconds per second of processor time (wall clock), medians of {options.rounds}")
     print("robots          load      recorder off        in the process   %   its own process   %    bare    PyDotBot")
     for setting in settings:
-        for name in ("moves",) if setting.heap else ("moves", "short"):
+        for name in ("moves",) if setting.heap else options.loads:
             found, floor = measured(setting, name, options)
             cells = [f"{cpu:8.1f} ({wall:7.1f})" for cpu, wall in found.values()]
             off = found["off"][0]
@@ -339,6 +343,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--counts", type=int, nargs="*", default=[1, 5, 20, 33, 100, 500, 1000])
     parser.add_argument("--heaps", type=int, nargs="*", default=[])
+    parser.add_argument("--loads", nargs="+", choices=("moves", "short"), default=["moves", "short"])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=0.0, help="of robot time; 0: by the number of robots")
     parser.add_argument("--pydotbot", metavar="PYTHON", help="interpreter that has the package pydotbot")
