@@ -60,7 +60,7 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 def test_a_session_goes_its_way(url: str) -> None:
-    with hil.connect(url) as junior:
+    with hil.connect(url, timeout=15.0) as junior:  # this chance loses the first four heartbeats of a host's
         # the handshake has found who it is; now its parameters, all of them and one that is set
         found = junior.parameters()
         assert set(found) == {parameter.name for parameter in JUNIOR_PARAMETERS}
