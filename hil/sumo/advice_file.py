@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Final
-
-import tomli_w
 
 from firmware_protocol.errors import HilError
 from hil.doors import Document, Door
-from hil.files.outputs import write_output
+from hil.files.documents import document_text, save_document
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
@@ -36,8 +33,7 @@ def advice_text(advice: Advice, *, as_json: bool = False) -> str:
         advice: What was learnt.
         as_json: JSON; else TOML.
     """
-    data = advice.to_dict()
-    return json.dumps(data, indent=2) + "\n" if as_json else HEADER + tomli_w.dumps(data)
+    return document_text(advice.to_dict(), HEADER, as_json=as_json)
 
 
 def save_advice(advice: Advice, path: Path, *, overwrite: bool = False) -> None:
@@ -52,10 +48,7 @@ def save_advice(advice: Advice, path: Path, *, overwrite: bool = False) -> None:
         OutputExistsError: There is one, and it may not be replaced.
         AdviceFileError: It can't be written.
     """
-    try:
-        write_output(path, advice_text(advice, as_json=path.suffix == ".json").encode(), overwrite=overwrite)
-    except OSError as error:
-        raise AdviceFileError(f"cannot write {path}: {error.strerror}") from error
+    save_document(advice.to_dict(), HEADER, path, AdviceFileError, overwrite=overwrite)
 
 
 def advice_of(data: bytes) -> Advice:

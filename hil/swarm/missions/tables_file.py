@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from typing import TYPE_CHECKING, Final
-
-import tomli_w
 
 from firmware_protocol.errors import HilError
 from hil.doors import Document, Door
-from hil.files.outputs import write_output
+from hil.files.documents import document_text, save_document
 from pal_advisor.surround import ConditionalError, Tables, TablesError, read_conditional
 
 if TYPE_CHECKING:
@@ -39,8 +36,7 @@ def tables_text(tables: Tables, *, as_json: bool = False) -> str:
         tables: What was learnt.
         as_json: JSON; else TOML.
     """
-    data = tables.to_dict()
-    return json.dumps(data, indent=2) + "\n" if as_json else HEADER + tomli_w.dumps(data)
+    return document_text(tables.to_dict(), HEADER, as_json=as_json)
 
 
 def save_tables(tables: Tables, path: Path, *, overwrite: bool = False) -> None:
@@ -55,10 +51,7 @@ def save_tables(tables: Tables, path: Path, *, overwrite: bool = False) -> None:
         OutputExistsError: There is one, and it may not be replaced.
         TablesFileError: It can't be written.
     """
-    try:
-        write_output(path, tables_text(tables, as_json=path.suffix == ".json").encode(), overwrite=overwrite)
-    except OSError as error:
-        raise TablesFileError(f"cannot write {path}: {error.strerror}") from error
+    save_document(tables.to_dict(), HEADER, path, TablesFileError, overwrite=overwrite)
 
 
 def tables_of(data: bytes, name: str = "the tables", *, as_json: bool = False) -> Tables:
