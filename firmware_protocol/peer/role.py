@@ -67,7 +67,7 @@ def role_of(product: int, roles: Sequence[Role]) -> Role:
     Returns:
         One of them; or else a role with nothing but what any robot has, so that nobody takes it for another.
     """
-    return next((role for role in roles if role.product == product), _unknown(product))
+    return next((role for role in roles if role.product == product), None) or _unknown(product)
 
 
 def _unknown(product: int) -> Role:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 from firmware_protocol.address import Address, parse_address
 from firmware_protocol.links.serial import list_ports
 from hil.bridge.clock import MonotonicClock
-from hil.bridge.networks import Networks, RobotAddress
+from hil.bridge.networks import GRID, Networks, RobotAddress
 from hil.bridge.operator import Operator
 from hil.connecting.connecting import AddressOpeners, asked_for, check_patience, number_option, open_bridge
 from hil.connecting.handles import SETTLE, RobotHandles
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from hil.bridge.taps import Tap
     from hil.connecting.connecting import NetworkOpener
 
-GATHER: Final = 0.02
-"""In lock-step, what many robots say within so long is looked at together, in s."""
+GATHER: Final = GRID
+"""In lock-step, what many robots say within so long is looked at together, in s: no network gets ahead of others by more."""
 
 R = TypeVar("R", bound=RobotHandles[Any])
 

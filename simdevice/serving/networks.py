@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from simdevice.serving.endpoints import Endpoint
-from simdevice.serving.server import Server, wait_readable
+from simdevice.serving.server import RealTimeServer, wait_readable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from firmware_protocol.clock import Clock
     from firmware_protocol.links.memory import Networked
+    from simdevice.serving.endpoints import Endpoint
     from simdevice.serving.server import Wait
 
 
-class NetworksServer(Server):
-    """Steps a world with several networks in real time; see `Server`.
+class NetworksServer(RealTimeServer):
+    """Steps a world with several networks in real time; see `RealTimeServer`.
 
     Args:
         world: What is served.
@@ -42,9 +42,8 @@ class NetworksServer(Server):
     ) -> None:
         if len(endpoints) != world.networks:
             raise ValueError(f"{world.networks} networks are served at so many endpoints, not at {len(endpoints)}")
-        super().__init__(_Stepped(world), _All(endpoints), clock, wait=wait, speed=speed)
+        super().__init__(world.period, endpoints, clock, wait=wait, speed=speed)
         self._networked = world
-        self._endpoints = endpoints
         self._lived = lived
 
     def _exchange(self, now: float, periods: int) -> int:
@@ -56,50 +55,3 @@ class NetworksServer(Server):
             endpoint.send(data, now)
         self._lived()
         return round((world.now() - since) / world.period)
-
-
-class _Stepped:
-    """The part of a world that the server reads its period from."""
-
-    def __init__(self, world: Networked) -> None:
-        self.period = world.period
-
-    def step(self, inbound: bytes) -> bytes:
-        """Networks live together."""
-        raise NotImplementedError
-
-
-class _All(Endpoint):
-    """All endpoints, as far as waiting for them goes."""
-
-    url = ""
-
-    def __init__(self, endpoints: Sequence[Endpoint]) -> None:
-        self._endpoints = endpoints
-
-    def files(self) -> list[int]:
-        """Of all."""
-        return [file for endpoint in self._endpoints for file in endpoint.files()]
-
-    def poll(self, now: float) -> None:
-        """Take in what has come at any."""
-        for endpoint in self._endpoints:
-            endpoint.poll(now)
-
-    def receive(self, now: float) -> bytes:
-        """Networks are received from one by one."""
-        raise NotImplementedError
-
-    def send(self, data: bytes, now: float) -> None:
-        """Go on with what waits."""
-        for endpoint in self._endpoints:
-            endpoint.send(data, now)
-
-    def due(self) -> float:
-        """When any of them has something to go on with."""
-        return min(endpoint.due() for endpoint in self._endpoints)
-
-    def close(self) -> None:
-        """Close all."""
-        for endpoint in self._endpoints:
-            endpoint.close()

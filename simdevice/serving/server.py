@@ -6,13 +6,14 @@ Clock and waiting are arguments, so that the loop can be tested without any time
 from __future__ import annotations
 
 import select
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.links.memory import Runnable
 from simdevice.emulation import Patient
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from firmware_protocol.clock import Clock
     from simdevice.serving.endpoints import Endpoint
@@ -50,12 +51,12 @@ def wait_readable(files: list[int], timeout: float) -> None:
     select.select(files, [], [], timeout)
 
 
-class Server:
-    """Steps a world in real time.
+class RealTimeServer(ABC):
+    """Keeps up with a clock: what is common to servers of one network and of several.
 
     Args:
-        world: What is served.
-        endpoint: Where its client comes.
+        period: One control period of what is served, in s.
+        endpoints: Where clients come.
         clock: The time to keep up with.
         wait: How to sleep.
         speed: Seconds of emulation per second of the clock.
@@ -71,22 +72,19 @@ class Server:
 
     def __init__(
         self,
-        world: Servable,
-        endpoint: Endpoint,
+        period: float,
+        endpoints: Sequence[Endpoint],
         clock: Clock,
         *,
-        wait: Wait = wait_readable,
-        speed: float = 1.0,
+        wait: Wait,
+        speed: float,
     ) -> None:
         if speed <= 0:
             raise ValueError(f"the speed is a positive factor, not {speed:g}")
-        self._world = world
-        self._runnable = world if isinstance(world, Runnable) else None
-        self._patient = world if isinstance(world, Patient) else None
-        self._endpoint = endpoint
+        self._endpoints = endpoints
         self._clock = clock
         self._wait = wait
-        self._period = world.period / speed
+        self._period = period / speed
         self._next = clock.now() + self._period
         self.steps = 0
         self.overruns = 0
@@ -94,15 +92,18 @@ class Server:
 
     def turn(self) -> None:
         """Wait for the next thing to do, and do it: pass bytes on, or a control period or a few."""
-        endpoint = self._endpoint
+        endpoints = self._endpoints
         now = self._clock.now()
         if now < self._next:
-            pause = min(self._next - now, max(_PACE, endpoint.due() - now))
-            self._wait(endpoint.files(), pause)
+            due = min([endpoint.due() for endpoint in endpoints])
+            pause = min(self._next - now, max(_PACE, due - now))
+            self._wait([file for endpoint in endpoints for file in endpoint.files()], pause)
             now = self._clock.now()
-            endpoint.poll(now)
+            for endpoint in endpoints:
+                endpoint.poll(now)
         if now < self._next:
-            endpoint.send(b"", now)
+            for endpoint in endpoints:
+                endpoint.send(b"", now)
             return
         behind = int((now - self._next) / self._period)
         if behind > MAX_CATCH_UP:
@@ -114,12 +115,52 @@ class Server:
             self._next += lived * self._period
             self.steps += lived
 
+    def run(self, stopped: Callable[[], bool]) -> None:
+        """Serve until told to stop.
+
+        Args:
+            stopped: Asked before every turn, at least once a control period; an Event's `is_set` will do.
+        """
+        while not stopped():
+            self.turn()
+
+    @abstractmethod
     def _exchange(self, now: float, periods: int) -> int:
         """Let the world live for at most so many control periods, with what has come, and send what it says.
 
         Returns:
             How many it were.
         """
+
+
+class Server(RealTimeServer):
+    """Steps a world in real time; see `RealTimeServer`.
+
+    Args:
+        world: What is served.
+        endpoint: Where its client comes.
+        clock: The time to keep up with.
+        wait: How to sleep.
+        speed: Seconds of emulation per second of the clock.
+    """
+
+    def __init__(
+        self,
+        world: Servable,
+        endpoint: Endpoint,
+        clock: Clock,
+        *,
+        wait: Wait = wait_readable,
+        speed: float = 1.0,
+    ) -> None:
+        super().__init__(world.period, [endpoint], clock, wait=wait, speed=speed)
+        self._world = world
+        self._runnable = world if isinstance(world, Runnable) else None
+        self._patient = world if isinstance(world, Patient) else None
+        self._endpoint = endpoint
+
+    def _exchange(self, now: float, periods: int) -> int:
+        """Let the world live, with what has come."""
         endpoint = self._endpoint
         inbound = endpoint.receive(now)
         if self._patient is not None:
@@ -140,15 +181,6 @@ class Server:
         since = world.now()
         chunks = world.run(inbound, periods)
         return b"".join([data for _, data in chunks]), round((world.now() - since) / world.period)
-
-    def run(self, stopped: Callable[[], bool]) -> None:
-        """Serve until told to stop.
-
-        Args:
-            stopped: Asked before every turn, at least once a control period; an Event's `is_set` will do.
-        """
-        while not stopped():
-            self.turn()
 
 
 def serve(world: Servable, endpoint: Endpoint, clock: Clock, stopped: Callable[[], bool]) -> Server:
