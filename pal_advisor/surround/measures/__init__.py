@@ -1,5 +1,6 @@
 """What is measured of a run: of a step, and of whole histories."""
 
+from pal_advisor.surround.measures.fitness import Fitness, FitnessSums, nearest_distance
 from pal_advisor.surround.measures.histories import macro_stable, periodic, pushed
 from pal_advisor.surround.measures.steps import (
     behaviour_frequency,
@@ -16,11 +17,14 @@ from pal_advisor.surround.measures.steps import (
 )
 
 __all__ = [
+    "Fitness",
+    "FitnessSums",
     "behaviour_frequency",
     "between",
     "dominance",
     "macro_stable",
     "mean_distance",
+    "nearest_distance",
     "periodic",
     "pushed",
     "ranger_distance",
