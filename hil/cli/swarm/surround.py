@@ -20,6 +20,7 @@ from hil.cli.swarm.resuming import VERB, CutRun
 from hil.cli.swarm.surround_files import SurroundFiles
 from hil.connecting.connecting_all import GATHER
 from hil.jobs.swarm.surround import MissionOutputs, SurroundJob
+from hil.swarm.missions.surround_run import emulated_table
 from hil.swarm.missions.surround_settings import MOST_LENGTH, MOST_STEPS, Order, SurroundSettings
 from hil.swarm.missions.tables_file import load_conditional, load_tables, tables_text
 from pal_advisor.fields import SettingsError
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 
 DEFAULTS = SurroundSettings()
 CASE = str(Case())
-MOST_OF_A_NETWORK = 253
-"""Robots that one network has ids for."""
 
 
 def surround(
@@ -156,7 +155,7 @@ def surround(
         settings, seed, seeds = begun.saved.settings, begun.saved.seed, begun.saved.seeds
     if seeds > 1 and table_out is not None:
         raise common.UsageError("--table-out names one file, and with --seeds each seed has its own, in the run's folder")
-    urls = tuple(links) if links else (_emulated_table(settings, seed),)
+    urls = tuple(links) if links else (emulated_table(settings, Case.parse(settings.case), seed),)
     with running(
         VERB,
         (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
@@ -242,16 +241,6 @@ def _poses(text: str | None) -> str:
     if address.scheme != "udpin":
         raise AddressError(text, "poses come by UDP", "Write it as udpin://127.0.0.1:14600")
     return address.url
-
-
-def _emulated_table(settings: SurroundSettings, seed: int) -> str:
-    """Address of the table in this process that a case asks for."""
-    case = Case.parse(settings.case)
-    width, height = settings.size
-    networks = -(-(case.rangers + case.wilds) // MOST_OF_A_NETWORK)
-    more = f"&networks={networks}" if networks > 1 else ""
-    robots = f"rangers={case.rangers}&wilds={case.wilds}"
-    return f"sim://swarm?{robots}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}{more}"
 
 
 def _tell_resumed(saved: SurroundCheckpoint, begun: CutRun, run: ActiveRun, console: Console) -> None:

@@ -55,6 +55,7 @@ class SurroundState:
         seed: Of the run.
         step: Number of the step; 0 is the start.
         steps: How many there are to be.
+        seconds: Time since the run began, in s.
         distance: D, the mean distance from a RANGER to the nearest WILD, in the book's units; None where there is none.
         ranger_distance: Mean distance between two RANGERs, likewise.
         share_surrounded: Share of WILDs that are surrounded; None where there is none.
@@ -68,6 +69,7 @@ class SurroundState:
     seed: int
     step: int
     steps: int
+    seconds: float
     distance: float | None
     ranger_distance: float | None
     share_surrounded: float | None
@@ -295,6 +297,7 @@ class SurroundMission:
             seed=self._seed,
             step=number,
             steps=self.settings.steps,
+            seconds=self._before + self.host.swarm.now() - self._begun,
             distance=mean_distance(rangers, wilds),
             ranger_distance=ranger_distance(rangers),
             share_surrounded=share_surrounded(rangers, wilds, self.settings.r0),
@@ -304,6 +307,6 @@ class SurroundMission:
             tables=self.adviser.tables(str(self.case)).to_dict() if told else None,
             digest=self.digest() if told else "",
         )
-        self.history.take(state, rangers, self._before + self.host.swarm.now() - self._begun)
+        self.history.take(state, rangers)
         for observer in self._observers:
             observer.surround_state(state)

@@ -51,13 +51,12 @@ class SurroundHistory:
         """Mean way of a RANGER, in straight steps, in the book's units; None where there is none."""
         return float(self._way.mean()) if len(self._way) else None
 
-    def take(self, state: SurroundState, rangers: NDArray[np.float64], seconds: float) -> None:
+    def take(self, state: SurroundState, rangers: NDArray[np.float64]) -> None:
         """Take in a step.
 
         Args:
             state: How the mission stands after it.
             rangers: Where the RANGERs are, shape (rangers, 2).
-            seconds: Time since the start, in s.
         """
         for name in SERIES:
             self.series[name].append(getattr(state, name))
@@ -65,7 +64,7 @@ class SurroundHistory:
             self.behaviours.append(list(state.behaviours[0]))
         self._way += np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
         self.place(rangers)
-        self.seconds = seconds
+        self.seconds = state.seconds
 
     def place(self, rangers: NDArray[np.float64]) -> None:
         """The RANGERs are there, however they have come there.
