@@ -189,6 +189,9 @@ class SurroundStateRecord:
     """How the surround task stands after a step; lengths are in the book's units."""
 
     seed: Annotated[int, "seed of the run"]
+    case: Annotated[str, "the case that is played, by the book's name"]
+    area: Annotated[tuple[float, ...], "sides of the area, about the origin"]
+    body: Annotated[float, "radius of a robot"]
     step: Annotated[int, "number of the step; 0 is the start"]
     steps: Annotated[int, "how many there are to be"]
     distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD"]
@@ -199,6 +202,8 @@ class SurroundStateRecord:
     ranger_behaviours: Annotated[tuple[int, ...], "how many RANGERs performed each behaviour, B1 first"]
     wild_stimuli: Annotated[tuple[int, ...], "how many WILDs met each stimulus"]
     wild_behaviours: Annotated[tuple[int, ...], "how many WILDs performed each behaviour"]
+    ranger_positions: Annotated[tuple[float, ...], "x, y of each RANGER as it said last, in turn; NaN: it never has"]
+    wild_positions: Annotated[tuple[float, ...], "x, y of each WILD, likewise"]
     tables: Annotated[str, "what has been learnt, as JSON, every ten steps and at the end; else empty"]
     digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
 

@@ -62,6 +62,9 @@ class SwarmLog(ABC):
         """
         record = SurroundStateRecord(
             seed=state.seed,
+            case=state.case,
+            area=state.area,
+            body=state.body,
             step=state.step,
             steps=state.steps,
             distance=state.distance,
@@ -72,6 +75,8 @@ class SwarmLog(ABC):
             ranger_behaviours=state.behaviours[0],
             wild_stimuli=state.stimuli[1],
             wild_behaviours=state.behaviours[1],
+            ranger_positions=tuple(state.positions[0].ravel().tolist()),
+            wild_positions=tuple(state.positions[1].ravel().tolist()),
             tables="" if state.tables is None else json.dumps(state.tables, sort_keys=True),
             digest=state.digest,
         )

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from hil.swarm.missions.surround_settings import SurroundSettings
     from pal_advisor.surround import Case, Moves, Sights, Surround
 
+PLACES: Final = 4
+"""Decimal places of positions that are told."""
 TABLES_EVERY: Final = 10
 """Steps between two times that the tables of experience are told of."""
 
@@ -53,20 +55,27 @@ class SurroundState:
 
     Attributes:
         seed: Of the run.
+        case: Name of the case that is played.
+        area: Sides of the area, about the origin, in the book's units, as all lengths.
+        body: Radius of a robot.
         step: Number of the step; 0 is the start.
         steps: How many there are to be.
         seconds: Time since the run began, in s.
-        distance: D, the mean distance from a RANGER to the nearest WILD, in the book's units; None where there is none.
+        distance: D, the mean distance from a RANGER to the nearest WILD; None where there is none.
         ranger_distance: Mean distance between two RANGERs, likewise.
         share_surrounded: Share of WILDs that are surrounded; None where there is none.
         outside: Share of RANGERs outside the area, likewise.
         stimuli: How many robots met each stimulus (Eq. 7.2).
         behaviours: How many performed each behaviour (Eq. 7.4).
+        positions: Where each robot has last said to be, to 1e-4, shape (robots, 2); NaN where it never has.
         tables: What has been learnt, as plain values, now and then; else None.
         digest: Of the adviser's whole state, 16 hexadecimal digits, as often; else empty.
     """
 
     seed: int
+    case: str
+    area: tuple[float, float]
+    body: float
     step: int
     steps: int
     seconds: float
@@ -76,6 +85,7 @@ class SurroundState:
     outside: float | None
     stimuli: tuple[tuple[int, ...], tuple[int, ...]]
     behaviours: tuple[tuple[int, ...], tuple[int, ...]]
+    positions: tuple[NDArray[np.float64], NDArray[np.float64]]
     tables: dict[str, Any] | None
     digest: str
 
@@ -152,7 +162,7 @@ class SurroundMission:
         self.settings = settings
         self.case = case
         self.adviser = adviser
-        self.history = history or SurroundHistory(case.rangers)
+        self.history = history or SurroundHistory(case.rangers, settings.sectors)
         self._sensing = sensing
         self._seed = seed
         self._observers = observers
@@ -295,6 +305,9 @@ class SurroundMission:
         told = number % TABLES_EVERY == 0 or number == self.settings.steps
         state = SurroundState(
             seed=self._seed,
+            case=str(self.case),
+            area=self.settings.area,
+            body=self.settings.body,
             step=number,
             steps=self.settings.steps,
             seconds=self._before + self.host.swarm.now() - self._begun,
@@ -304,9 +317,14 @@ class SurroundMission:
             outside=share_outside(rangers, self.settings.area),
             stimuli=(tuple(self._met[0].tolist()), tuple(self._met[1].tolist())),
             behaviours=(tuple(self._performed[0].tolist()), tuple(self._performed[1].tolist())),
+            positions=(np.round(rangers, PLACES), np.round(wilds, PLACES)),
             tables=self.adviser.tables(str(self.case)).to_dict() if told else None,
             digest=self.digest() if told else "",
         )
+        way = self.history.moved(rangers)
         self.history.take(state, rangers)
+        if number:
+            learnt = self.adviser.groups[RobotClass.RANGER].experience.weights
+            self.history.fitness.take(rangers, wilds, way, self._met[RobotClass.RANGER], learnt)
         for observer in self._observers:
             observer.surround_state(state)

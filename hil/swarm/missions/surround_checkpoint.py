@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from hil.swarm.host import Absence
 
-VERSION: Final = 1
+VERSION: Final = 2
 MOST_SEED: Final = 2**32 - 1
 MOST_SEEDS: Final = 100_000
 

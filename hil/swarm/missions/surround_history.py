@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pal_advisor.surround.measures import FitnessSums
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -22,17 +24,20 @@ class SurroundHistory:
 
     Args:
         rangers: How many RANGERs play.
+        sectors: How many behaviours there are.
 
     Attributes:
         series: By name as in `SERIES`, T + 1 numbers each; None where there was nothing to measure.
         behaviours: How many RANGERs performed each behaviour, T lists.
         seconds: Time that it has taken, in s.
+        fitness: What the fitness functions need.
     """
 
-    def __init__(self, rangers: int) -> None:
+    def __init__(self, rangers: int, sectors: int) -> None:
         self.series: dict[str, list[float | None]] = {name: [] for name in SERIES}
         self.behaviours: list[list[int]] = []
         self.seconds = 0.0
+        self.fitness = FitnessSums(sectors)
         self._way = np.zeros(rangers)
         self._at = np.full((rangers, 2), np.nan)
 
@@ -62,9 +67,22 @@ class SurroundHistory:
             self.series[name].append(getattr(state, name))
         if state.step:
             self.behaviours.append(list(state.behaviours[0]))
-        self._way += np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        self._way += self._moves(rangers)
         self.place(rangers)
         self.seconds = state.seconds
+
+    def moved(self, rangers: NDArray[np.float64]) -> float:
+        """How far all RANGERs have come since they were placed last, in straight lines.
+
+        Args:
+            rangers: Where they are, shape (rangers, 2).
+        """
+        return float(self._moves(rangers).sum())
+
+    def _moves(self, rangers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far each has come; 0 for who was or is nobody knows where."""
+        moves: NDArray[np.float64] = np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        return moves
 
     def place(self, rangers: NDArray[np.float64]) -> None:
         """The RANGERs are there, however they have come there.
@@ -84,7 +102,13 @@ class SurroundHistory:
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values; where the RANGERs are is no part of it."""
-        return {**self.series, "behaviours": self.behaviours, "way": self._way.tolist(), "seconds": self.seconds}
+        return {
+            **self.series,
+            "behaviours": self.behaviours,
+            "way": self._way.tolist(),
+            "seconds": self.seconds,
+            "fitness": self.fitness.to_dict(),
+        }
 
     @classmethod
     def from_fields(cls, fields: Fields, rangers: int, sectors: int) -> SurroundHistory:
@@ -98,7 +122,7 @@ class SurroundHistory:
         Raises:
             FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
         """
-        history = cls(rangers)
+        history = cls(rangers, sectors)
         behaviours = fields.elements("behaviours")
         for path in behaviours.names:
             row = behaviours.elements(path)
@@ -115,5 +139,6 @@ class SurroundHistory:
             raise fields.wrong("way", f"expected {rangers} numbers, not {len(way.names)}")
         history._way[:] = [way.number(each, 0.0, FAR) for each in way.names]
         history.seconds = fields.number("seconds", 0.0)
+        history.fitness = FitnessSums.from_fields(fields.table("fitness"), sectors)
         fields.done()
         return history

@@ -8,7 +8,7 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.messages.swarm import LONG_RANGE
-from firmware_protocol.vocabulary import RobotClass
+from firmware_protocol.vocabulary import MICRO_ROBOT_RADIUS, RobotClass
 from pal_advisor.fields import Fields, SettingsError, shown
 from pal_advisor.ring import SensorRing
 from pal_advisor.surround import Case, Sensing, case_settings, letters
@@ -174,6 +174,11 @@ class SurroundSettings:
     def size(self) -> tuple[float, float]:
         """Sides of the area, in m."""
         return self.area[0] * self.unit, self.area[1] * self.unit
+
+    @property
+    def body(self) -> float:
+        """Radius of a robot, in the book's units."""
+        return MICRO_ROBOT_RADIUS / self.unit
 
     def to_dict(self) -> dict[str, Any]:
         """Settings as plain values."""
