@@ -15,7 +15,7 @@ from hil.cli.stage import LiveStage
 from hil.jobs.bout import counting
 from hil.sumo.bouts import Tally
 from hil.terminal.interrupts import interrupts
-from hil.workers import WorkerError, in_order
+from hil.working import WorkerError, open_crew
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,7 +91,7 @@ def play_part(part: Part) -> Played:
     Args:
         part: What.
     """
-    run = ActiveRun(None, part.log, overwrite=False)
+    run = ActiveRun(None, part.log, overwrite=True)  # in the run's own folder: left behind by a worker that has died
     console = common.plain_console(stderr=True, quiet=True)
     try:
         stage = _PartStage(
@@ -167,7 +167,8 @@ def play_side_by_side(
     with (
         interrupts(),
         counting(console, job.trials, quiet=quiet) as count,
-        closing(in_order(play_part, parts, workers)) as results,
+        open_crew(workers) as crew,
+        closing(crew.in_order(play_part, parts)) as results,
     ):
         for played in results:
             run.failures.extend(played.failures)

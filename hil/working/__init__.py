@@ -1,0 +1,6 @@
+"""Crews: processes of our own, or a Dask cluster, that share a computation."""
+
+from hil.working.crew import Crew, open_crew
+from hil.working.errors import WorkerError
+
+__all__ = ["Crew", "WorkerError", "open_crew"]
