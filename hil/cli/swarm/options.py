@@ -8,7 +8,10 @@ from typing import Annotated
 
 import typer
 
+from hil.cli import common
 from hil.swarm.placing import StartPlace
+from hil.working.cluster import scheduler_address
+from hil.working.processes import MOST_WORKERS
 
 
 class RingName(StrEnum):
@@ -80,3 +83,65 @@ CheckpointOption = Annotated[
     Path | None, typer.Option("--checkpoint", metavar="FILE", help="Instead of checkpoint.json in the run's folder.")
 ]
 ReportOption = Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        max=MOST_WORKERS,
+        metavar="N",
+        help="Play in N processes side by side, each run on an emulated table of its own: the same result for every N.",
+        show_default=False,
+    ),
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="Have the workers of this Dask scheduler play instead, with the same result; they run programs as their users, so "
+        "let it be on machines of yours.",
+    ),
+]
+
+
+def side_by_side(workers: int | None, scheduler: str | None) -> bool:
+    """Whether workers are to play.
+
+    Args:
+        workers: As given.
+        scheduler: As given.
+
+    Raises:
+        AddressError: That is no address of a scheduler.
+        UsageError: Both are given.
+    """
+    if scheduler is not None:
+        scheduler_address(scheduler)
+        if workers is not None:
+            raise common.UsageError("--workers starts processes here, and --scheduler has its own: leave one of them out")
+    return workers is not None or scheduler is not None
+
+
+def check_side_by_side(links: list[str] | None, place: StartPlace | None, poses: str | None, signing_key: Path | None) -> None:
+    """See that what is asked for can be had on emulated tables that only a worker knows.
+
+    Args:
+        links: As given.
+        place: As given.
+        poses: As given.
+        signing_key: As given.
+
+    Raises:
+        UsageError: Something can't.
+    """
+    if links:
+        raise common.UsageError(
+            f"--workers and --scheduler play each run on an emulated table of its own, and the robots at {' '.join(links)} are "
+            "there once: leave the option out, or the links"
+        )
+    if place not in {None, StartPlace.TABLE}:
+        raise common.UsageError(f"--place {place} is for robots that are there; with --workers or --scheduler leave it out")
+    for name, value in (("--poses", poses), ("--signing-key", signing_key)):
+        if value is not None:
+            raise common.UsageError(f"{name} is for a link; with --workers or --scheduler there is none: leave it out")
