@@ -198,12 +198,12 @@ class _EvolutionFiles(MissionFiles):
             command += ["--scheduler", asked.scheduler]
         elif asked.workers > 1:
             command += ["--workers", str(asked.workers)]
-        self.tell_where(f"What came of {reached.evaluations} evaluations", command)
+        self.tell_where(f"What came of {_counted(reached.evaluations)}", command)
 
     def tell_resumed(self, reached: EvolutionCheckpoint, source: Path | None) -> None:
         """Say what is gone on from."""
         self._run.describe(resumed_from=str(source), seed=reached.seed)
-        self._console.print(f"Going on from {source}: {reached.evaluations} evaluations.", markup=False)
+        self._console.print(f"Going on from {source}: {_counted(reached.evaluations)}.", markup=False)
 
     def document(self, evolutions: Sequence[Evolution]) -> dict[str, Any]:
         """What came of it, with the files that it has left."""
@@ -234,6 +234,10 @@ def _headline(job: EvolveJob) -> str:
     search = job.search
     made = f"{search.evaluations} evaluations of {job.settings.steps} steps"
     return f"Looking for the conditions that suit {search.fitness.name} best, of 96 ({search.search}): {made}."
+
+
+def _counted(evaluations: int) -> str:
+    return "1 evaluation" if evaluations == 1 else f"{evaluations} evaluations"
 
 
 def _given(context: typer.Context, names: Sequence[str]) -> list[str]:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from hil.swarm.missions.surround_checkpoint import SurroundCheckpoint
 
 DEFAULTS = SurroundSettings()
+FITNESSES = ", ".join(Fitness)
 SEARCH = SearchSettings()
 DECIDING = (
     "case", "steps", "order", "sensing", "sectors", "feasible", "mutate_after", "no_learning", "r0", "eta", "dr", "gain",
