@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import HilError
 from hil.swarm.missions.surround_run import play
-from hil.workers import WorkerError
+from hil.working import WorkerError
 
 if TYPE_CHECKING:
     from hil.swarm.missions.surround_settings import SurroundSettings
