@@ -15,7 +15,7 @@ from hil.cli.stage import LiveStage
 from hil.jobs.bout import counting
 from hil.sumo.bouts import Tally
 from hil.terminal.interrupts import interrupts
-from hil.working import WorkerError, open_crew
+from hil.working import WorkerError, interruptible, open_crew
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -104,7 +104,7 @@ def play_part(part: Part) -> Played:
             options=part.options,
             beside=False,  # the workers keep the cores busy, and a part takes little longer than a process to start
         )
-        with closing(stage):
+        with interruptible(), closing(stage):
             opponent, bouts = part.job.play(stage)
     except (HilError, OSError) as error:
         return Played(log=run.log, failures=tuple(run.failures), error=common.in_words(error), status=common.status_of(error))

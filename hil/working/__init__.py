@@ -2,5 +2,6 @@
 
 from hil.working.crew import Crew, open_crew
 from hil.working.errors import WorkerError
+from hil.working.processes import interruptible
 
-__all__ = ["Crew", "WorkerError", "open_crew"]
+__all__ = ["Crew", "WorkerError", "interruptible", "open_crew"]

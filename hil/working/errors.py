@@ -15,7 +15,3 @@ class WorkerError(HilError):
     def __init__(self, text: str, status: int = 1) -> None:
         super().__init__(text)
         self.status = status
-
-    def __reduce__(self) -> tuple[type[WorkerError], tuple[str, int]]:
-        """With its status, from one process to another."""
-        return type(self), (str(self), self.status)

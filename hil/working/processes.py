@@ -108,15 +108,23 @@ def _kept_from_the_terminal() -> Iterator[None]:
 
 
 class _Interruption:
-    """What a worker does when the first process ends it by SIGTERM: it breaks off what it is at, and begins nothing more.
+    """What a worker does when the first process ends it by SIGTERM: it begins nothing more, and ends.
 
-    Then it ends, even if what it would hear of next has died with another worker.
+    A task that has nothing open ends with its process, at once; one that has is interrupted, once. While a result is sent
+    nothing may end, or the first process would wait for the rest of it; and a worker may be waiting for what has died with
+    another worker: so one that is not at work is given time, and then ends whatever it is at.
+
+    Attributes:
+        asked: The signal has come.
+        at_work: A task is being done.
+        interrupts: It is one that is interrupted.
     """
 
     def __init__(self) -> None:
         self.asked = False
         self.at_work = False
-        self.ended = Event()
+        self.interrupts = False
+        self._ended = Event()
 
     def begin(self) -> None:
         """A task begins.
@@ -132,24 +140,37 @@ class _Interruption:
         """A task has ended, in whatever way."""
         self.at_work = False
         if self.asked:
-            self.ended.set()
+            self._ended.set()
 
     def take(self, _number: int, _frame: FrameType | None) -> None:
         """The signal has come."""
-        if not self.asked:
-            self.asked = True
-            Thread(target=self._leave, name="the end", daemon=True).start()
+        if self.asked:
+            return
+        if self.at_work and not self.interrupts:
+            os._exit(1)
+        self.asked = True
+        Thread(target=self._leave, name="the end", daemon=True).start()
         if self.at_work:
             raise KeyboardInterrupt
-        self.ended.set()
+        self._ended.set()
 
     def _leave(self) -> None:
-        self.ended.wait()
+        self._ended.wait()
         Event().wait(_LAST_WORDS)
         os._exit(1)
 
 
 _INTERRUPTION: Final = _Interruption()
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Inside, a task hears by a KeyboardInterrupt that its process is to end, so that it can close what it has open."""
+    _INTERRUPTION.interrupts = True
+    try:
+        yield
+    finally:
+        _INTERRUPTION.interrupts = False
 
 
 def _begin() -> None:
@@ -166,9 +187,6 @@ def _perform(function: Callable[[T], R], task: T) -> R:
     try:
         _INTERRUPTION.begin()
         return perform(function, task)
-    except KeyboardInterrupt:
-        _INTERRUPTION.asked = True
-        raise
     finally:
         _INTERRUPTION.end()
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_protocol.errors import AddressError
 from hil.working import Crew, WorkerError, open_crew
 from hil.working.crew import MOST_DEATHS
 
@@ -48,6 +49,8 @@ class UntoldError(Exception):
 def complain(task: str) -> str:
     if task == "told":
         raise WorkerError("so it is", 4)
+    if task == "ours":
+        raise AddressError("nowhere", "is no place", "Look elsewhere")
     raise UntoldError("not", task)
 
 
@@ -97,6 +100,9 @@ def test_errors_of_a_task_pass_through_or_are_put_in_words() -> None:
         with pytest.raises(WorkerError, match="so it is") as caught:
             list(crew.in_order(complain, ["told"]))
         assert caught.value.status == 4
+        with pytest.raises(AddressError, match=r"nowhere: is no place\. Look elsewhere") as other:
+            list(crew.in_order(complain, ["ours"]))
+        assert (other.value.url, other.value.remedy) == ("nowhere", "Look elsewhere")
         with pytest.raises(WorkerError, match="UntoldError: not told of"):
             list(crew.in_order(complain, ["told of"]))
         with pytest.raises(TypeError):

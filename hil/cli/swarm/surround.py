@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +21,7 @@ from hil.cli.swarm.evolve import SearchRequest, check_unsearched, evolve_conditi
 from hil.cli.swarm.resuming import SURROUND, CutRun
 from hil.cli.swarm.surround_files import SurroundFiles
 from hil.connecting.connecting_all import GATHER
+from hil.jobs.swarm.seeds import SeedsJob
 from hil.jobs.swarm.surround import MissionOutputs, SurroundJob
 from hil.swarm.missions.surround_run import emulated_table
 from hil.swarm.missions.surround_settings import MOST_LENGTH, MOST_STEPS, Order, SurroundSettings
@@ -159,9 +161,10 @@ def surround(
 ) -> int:
     """Let RANGERs learn to surround WILDs, and leave tables, log and report.
 
-    Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8; hil swarm surround tcp://127.0.0.1:5760
+    Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8 --workers 2; hil swarm surround tcp://127.0.0.1:5760
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
+    options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
     settings = _settings(
         case=case,
         steps=steps,
@@ -210,23 +213,27 @@ def surround(
     if seeds > 1 and table_out is not None:
         raise common.UsageError("--table-out names one file, and with --seeds each seed has its own, in the run's folder")
     urls = tuple(links) if links else (emulated_table(settings, Case.parse(settings.case), seed),)
-    with running(
-        SURROUND.verb,
-        (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
-        url=urls[0],
-        emulated_here=not links,
-        seed=seed,
-        signing_key=signing_key,
-        out=out,
-        log=log,
-        no_log=no_log,
-        overwrite=overwrite,
-        makes={runs.TABLES: table_out, runs.CHECKPOINT: checkpoint},
-        kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
-    ) as run:
+    with (
+        options.crew_of(workers, scheduler) as crew,
+        running(
+            SURROUND.verb,
+            (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
+            url=urls[0],
+            emulated_here=not links,
+            seed=seed,
+            signing_key=signing_key,
+            out=out,
+            log=log,
+            no_log=no_log,
+            overwrite=overwrite,
+            makes={runs.TABLES: table_out, runs.CHECKPOINT: checkpoint},
+            kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
+        ) as run,
+    ):
         run.describe(link=" ".join(links or ()))
         files = SurroundFiles(run, table_out, checkpoint, seeds, console, report=report)
-        job = SurroundJob(
+        kind = SurroundJob if crew is None else partial(SeedsJob, crew=crew)
+        job = kind(
             links=urls,
             settings=settings,
             seed=seed,
