@@ -42,7 +42,7 @@ ASKED = {
         "focus-decentralised",
         "contact-decentralised",
     ),
-    "CONTACT prefers stationary WILDs": ("contact-stationary-learning", "contact-stationary-random"),
+    "CONTACT prefers stationary WILDs": ("contact-stationary-learning", "contact-stationary-seen", "contact-stationary-random"),
     "GA finds a top condition": tuple(f"ga-finds-{fitness}" for fitness in FITNESSES),
 }
 """What is asked of the product: one entry for each line of the table of claims."""
@@ -172,6 +172,7 @@ def evolved(tmp_path: Path) -> StoredResults:
         ("surround-centralised", -0.2005, ClaimVerdict.DIFFERS),
         ("contact-stationary-learning", 0.1, ClaimVerdict.HOLDS),
         ("contact-stationary-random", 0.1, ClaimVerdict.REPORTED),
+        ("contact-stationary-seen", 0.1, ClaimVerdict.HOLDS),
         ("surround-moving", -0.1, ClaimVerdict.DIFFERS),
         ("contact-l1", -0.02, ClaimVerdict.DIFFERS),
         ("chase-l4", 0.02, ClaimVerdict.HOLDS),
