@@ -55,7 +55,7 @@ NOT_ASKED = {
     "14 stimuli met in B1C1D3": ("fourteen-stimuli",),
     "two dominant behaviours": ("two-dominant-behaviours-b1d1", "two-dominant-behaviours-b1d3l1"),
     "no better than a random search": tuple(f"ga-better-{fitness}" for fitness in FITNESSES),
-    "cooperative pushing": ("pushing",),
+    "cooperative pushing": ("pushing-b1d3", "pushing-b2d3"),
     "periodic motion": ("periodic-motion",),
     "macro-stable, micro-unstable": ("macro-stable-micro-unstable",),
     "Table 6.1 and STIMULUS25": ("stimuli-of-n-sectors", "stimulus-25"),
