@@ -15,12 +15,13 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
-from hil.cli.app import app, run
+from hil.cli.app import Verbs, run
 from hil.connecting.connecting import connect_as
 from hil.mcaplog import LogReader
 from simdevice.serving.endpoints import PtyEndpoint
 
-VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
+GROUPS = {"emulate", "log", "swarm"}
+VERBS = sorted({verb.name for verb in Verbs.VERBS} - GROUPS)
 CHASE = ["bout", "--controller", "chase", "--trials", "5"]
 
 
