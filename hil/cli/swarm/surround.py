@@ -13,6 +13,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
+from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
@@ -125,6 +126,7 @@ def surround(
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8; hil swarm surround tcp://127.0.0.1:5760
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
+    links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
     begun = CutRun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     settings = _settings(
         case=case,
