@@ -205,6 +205,7 @@ class SurroundStateRecord:
     ranger_positions: Annotated[tuple[float, ...], "x, y of each RANGER as it said last, in turn; NaN: it never has"]
     wild_positions: Annotated[tuple[float, ...], "x, y of each WILD, likewise"]
     tables: Annotated[str, "what has been learnt, as JSON, every ten steps and at the end; else empty"]
+    measures: Annotated[str, "what is told of the run so far, as JSON, as often; else empty"]
     digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
 
 

@@ -86,6 +86,7 @@ class SwarmLog(ABC):
             ranger_positions=tuple(state.positions[0].ravel().tolist()),
             wild_positions=tuple(state.positions[1].ravel().tolist()),
             tables="" if state.tables is None else json.dumps(state.tables, sort_keys=True),
+            measures="" if state.measures is None else json.dumps(state.measures, sort_keys=True),
             digest=state.digest,
         )
         self.record("/surround/state", record, self.now)

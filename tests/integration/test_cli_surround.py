@@ -71,6 +71,10 @@ def test_json_says_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None
     assert [sum(row) for row in found["behaviours"]] == [6] * 4
     assert sum(stimulus["met"] for stimulus in found["stimuli"]) == 24
     assert found["missing"] == []
+    told = found["measures"]
+    assert told["stimuli_met"]["ranger"] == sum(stimulus["met"] > 0 for stimulus in found["stimuli"])
+    assert 0.0074 < told["weights"]["ranger"][0] < 0.125 < told["weights"]["ranger"][1] < 0.7311
+    assert told["uniform"] == {"ranger": False, "wild": False}
     assert 0.0 < found["path"] < 4 * 0.4 * 1.2
     assert found["report"] is None
     assert Path(found["table"]).is_file()
@@ -143,6 +147,14 @@ def test_a_run_cut_and_resumed_equals_the_run_not_cut(
     assert replay(resumed["log"], strict=True).same
 
 
+def test_a_checkpoint_of_before_is_refused_by_words_that_say_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
+    made = Path(outcome(capsys)["run"])
+    saved = json.loads((made / "checkpoint.json").read_text())
+    Path("old.json").write_text(json.dumps({**saved, "version": 1}))
+    assert run(["swarm", "surround", "--resume-from", "old.json"]) == 2
+    assert "old.json is a checkpoint of version 1" in capsys.readouterr().err
+
+
 def test_nothing_else_is_asked_of_a_resumed_run(capsys: pytest.CaptureFixture[str]) -> None:
     made = outcome(capsys)["run"]
     assert run(["swarm", "surround", "--resume-from", made, "--gain", "0.7"]) == 2
@@ -203,6 +215,8 @@ def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.Capt
 def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     found = outcome(capsys, "--case", "B1D3R6W2S2", "--steps", "6")
     assert {weight for one in found["stimuli"] for weight in one["weights"]} == {0.125}
+    assert found["measures"]["uniform"] == {"ranger": True, "wild": True}
+    assert found["measures"]["dominance"] in {0.25, None}
 
 
 class Pressed:

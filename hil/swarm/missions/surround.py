@@ -23,6 +23,7 @@ from pal_advisor.surround import Motion, Results
 from pal_advisor.surround.measures import (
     behaviour_frequency,
     mean_distance,
+    measures_of,
     ranger_distance,
     share_outside,
     share_surrounded,
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from hil.swarm.host import SwarmHost
     from hil.swarm.missions.sensing import SightSource
     from hil.swarm.missions.surround_settings import SurroundSettings
-    from pal_advisor.surround import Case, Moves, Sights, Surround
+    from pal_advisor.surround import Case, Moves, Sights, Surround, Tables
 
 PLACES: Final = 4
 """Decimal places of positions that are told."""
@@ -69,6 +70,7 @@ class SurroundState:
         behaviours: How many performed each behaviour (Eq. 7.4).
         positions: Where each robot has last said to be, to 1e-4, shape (robots, 2); NaN where it never has.
         tables: What has been learnt, as plain values, now and then; else None.
+        measures: What is told of the run so far (`RunMeasures`), as plain values, as often; else None.
         digest: Of the adviser's whole state, 16 hexadecimal digits, as often; else empty.
     """
 
@@ -87,6 +89,7 @@ class SurroundState:
     behaviours: tuple[tuple[int, ...], tuple[int, ...]]
     positions: tuple[NDArray[np.float64], NDArray[np.float64]]
     tables: dict[str, Any] | None
+    measures: dict[str, Any] | None
     digest: str
 
 
@@ -162,13 +165,14 @@ class SurroundMission:
         self.settings = settings
         self.case = case
         self.adviser = adviser
-        self.history = history or SurroundHistory(case.rangers, settings.sectors)
+        self.history = history or SurroundHistory(case.rangers, case.wilds, settings.sectors)
         self._sensing = sensing
         self._seed = seed
         self._observers = observers
         self._begun = host.swarm.now()
         self._before = self.history.seconds
         self._met, self._performed = self._nothing()
+        self._moved: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @property
     def step_number(self) -> int:
@@ -198,8 +202,8 @@ class SurroundMission:
         """
         number = self.step_number + 1
         for kind, place in self.host.begin_step(number):
-            if kind == RobotClass.RANGER:
-                self.history.replace(place)
+            self.history.replace(kind, place)
+        began, self._moved = self._positions(), None
         self._met, self._performed = self._nothing()
         active = [kind for kind in RobotClass if self._moves(kind)]
         match self.settings.order:
@@ -213,6 +217,7 @@ class SurroundMission:
                     for place in range(len(self.host.players[kind])):
                         self._round([kind], place)
         self.host.catch_up()
+        self.history.tracker.push(began, self._moved or self._positions(), self.settings.contact)
         self._measure(number)
 
     def digest(self) -> str:
@@ -239,6 +244,8 @@ class SurroundMission:
         if not asked.any():
             return
         found = self.host.observe(asked)
+        if kinds == [RobotClass.WILD]:
+            self._see_pushed(only)
         halves = []
         for kind, rows in players.items():
             sights = self._sensing.sights(found, rows, kind, wanted[kind])
@@ -300,9 +307,25 @@ class SurroundMission:
         rangers, wilds = (self.host.poses[self.host.players[kind], :2] / self.settings.unit for kind in RobotClass)
         return rangers, wilds
 
+    def _see_pushed(self, only: int | None) -> None:
+        """RANGERs have moved, and WILDs, or one of them alone, are about to: take down where that has brought everybody."""
+        now = self._positions()
+        if self._moved is None:
+            self._moved = now
+        elif only is not None:
+            self._moved[RobotClass.WILD][only] = now[RobotClass.WILD][only]
+
+    def _told_of(self, near: float | None, tables: Tables) -> dict[str, Any]:
+        """What is told of the run so far, with the step that is measured."""
+        return measures_of(self.history.tracker, [*self.history.series["distance"], near], tables).to_dict()
+
     def _measure(self, number: int) -> None:
         rangers, wilds = self._positions()
+        near, places = mean_distance(rangers, wilds), (np.round(rangers, PLACES), np.round(wilds, PLACES))
+        known, knows = (group.experience.weights for group in self.adviser.groups)
+        self.history.tracker.take(places, near, (known, knows))
         told = number % TABLES_EVERY == 0 or number == self.settings.steps
+        tables = self.adviser.tables(str(self.case)) if told else None
         state = SurroundState(
             seed=self._seed,
             case=str(self.case),
@@ -311,14 +334,15 @@ class SurroundMission:
             step=number,
             steps=self.settings.steps,
             seconds=self._before + self.host.swarm.now() - self._begun,
-            distance=mean_distance(rangers, wilds),
+            distance=near,
             ranger_distance=ranger_distance(rangers),
             share_surrounded=share_surrounded(rangers, wilds, self.settings.r0),
             outside=share_outside(rangers, self.settings.area),
             stimuli=(tuple(self._met[0].tolist()), tuple(self._met[1].tolist())),
             behaviours=(tuple(self._performed[0].tolist()), tuple(self._performed[1].tolist())),
-            positions=(np.round(rangers, PLACES), np.round(wilds, PLACES)),
-            tables=self.adviser.tables(str(self.case)).to_dict() if told else None,
+            positions=places,
+            tables=None if tables is None else tables.to_dict(),
+            measures=None if tables is None else self._told_of(near, tables),
             digest=self.digest() if told else "",
         )
         way = self.history.moved(rangers)

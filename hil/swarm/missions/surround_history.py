@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pal_advisor.surround.measures import FitnessSums
+from firmware_protocol.vocabulary import RobotClass
+from pal_advisor.surround.measures import FitnessSums, RunMeasures, RunTracker, measures_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.swarm.missions.surround import SurroundState
     from pal_advisor.fields import Fields
+    from pal_advisor.surround import Case, Tables
 
 SERIES = ("distance", "ranger_distance", "share_surrounded", "outside")
 """What is measured at the start and after every step."""
@@ -24,16 +26,19 @@ class SurroundHistory:
 
     Args:
         rangers: How many RANGERs play.
+        wilds: How many WILDs.
         sectors: How many behaviours there are.
 
     Attributes:
+        tracker: Of what no single step tells.
         series: By name as in `SERIES`, T + 1 numbers each; None where there was nothing to measure.
         behaviours: How many RANGERs performed each behaviour, T lists.
         seconds: Time that it has taken, in s.
         fitness: What the fitness functions need.
     """
 
-    def __init__(self, rangers: int, sectors: int) -> None:
+    def __init__(self, rangers: int, wilds: int, sectors: int) -> None:
+        self.tracker = RunTracker((rangers, wilds))
         self.series: dict[str, list[float | None]] = {name: [] for name in SERIES}
         self.behaviours: list[list[int]] = []
         self.seconds = 0.0
@@ -55,6 +60,14 @@ class SurroundHistory:
     def path(self) -> float | None:
         """Mean way of a RANGER, in straight steps, in the book's units; None where there is none."""
         return float(self._way.mean()) if len(self._way) else None
+
+    def measures(self, tables: Tables) -> RunMeasures:
+        """What is told of the whole run.
+
+        Args:
+            tables: What was learnt by its end.
+        """
+        return measures_of(self.tracker, self.series["distance"], tables)
 
     def take(self, state: SurroundState, rangers: NDArray[np.float64]) -> None:
         """Take in a step.
@@ -92,13 +105,16 @@ class SurroundHistory:
         """
         self._at = rangers.copy()
 
-    def replace(self, place: int) -> None:
-        """Another robot has taken a RANGER's place: where it stands is no part of the way.
+    def replace(self, kind: RobotClass, place: int) -> None:
+        """Another robot has taken somebody's place: how it came to where it stands is no part of the run.
 
         Args:
-            place: Whose.
+            kind: The class.
+            place: Whose, among those of the class.
         """
-        self._at[place] = np.nan
+        self.tracker.replace(kind, place)
+        if kind == RobotClass.RANGER:
+            self._at[place] = np.nan
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values; where the RANGERs are is no part of it."""
@@ -108,21 +124,22 @@ class SurroundHistory:
             "way": self._way.tolist(),
             "seconds": self.seconds,
             "fitness": self.fitness.to_dict(),
+            "tracker": self.tracker.to_dict(),
         }
 
     @classmethod
-    def from_fields(cls, fields: Fields, rangers: int, sectors: int) -> SurroundHistory:
+    def from_fields(cls, fields: Fields, case: Case, sectors: int) -> SurroundHistory:
         """The inverse of `to_dict`.
 
         Args:
             fields: What it gave.
-            rangers: How many RANGERs play.
+            case: The case that is played.
             sectors: How many behaviours there are.
 
         Raises:
             FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
         """
-        history = cls(rangers, sectors)
+        history, rangers = cls(case.rangers, case.wilds, sectors), case.rangers
         behaviours = fields.elements("behaviours")
         for path in behaviours.names:
             row = behaviours.elements(path)
@@ -140,5 +157,6 @@ class SurroundHistory:
         history._way[:] = [way.number(each, 0.0, FAR) for each in way.names]
         history.seconds = fields.number("seconds", 0.0)
         history.fitness = FitnessSums.from_fields(fields.table("fitness"), sectors)
+        history.tracker = RunTracker.from_fields(fields.table("tracker"), (case.rangers, case.wilds))
         fields.done()
         return history
