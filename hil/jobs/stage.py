@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, Protocol, TypeVar
 
 from hil.bridge.operator import KEY, Operator, OperatorInput
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
     from typing import Self
 
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
     from pal_advisor.fields import Fields
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class Job(Protocol):
@@ -70,6 +74,23 @@ class Job(Protocol):
     def perform(self, stage: Stage) -> object:
         """Do it."""
         ...
+
+
+@dataclass(frozen=True)
+class Recorded(Generic[R]):
+    """How a log tells of what was done elsewhere.
+
+    Attributes:
+        topic: Topic of the entries, one for each result.
+        result_of: Makes the result of an entry; None where the entry can't be one.
+    """
+
+    topic: str
+    result_of: Callable[[object], R | None]
+
+
+CUT_SHORT: Final = "cut short"
+"""Kind of the event by which a log tells that other processes gave no further result: `interrupted`, `status` of the error."""
 
 
 class Stage(ABC):
@@ -137,6 +158,24 @@ class Stage(ABC):
 
         Args:
             address: The address.
+        """
+
+    @abstractmethod
+    def results(self, function: Callable[[T], R], tasks: Sequence[T], recorded: Recorded[R], before: int) -> Iterator[R]:
+        """What comes of tasks that know nothing of each other, and are done by other processes, or on other machines.
+
+        Args:
+            function: Does a task; of a module, as are the tasks' types and the results'.
+            tasks: The tasks.
+            recorded: How a log tells of their results.
+            before: How many results of this kind the log tells of before them.
+
+        Yields:
+            The results, in the order of the tasks.
+
+        Raises:
+            WorkerError: Some can't be had.
+            KeyboardInterrupt: The operator asked for it.
         """
 
     @abstractmethod

@@ -209,9 +209,51 @@ class SurroundStateRecord:
     digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
 
 
+@dataclass(frozen=True)
+class SurroundEvaluationRecord:
+    """What came of a run that a search among conditions has asked for."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    number: Annotated[int, "number of the evaluation in its search, from 1"]
+    generation: Annotated[int, "number of the generation, from 1; 0: none, as of conditions that are run again for their means"]
+    case: Annotated[str, "the conditions, by the book's name"]
+    seed: Annotated[int, "seed of the run"]
+    contact: Annotated[float | None, "fitness CONTACT (Eq. 9.3)"]
+    surround: Annotated[float | None, "fitness SURROUND (Eq. 9.5)"]
+    chase: Annotated[float | None, "fitness CHASE (Eq. 9.7)"]
+    focus: Annotated[float | None, "fitness FOCUS (Eq. 9.8)"]
+    distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD at the end, in the book's units"]
+    share_surrounded: Annotated[float | None, "share of WILDs surrounded at the end"]
+    seconds: Annotated[float, "robot time of the run, in s"]
+
+
+@dataclass(frozen=True)
+class SurroundGenerationRecord:
+    """What came of a generation of a genetic search among conditions."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    number: Annotated[int, "number of the generation, from 1"]
+    best: Annotated[float, "greatest fitness"]
+    mean: Annotated[float, "mean fitness"]
+    elite: Annotated[str, "the condition of the best, by the book's name"]
+    cases: Annotated[tuple[str, ...], "its individuals, by the book's names"]
+
+
+@dataclass(frozen=True)
+class SurroundConditionRecord:
+    """What several runs with the same seeds say of a condition, when a search is over."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    case: Annotated[str, "the condition, by the book's name"]
+    mean: Annotated[float, "mean of the fitness that was searched for"]
+    sd: Annotated[float, "standard deviation of single runs"]
+    runs: Annotated[int, "how many"]
+
+
 RECORDS: Final = (
     WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
     CheckpointRecord, TrialRecord, StepRecord,
-    AdviceRecord, SwarmRoundRecord, SurroundStateRecord,
+    AdviceRecord, SwarmRoundRecord, SurroundStateRecord, SurroundEvaluationRecord, SurroundGenerationRecord,
+    SurroundConditionRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

@@ -61,6 +61,7 @@ class SurroundState:
         body: Radius of a robot.
         step: Number of the step; 0 is the start.
         steps: How many there are to be.
+        seconds: Time since the run began, in s.
         distance: D, the mean distance from a RANGER to the nearest WILD; None where there is none.
         ranger_distance: Mean distance between two RANGERs, likewise.
         share_surrounded: Share of WILDs that are surrounded; None where there is none.
@@ -79,6 +80,7 @@ class SurroundState:
     body: float
     step: int
     steps: int
+    seconds: float
     distance: float | None
     ranger_distance: float | None
     share_surrounded: float | None
@@ -163,7 +165,7 @@ class SurroundMission:
         self.settings = settings
         self.case = case
         self.adviser = adviser
-        self.history = history or SurroundHistory(case.rangers, case.wilds)
+        self.history = history or SurroundHistory(case.rangers, case.wilds, settings.sectors)
         self._sensing = sensing
         self._seed = seed
         self._observers = observers
@@ -331,6 +333,7 @@ class SurroundMission:
             body=self.settings.body,
             step=number,
             steps=self.settings.steps,
+            seconds=self._before + self.host.swarm.now() - self._begun,
             distance=near,
             ranger_distance=ranger_distance(rangers),
             share_surrounded=share_surrounded(rangers, wilds, self.settings.r0),
@@ -342,6 +345,10 @@ class SurroundMission:
             measures=None if tables is None else self._told_of(near, tables),
             digest=self.digest() if told else "",
         )
-        self.history.take(state, rangers, self._before + self.host.swarm.now() - self._begun)
+        way = self.history.moved(rangers)
+        self.history.take(state, rangers)
+        if number:
+            learnt = self.adviser.groups[RobotClass.RANGER].experience.weights
+            self.history.fitness.take(rangers, wilds, way, self._met[RobotClass.RANGER], learnt)
         for observer in self._observers:
             observer.surround_state(state)

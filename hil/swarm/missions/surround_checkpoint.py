@@ -130,6 +130,8 @@ def checkpoint_of(data: bytes) -> SurroundCheckpoint:
 
 def _of_document(document: Document) -> SurroundCheckpoint:
     data = document.data
+    if isinstance(data, dict) and data.get("mission") == "surround evolution":
+        raise SurroundCheckpointError(f"{document.path} is the checkpoint of a search among conditions: go on with --evolve")
     if not isinstance(data, dict) or data.get("version") != VERSION or data.get("mission") != "surround":
         if isinstance(data, dict) and data.get("version") == 1 and data.get("mission") == "surround":
             raise SurroundCheckpointError(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from firmware_protocol.vocabulary import RobotClass
-from pal_advisor.surround.measures import RunMeasures, RunTracker, measures_of
+from pal_advisor.surround.measures import FitnessSums, RunMeasures, RunTracker, measures_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,19 +27,22 @@ class SurroundHistory:
     Args:
         rangers: How many RANGERs play.
         wilds: How many WILDs.
+        sectors: How many behaviours there are.
 
     Attributes:
         tracker: Of what no single step tells.
         series: By name as in `SERIES`, T + 1 numbers each; None where there was nothing to measure.
         behaviours: How many RANGERs performed each behaviour, T lists.
         seconds: Time that it has taken, in s.
+        fitness: What the fitness functions need.
     """
 
-    def __init__(self, rangers: int, wilds: int) -> None:
+    def __init__(self, rangers: int, wilds: int, sectors: int) -> None:
         self.tracker = RunTracker((rangers, wilds))
         self.series: dict[str, list[float | None]] = {name: [] for name in SERIES}
         self.behaviours: list[list[int]] = []
         self.seconds = 0.0
+        self.fitness = FitnessSums(sectors)
         self._way = np.zeros(rangers)
         self._at = np.full((rangers, 2), np.nan)
 
@@ -66,21 +69,33 @@ class SurroundHistory:
         """
         return measures_of(self.tracker, self.series["distance"], tables)
 
-    def take(self, state: SurroundState, rangers: NDArray[np.float64], seconds: float) -> None:
+    def take(self, state: SurroundState, rangers: NDArray[np.float64]) -> None:
         """Take in a step.
 
         Args:
             state: How the mission stands after it.
             rangers: Where the RANGERs are, shape (rangers, 2).
-            seconds: Time since the start, in s.
         """
         for name in SERIES:
             self.series[name].append(getattr(state, name))
         if state.step:
             self.behaviours.append(list(state.behaviours[0]))
-        self._way += np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        self._way += self._moves(rangers)
         self.place(rangers)
-        self.seconds = seconds
+        self.seconds = state.seconds
+
+    def moved(self, rangers: NDArray[np.float64]) -> float:
+        """How far all RANGERs have come since they were placed last, in straight lines.
+
+        Args:
+            rangers: Where they are, shape (rangers, 2).
+        """
+        return float(self._moves(rangers).sum())
+
+    def _moves(self, rangers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far each has come; 0 for who was or is nobody knows where."""
+        moves: NDArray[np.float64] = np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        return moves
 
     def place(self, rangers: NDArray[np.float64]) -> None:
         """The RANGERs are there, however they have come there.
@@ -108,6 +123,7 @@ class SurroundHistory:
             "behaviours": self.behaviours,
             "way": self._way.tolist(),
             "seconds": self.seconds,
+            "fitness": self.fitness.to_dict(),
             "tracker": self.tracker.to_dict(),
         }
 
@@ -123,7 +139,7 @@ class SurroundHistory:
         Raises:
             FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
         """
-        history, rangers = cls(case.rangers, case.wilds), case.rangers
+        history, rangers = cls(case.rangers, case.wilds, sectors), case.rangers
         behaviours = fields.elements("behaviours")
         for path in behaviours.names:
             row = behaviours.elements(path)
@@ -140,6 +156,7 @@ class SurroundHistory:
             raise fields.wrong("way", f"expected {rangers} numbers, not {len(way.names)}")
         history._way[:] = [way.number(each, 0.0, FAR) for each in way.names]
         history.seconds = fields.number("seconds", 0.0)
+        history.fitness = FitnessSums.from_fields(fields.table("fitness"), sectors)
         history.tracker = RunTracker.from_fields(fields.table("tracker"), (case.rangers, case.wilds))
         fields.done()
         return history

@@ -67,6 +67,7 @@ class SurroundOutcome:
             "wild_stimuli": _stimuli(self.tables, RobotClass.WILD),
             "behaviours": history.behaviours,
             "path": _rounded(history.path),
+            "fitness": {str(name): _rounded(value) for name, value in history.fitness.values.items()},
             "measures": history.measures(self.tables).to_dict(),
             "missing": [{"step": one.step, "robot": one.robot, "until": one.until} for one in self.absences],
             "robot_seconds": round(history.seconds, 3),

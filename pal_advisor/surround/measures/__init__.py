@@ -1,5 +1,6 @@
 """What is measured of a run: of a step, and of whole histories."""
 
+from pal_advisor.surround.measures.fitness import Fitness, FitnessSums, nearest_distance
 from pal_advisor.surround.measures.histories import macro_stable, periodic, pushed, turns
 from pal_advisor.surround.measures.run import RunMeasures, measures_of
 from pal_advisor.surround.measures.steps import (
@@ -18,6 +19,8 @@ from pal_advisor.surround.measures.steps import (
 from pal_advisor.surround.measures.tracker import RunTracker
 
 __all__ = [
+    "Fitness",
+    "FitnessSums",
     "RunMeasures",
     "RunTracker",
     "behaviour_frequency",
@@ -26,6 +29,7 @@ __all__ = [
     "macro_stable",
     "mean_distance",
     "measures_of",
+    "nearest_distance",
     "periodic",
     "pushed",
     "ranger_distance",
