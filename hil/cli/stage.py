@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from hil.cli.running import ActiveRun
     from hil.connecting.connecting import NetworkOpener
-    from hil.jobs.stage import Recorded
     from hil.recording.recorder import Recorder
     from hil.working import Crew
+    from hil.working.recorded import Recorded
 
 T = TypeVar("T")
 R = TypeVar("R")
