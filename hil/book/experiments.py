@@ -8,6 +8,7 @@ from enum import StrEnum
 from typing import Final
 
 from pal_advisor.surround import Case
+from pal_advisor.surround.measures import Fitness
 
 SEEDS: Final = 40
 """Runs of each condition."""
@@ -15,8 +16,9 @@ SEARCHES: Final = 20
 """Evolutions of each fitness."""
 REPEATS: Final = 10
 """Runs of each condition of the exhaustive table."""
-FITNESSES: Final = ("contact", "surround", "chase", "focus")
-"""Fitness functions of chapter 9 (Eq. 9.3 to 9.8)."""
+FITNESSES: Final = tuple(fitness.value for fitness in Fitness)
+"""Names of the fitness functions of chapter 9 (Eq. 9.3 to 9.8)."""
+_WORKERS: Final = ("--workers", "2")
 _QUIET: Final = ("--no-log", "--no-report", "--quiet", "--json")
 
 
@@ -52,14 +54,14 @@ class Experiment:
 
 
 def _runs(name: str, case: str, steps: int, *words: str, link: str = "") -> Experiment:
-    links = (link,) if link else ()
-    arguments = (*links, "--case", str(Case.parse(case)), "--steps", str(steps), *words, "--seeds", str(SEEDS))
+    links, workers = ((link,), ()) if link else ((), _WORKERS)  # who plays beside others has a table of its own
+    arguments = (*links, "--case", str(Case.parse(case)), "--steps", str(steps), *words, "--seeds", str(SEEDS), *workers)
     return Experiment(name, ResultKind.RUNS, ("swarm", "surround", *arguments, *_QUIET))
 
 
 def _search(fitness: str, search: str) -> Experiment:
     words = () if search == "ga" else ("--search", search)
-    arguments = ("--evolve", fitness, *words, "--seeds", str(SEARCHES), "--workers", "2", *_QUIET)
+    arguments = ("--evolve", fitness, *words, "--seeds", str(SEARCHES), *_WORKERS, *_QUIET)
     return Experiment(f"{search}-{fitness}", ResultKind.SEARCH, ("swarm", "surround", *arguments))
 
 
@@ -67,8 +69,7 @@ _TABLE = Experiment(
     "exhaustive",
     ResultKind.TABLE,
     (
-        "swarm", "surround", "--evolve", "contact", "--search", "exhaustive", "--repeats", str(REPEATS), "--workers", "2",
-        *_QUIET,
+        "swarm", "surround", "--evolve", "contact", "--search", "exhaustive", "--repeats", str(REPEATS), *_WORKERS, *_QUIET,
     ),
 )  # fmt: skip
 _LOSSY = "sim://swarm?rangers=25&wilds=8&size=2,2&seed=1&faults=drop:0.05"

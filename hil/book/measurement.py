@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import exp, sqrt
+from dataclasses import dataclass, replace
+from math import exp, floor, log10, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,10 +32,19 @@ class Measurement:
     count: int
     text: str = ""
 
+    def told(self, text: str) -> Measurement:
+        """The same, told otherwise.
+
+        Args:
+            text: How.
+        """
+        return replace(self, text=text)
+
     def __str__(self) -> str:
         if self.text:
             return self.text
-        digits = 3 if max(abs(self.low), abs(self.high)) < 1 else 2 if abs(self.value) < 100 else 0
+        half = (self.high - self.low) / 2.0
+        digits = 3 if half <= 0.0 else min(max(1 - floor(log10(half)), 0), 6)  # two figures of the interval
         return f"{self.value:.{digits}f} ({self.low:.{digits}f} to {self.high:.{digits}f})"
 
 

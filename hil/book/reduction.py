@@ -46,6 +46,13 @@ def _learnt(run: Plain) -> list[NDArray[np.float64]]:
     return [np.array(entry["weights"]) for entry in run["stimuli"] if _changed(entry)]
 
 
+def _uniform(run: Plain) -> bool:
+    """All weights of both classes are as they were at first: at every step where that was measured, else at the end."""
+    if "measures" in run:
+        return all(run["measures"]["uniform"].values())
+    return not any(_changed(entry) for name in CLASSES.values() for entry in run[name])
+
+
 def _seen(run: Plain) -> list[float | None]:
     """Least and greatest weight of the RANGERs' learnt vectors: of all steps where that was measured, else of the end."""
     if "measures" in run:
@@ -102,6 +109,7 @@ COLUMNS: Final[Mapping[str, Callable[[Plain], Any]]] = {
     "settle_step": _settled,
     "reached": _reached,
     "stimuli_met": _met,
+    "uniform": lambda run: int(_uniform(run)),
     "learnt": lambda run: len(_learnt(run)),
     "zeros": lambda run: sum(bool((vector == 0.0).any()) for vector in _learnt(run)),
     "least": lambda run: _seen(run)[0],

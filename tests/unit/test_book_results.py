@@ -47,6 +47,7 @@ def test_runs_are_reduced_to_columns() -> None:
     assert columns["settle_step"] == columns["reached"] == [27, 27]  # within 0.3 of the last value
     assert (columns["stimuli_met"], columns["learnt"], columns["zeros"]) == ([2] * 2, [2] * 2, [2] * 2)
     assert (columns["least"], columns["greatest"], columns["dominance"]) == ([0.0] * 2, [0.4] * 2, [0.5] * 2)
+    assert columns["uniform"] == [0] * 2
     assert "pushed" not in columns, "nobody has measured it"
     assert found["rules"]["ranger"] == {"2": {"learnt": 2, "weights": LEARNT, "B8": 2}}
     assert len(found["distance"]) == 51
@@ -55,12 +56,12 @@ def test_runs_are_reduced_to_columns() -> None:
 def test_what_is_measured_of_whole_histories_is_kept() -> None:
     measures = {
         "pushed": 3, "periodic": {"ranger": 0.04, "wild": 0.0}, "macro_stable": [30, 31],
-        "weights": {"ranger": [0.01, 0.6], "wild": None},
+        "weights": {"ranger": [0.01, 0.6], "wild": None}, "uniform": {"ranger": False, "wild": True},
     }  # fmt: skip
     columns = reduced(ResultKind.RUNS, one_run(7, measures=measures))["columns"]
     assert columns["seed"] == [7]
     assert (columns["pushed"], columns["periodic"], columns["macro_stable"]) == ([3], [0.04], [2])
-    assert (columns["least"], columns["greatest"]) == ([0.01], [0.6])
+    assert (columns["least"], columns["greatest"], columns["uniform"]) == ([0.01], [0.6], [0])
 
 
 def test_a_short_run_has_no_step_50(tmp_path: Path) -> None:

@@ -41,7 +41,7 @@ def _rule(kind: RobotClass, stimulus: int, name: str, steps: int) -> Claim:
         alike = sum(count for behaviour, count in learnt.items() if behaviour in theirs) / runs
         other = max((count for behaviour, count in learnt.items() if behaviour not in theirs), default=0) / runs
         found = about(alike - other, sqrt((alike + other - (alike - other) ** 2) / runs), runs)  # of a multinomial
-        return Measurement(found.value, found.low, found.high, runs, f"{most}{f', others {rest}' if rest else ''}; {means}")
+        return found.told(f"{most}{f', others {rest}' if rest else ''}; {means}")
 
     return Claim(
         name=f"rule-{book.name.lower()}-{name}",
@@ -99,7 +99,7 @@ def _mutation(results: StoredResults, name: str, column: str, sign: int) -> Meas
     with_it, without = (mean_column(results, each, column) for each in (f"{name}-mutate", f"{name}l1"))
     found = difference_of(with_it, without) if sign > 0 else difference_of(without, with_it)
     told = f"{found}: {with_it.value:.2f} with, {without.value:.2f} without"
-    return Measurement(found.value, found.low, found.high, found.count, told)
+    return found.told(told)
 
 
 def _settles(results: StoredResults) -> Measurement:

@@ -21,23 +21,21 @@ _CHANCE: Final = 0.25
 
 
 def _learns_nothing(results: StoredResults, names: Sequence[str]) -> Measurement:
-    learnt = np.concatenate([results.runs(name).column("learnt") for name in names])
-    found = share_of(learnt == 0)
-    return Measurement(found.value, found.low, found.high, found.count, f"{found}; {int(learnt.sum())} vectors have changed")
+    return share_of(np.concatenate([results.runs(name).column("uniform") for name in names]) > 0)
 
 
 def _occurs(results: StoredResults, name: str, column: str) -> Measurement:
     """The share of runs in which something occurs, and how often it does."""
     found = results.runs(name).column(column)
     share = share_of(found > 0)
-    return Measurement(share.value, share.low, share.high, share.count, f"{share}; {found.mean():.2g} on average")
+    return share.told(f"{share}; {found.mean():.2g} on average")
 
 
 def _between(results: StoredResults, those: str, others: str, column: str) -> Measurement:
     """By how much the mean of a column is greater in one experiment than in another, and both."""
     one, other = (mean_column(results, name, column) for name in (those, others))
     found = difference_of(one, other)
-    return Measurement(found.value, found.low, found.high, found.count, f"{found}: {one.value:.2f} and {other.value:.2f}")
+    return found.told(f"{found}: {one.value:.2f} and {other.value:.2f}")
 
 
 def _weights(results: StoredResults, names: Sequence[str]) -> Measurement:
@@ -59,7 +57,7 @@ def _faster(results: StoredResults, slow: str, fast: str, column: str) -> Measur
     those, others = (mean_column(results, name, column) for name in (slow, fast))
     found = ratio_of(those, others)
     told = f"{found}: step {those.value:.0f} and step {others.value:.0f}"
-    return Measurement(found.value, found.low, found.high, found.count, told)
+    return found.told(told)
 
 
 _SMOOTHED: Final = ("b1d3l1", "b1d3l2", "b2d3l1", "b2d3l2")
@@ -71,7 +69,7 @@ CLAIMS: Final = (
         name="long-range-learns-nothing",
         place="8.1, Fig. 8.3, 8.9, rule RE (Eq. 8.1)",
         says="Sensors of long range learn nothing.",
-        measured="runs in which all weights are exactly 1/8 after 50 steps, B1D3S2 and B1D1S2",
+        measured="runs of 50 steps in which all weights of both classes are exactly 1/8 throughout, B1D3S2 and B1D1S2",
         needs=_LONG,
         measure=partial(_learns_nothing, names=_LONG),
         limit=Limit(low=1.0, alone=True),

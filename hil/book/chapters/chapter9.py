@@ -11,6 +11,8 @@ from hil.book.claim import MORE_THAN_0, Claim, ClaimVerdict, Limit
 from hil.book.experiments import FITNESSES
 from hil.book.measurement import Measurement, difference_of, mean_of, ratio_of, share_of
 from pal_advisor.surround import Case
+from pal_advisor.surround.measures import Fitness
+from pal_advisor.surround.search import BOOK_WINNERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
 _TABLE: Final = "exhaustive"
 _TOP: Final = 24
 """The best quarter of 96 conditions."""
-_WINNERS: Final = {"contact": "B2D2L1S1", "surround": "B1D3L3S1", "chase": "B1D4L4S1", "focus": "B1D1L1S1"}
-"""What the book ends with (9.3)."""
 _FIGURES: Final = {"contact": "Fig. 9.5", "surround": "Fig. 9.6", "chase": "Fig. 9.7", "focus": "Fig. 9.8"}
 
 
@@ -36,7 +36,7 @@ def _groups(
         table = results.table(_TABLE)
         one, other = (table.group(fitness, belongs) for belongs in (those, others))
         found = difference_of(one, other)
-        return Measurement(found.value, found.low, found.high, found.count, f"{found}: {one.value:.3f} and {other.value:.3f}")
+        return found.told(f"{found}: {one.value:.4g} and {other.value:.4g}")
 
     return measure
 
@@ -45,7 +45,7 @@ def _short_by_long(results: StoredResults) -> Measurement:
     table = results.table(_TABLE)
     short, long = (table.group("contact", lambda case, far=far: case.long_range == far) for far in (False, True))  # type: ignore[misc]
     found = ratio_of(short, long)
-    return Measurement(found.value, found.low, found.high, found.count, f"{found}: {short.value:.3f} and {long.value:.3f}")
+    return found.told(f"{found}: {short.value:.4g} and {long.value:.4g}")
 
 
 def _prefers(fitness: str, *, centralised: bool) -> Claim:
@@ -81,8 +81,8 @@ def _of_four(fitness: str, how: int) -> Callable[[StoredResults], Measurement]:
         means = {each: table.group(fitness, lambda case, each=each: case.learning == each) for each in (1, 2, 3, 4)}  # type: ignore[misc]
         others = table.group(fitness, lambda case: case.learning != how)
         found = difference_of(means[how], others)
-        told = ", ".join(f"L{each} {mean.value:.3f}" for each, mean in means.items())
-        return Measurement(found.value, found.low, found.high, found.count, f"{found}: {told}")
+        told = ", ".join(f"L{each} {mean.value:.4g}" for each, mean in means.items())
+        return found.told(f"{found}: {told}")
 
     return measure
 
@@ -114,7 +114,7 @@ def _stationary(other: int) -> Claim:
 
 
 def _winner(fitness: str) -> Claim:
-    case = Case.parse(_WINNERS[fitness])
+    case = Case.parse(str(BOOK_WINNERS[Fitness(fitness)]))
     return Claim(
         name=f"{fitness}-winner",
         place=f"9.3, {_FIGURES[fitness]}",
@@ -138,16 +138,14 @@ def _ranks(results: StoredResults, search: str, fitness: str) -> NDArray[np.floa
 def _in_top(results: StoredResults, search: str, fitness: str) -> Measurement:
     ranks = _ranks(results, search, fitness)
     found = share_of(ranks <= _TOP)
-    return Measurement(
-        found.value, found.low, found.high, found.count, f"{found}; ranks {ranks.min():.0f} to {ranks.max():.0f}"
-    )
+    return found.told(f"{found}; ranks {ranks.min():.0f} to {ranks.max():.0f}")
 
 
 def _better_than_chance(results: StoredResults, fitness: str) -> Measurement:
     chance, evolved = (mean_of(_ranks(results, search, fitness)) for search in ("random", "ga"))
     found = difference_of(chance, evolved)
     told = f"{found}: {evolved.value:.1f} by evolution, {chance.value:.1f} by chance"
-    return Measurement(found.value, found.low, found.high, found.count, told)
+    return found.told(told)
 
 
 CLAIMS: Final = (

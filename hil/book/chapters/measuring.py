@@ -34,7 +34,7 @@ def left_of_distance(results: StoredResults, name: str) -> Measurement:
     """
     runs, found = results.runs(name), mean_of(left_at_50(results, name))
     course = " / ".join(f"{runs.column(f'distance_{step}').mean():.2f}" for step in (0, 20, 50))
-    return Measurement(found.value, found.low, found.high, found.count, f"{found}; D {course}")
+    return found.told(f"{found}; D {course}")
 
 
 def below(results: StoredResults, name: str, limit: float) -> Measurement:
@@ -47,7 +47,7 @@ def below(results: StoredResults, name: str, limit: float) -> Measurement:
     """
     left = left_at_50(results, name)
     found = share_of(left < limit)
-    return Measurement(found.value, found.low, found.high, found.count, f"{found}; at most {left.max():.2f}")
+    return found.told(f"{found}; at most {left.max():.2f}")
 
 
 def mean_column(results: StoredResults, name: str, column: str) -> Measurement:
