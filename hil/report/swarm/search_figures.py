@@ -139,14 +139,9 @@ def _letters(axes: Axes, search: SearchRun) -> None:
         if row and level.endswith("1"):
             axes.axhline(row - 0.5, color=GREY, linewidth=0.8)
     axes.annotate(
-        "mean",
-        (1.0, 1.0),
-        xycoords="axes fraction",
-        xytext=(4, 4),
-        textcoords="offset points",
-        fontsize=8,
+        "mean", (1.0, 1.0), xycoords="axes fraction", xytext=(4, 4), textcoords="offset points", fontsize=8,
         annotation_clip=False,
-    )
+    )  # fmt: skip
     axes.set_yticks(range(len(LEVELS)), [f"{level} {words}" for level, words in LEVELS.items()])
     axes.set_ylim(len(LEVELS) - 0.5, -0.5)
     axes.grid(visible=False)
