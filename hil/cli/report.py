@@ -34,6 +34,7 @@ def report(
     Example: hil report runs/20261128-130501-coach-flat-light
     """
     from hil.report import PAGE, write_report  # noqa: PLC0415 - drawing takes a second to load
+    from hil.report.style import INSTALL, can_draw  # noqa: PLC0415 - likewise
 
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
@@ -53,6 +54,8 @@ def report(
     files = write_report(found, folder, max_chunk=max_chunk)
     if files.health and not quiet:
         common.plain_console(stderr=True).print(f"{found} is {files.health}")
+    if not quiet and not can_draw():
+        common.plain_console(stderr=True).print(f"There are no pictures: {INSTALL} and hil report --overwrite add them.")
     if as_json:
         common.print_json({"page": str(files.page), "pictures": [str(path) for path in files.pictures]})
     elif quiet:

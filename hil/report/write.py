@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
@@ -21,7 +21,7 @@ from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Section, render
 from hil.report.report_table import shortened
-from hil.report.style import png, styled
+from hil.report.style import INSTALL, can_draw, png, styled
 from hil.report.swarm.figures import distances
 from hil.report.swarm.words import missing_table, rules_table, steps_table, surround_numbers, surround_runs
 from hil.report.words import (
@@ -102,6 +102,8 @@ def early_pictures(data: RunData) -> dict[str, bytes]:
     Returns:
         PNG by the picture's name; without those that can't be drawn.
     """
+    if not can_draw():
+        return {}
     with styled():
         sections = (_learnt(data, {}), _learning(data, {}), _bouts(data, {}))
     return {picture.name: picture.data for section in sections for picture in section.pictures if picture.name in EARLY}
@@ -121,7 +123,7 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
     Raises:
         LogError: The report cannot be written.
     """
-    with styled():
+    with styled() if can_draw() else nullcontext():
         sections = _sections(data, drawn)
     said = summary(data)
     title = title_of(data)
@@ -146,6 +148,8 @@ def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
     if not data.learnt and not data.bouts and not data.surround:
         found.insert(0, _sensed(data))
     about = Section("About this run")
+    if not can_draw():
+        about.text.append(f"There are no pictures here, since matplotlib is not installed: {INSTALL} adds them.")
     if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
         data.oddities.append("Trials of situations that this program does not know are counted, and not drawn.")
     events = event_table(data)
@@ -286,6 +290,8 @@ def _add(
     drawn: Mapping[str, bytes] = MappingProxyType({}),
 ) -> None:
     """Add a picture, or say why there is none: what a log holds never costs the report."""
+    if not can_draw():
+        return
     if name in drawn:
         section.pictures.append(Picture(name, drawn[name], caption))
         return
