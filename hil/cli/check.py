@@ -70,7 +70,7 @@ def check(
 
     No wheel turns without --moving. Exit status 1: a check failed.
 
-    Example: hil check serial:///dev/ttyACM0:115200 --moving
+    Example: hil check /dev/ttyACM0 --moving
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     named = _named(only)

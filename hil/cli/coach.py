@@ -109,7 +109,7 @@ def coach(
 ) -> int:
     """Let Pal coach Junior, and leave advice, log and report.
 
-    Examples: hil coach; hil coach serial:///dev/ttyACM0:115200 --objective contact
+    Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
     if opponent is not None:
         common.check_opponent(opponent)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def ports(
     links: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[LINK]...", help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0."),
+        typer.Argument(metavar="LINK", help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0."),
     ] = None,
     *,
     probe: Annotated[bool, typer.Option("--probe/--no-probe", help="Open each and listen for a robot.")] = True,

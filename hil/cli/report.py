@@ -16,7 +16,7 @@ def report(
     log: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[RUN|LOG]", help="A run's folder or a log (.mcap), read up to its damage; the newest run if left out."
+            metavar="RUN|LOG", help="A run's folder or a log (.mcap), read up to its damage; the newest run if left out."
         ),
     ] = None,
     *,

@@ -21,7 +21,7 @@ class RingName(StrEnum):
 LinksArgument = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[LINK]...",
+        metavar="LINK",
         help="Addresses of the links that the robots are on: /dev/ttyUSB0, tcp://127.0.0.1:5760, "
         "sim://swarm?rangers=25&wilds=8; auto: the one link on which robots answer. "
         "Left out: an emulated table in this process.",
