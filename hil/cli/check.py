@@ -36,6 +36,11 @@ TABLE_WIDTH: Final = 140
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
 
 
+def check_names() -> list[str]:
+    """Names of the checks, for a shell that completes."""
+    return [check.name for check in CHECKS]
+
+
 def check(
     link: common.LinkArgument = None,
     *,
@@ -43,7 +48,8 @@ def check(
         bool, typer.Option("--moving", help="Also run the checks in which the wheels turn: give it room.")
     ] = False,
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="Run this check; may be given several times.")
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", autocompletion=check_names, help="Run this check; may be given several times."),
     ] = None,
     listing: Annotated[
         bool, typer.Option("--list", help="Print the checks and what each demands; no robot is needed.")

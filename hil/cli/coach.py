@@ -51,6 +51,7 @@ def coach(
         str | None,
         typer.Option(
             "--opponent",
+            autocompletion=common.opponents,
             help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
         ),
     ] = None,

@@ -17,6 +17,7 @@ from rich.console import Console
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
 from firmware_protocol.near import did_you_mean
 from hil.cli.arguments import load_config
+from hil.cli.completion import link_words
 from hil.files.json_text import json_text
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
@@ -128,13 +129,18 @@ LinkArgument = Annotated[
     str | None,
     typer.Argument(
         metavar="LINK",
+        autocompletion=link_words,
         help="Address of the robot: /dev/ttyACM0, serial:///dev/ttyACM0:57600, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
         "sim://junior?opponent=flat-light; auto: the one that answers. Left out: an emulated robot in this process.",
     ),
 ]
 RobotArgument = Annotated[
     str,
-    typer.Argument(metavar="LINK", help="Address of the robot, as /dev/ttyACM0; auto: the one that answers."),
+    typer.Argument(
+        metavar="LINK",
+        autocompletion=link_words,
+        help="Address of the robot, as /dev/ttyACM0; auto: the one that answers.",
+    ),
 ]
 """As `LinkArgument`, where an emulated robot in this process would be gone at once."""
 ConfigOption = Annotated[
@@ -187,6 +193,11 @@ def _check_numbers(options: dict[str, Any]) -> None:
     for name, value in options.items():
         if isinstance(value, float) and not math.isfinite(value):
             raise UsageError(f"{name.replace('_', '-')}: expected a number, not {value}")
+
+
+def opponents() -> list[str]:
+    """Names of the opponents, for a shell that completes."""
+    return list(OPPONENTS)
 
 
 def check_opponent(name: str) -> str:

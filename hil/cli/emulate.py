@@ -48,7 +48,9 @@ def emulate(
     count: Annotated[
         int, typer.Option("--count", min=1, max=254, help="So many robots on the one link, with system or node ids from 1.")
     ] = 1,
-    opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
+    opponent: Annotated[
+        str, typer.Option("--opponent", autocompletion=common.opponents, help=f"One of {', '.join(common.OPPONENTS)}.")
+    ] = "flat-light",
     board: Annotated[
         BoardName, typer.Option("--board", help="host: the firmware in this process; avr: its ELF on an emulated ATmega328P.")
     ] = BoardName.HOST,

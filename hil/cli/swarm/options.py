@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from hil.cli.completion import link_words
 from hil.swarm.placing import StartPlace
 
 
@@ -22,6 +23,7 @@ LinksArgument = Annotated[
     list[str] | None,
     typer.Argument(
         metavar="LINK",
+        autocompletion=link_words,
         help="Addresses of the links that the robots are on: /dev/ttyUSB0, tcp://127.0.0.1:5760, "
         "sim://swarm?rangers=25&wilds=8; auto: the one link on which robots answer. "
         "Left out: an emulated table in this process.",
