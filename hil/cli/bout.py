@@ -16,7 +16,7 @@ from hil.cli.workers import check_side_by_side, play_side_by_side
 from hil.jobs.bout import BoutJob, ControllerName
 from hil.sumo.advice_file import load_advice
 from hil.sumo.ring import OPPONENTS
-from hil.workers import MOST_WORKERS
+from hil.working.processes import MOST_WORKERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

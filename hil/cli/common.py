@@ -22,7 +22,7 @@ from hil.files.json_text import json_text
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
 from hil.sumo.ring import OPPONENTS
-from hil.workers import WorkerError
+from hil.working.errors import WorkerError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -102,6 +102,7 @@ class RunData:
         trials: Maneuvers performed for the learner, in order.
         trial_times: Their log times, in s.
         surround: Steps of the surround task, each run's in order, one run after the other.
+        steps: First and last of its steps that are shown; None for the last: to the end; None: all.
         rounds: Rounds of a swarm, in order.
         advice: The advice as last recorded; None where there was none that could be read.
         bouts: Bouts, in order.
@@ -122,6 +123,7 @@ class RunData:
     trials: list[TrialRecord] = field(default_factory=list)
     trial_times: list[float] = field(default_factory=list)
     surround: list[SurroundStateRecord] = field(default_factory=list)
+    steps: tuple[int, int | None] | None = None
     rounds: list[SwarmRoundRecord] = field(default_factory=list)
     advice: Learnt | None = None
     bouts: list[BoutPath] = field(default_factory=list)

@@ -11,7 +11,8 @@ from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.learning_figures import Category, category_name, situation, sort_key
 from hil.report.learnt import Learnt
 from hil.report.report_table import ReportTable, shortened
-from hil.report.swarm.words import surround_runs, surround_said
+from hil.report.swarm.runs import surround_runs
+from hil.report.swarm.words import surround_said
 from hil.statistics import Rate
 
 if TYPE_CHECKING:

@@ -157,6 +157,27 @@ def test_a_spare_takes_the_place_of_a_missing_robot_of_its_class() -> None:
     assert [(one.robot, one.step, one.until) for one in mission.host.absences] == [("2", 1, 2), ("5", 2, None)]
 
 
+def test_where_everybody_has_last_said_to_be_is_told() -> None:
+    """In the book's units; who is missing stays where it was, and who has never said anything is nowhere."""
+    name = "B2D3R4W2"
+    swarm = kinematic_swarm(name, 1)
+    swarm.mute = {5}
+    mission, told = mission_of(swarm, SurroundSettings(case=name, steps=3))
+    mission.begin()
+    mission.step()
+    before = told.states[1].positions[0][2].tolist()
+    swarm.mute |= {2}
+    play(mission)
+    rangers, wilds = told.states[-1].positions
+    assert (rangers.shape, wilds.shape) == ((4, 2), (2, 2))
+    assert rangers[[0, 1, 3]] == pytest.approx(swarm.world.poses[[0, 1, 3], :2], abs=0.006)
+    assert rangers[2].tolist() == before
+    assert np.isnan(wilds[1]).all()
+    assert told.states[-1].case == "B2C1D3L1R4S1W2"
+    assert told.states[-1].area == (10.0, 10.0)
+    assert told.states[-1].body == pytest.approx(0.1)
+
+
 def test_more_robots_than_there_are_can_not_play() -> None:
     kinds = np.array([0, 0, 0, 1, -1])
     with pytest.raises(CastError, match="asks for 2 WILDs; there are 3 RANGERs and 1 WILD, and 1 that have not said"):
