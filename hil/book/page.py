@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from hil.book.chapters import CHAPTERS
@@ -48,6 +49,7 @@ _COMMANDS: Final = """\
 Each result is what one command prints, reduced to a file of docs/results/surround. `python -m hil.book.run` makes those that
 are not there, `python -m hil.book.run NAME` makes one anew, and `python -m hil.book` makes this page of them.
 """
+_UNDECIDED: Final = "So many runs do not decide it."
 _BAD: Final = (ClaimVerdict.DOES_NOT, ClaimVerdict.DIFFERS, ClaimVerdict.OPEN)
 
 
@@ -88,13 +90,15 @@ def _table(judgements: Sequence[Judgement], numbers: Mapping[str, int]) -> str:
 
 
 def _reasons(judgements: Sequence[Judgement]) -> str:
+    """A paragraph for each thing that the book says and that does not hold, whatever the number of cases."""
     lines = []
-    for judgement in judgements:
-        if judgement.verdict in _BAD:
-            claim = judgement.claim
-            asked = f", asked {claim.asked}" if claim.asked else ""
-            head = f"- *{claim.says}* ({claim.place}) {claim.measured[0].upper()}{claim.measured[1:]}"
-            lines.append(f"{head}: {judgement.measurement}{asked}. {claim.why}".rstrip())
+    bad = [judgement for judgement in judgements if judgement.verdict in _BAD]
+    for (says, place), alike in groupby(bad, key=lambda judgement: (judgement.claim.says, judgement.claim.place)):
+        group = list(alike)
+        told = [f"{each.claim.measured}: {each.measurement} ({each.verdict.value})" for each in group]
+        unknown = _UNDECIDED if all(each.verdict is ClaimVerdict.OPEN for each in group) else "Why is not known."
+        why = next((each.claim.why for each in group if each.claim.why), unknown)
+        lines.append(f"- *{says}* ({place}). Asked: {group[0].claim.asked}. Found: {'; '.join(told)}. {why}")
     return "\n".join(lines) + "\n" if lines else "Nothing.\n"
 
 

@@ -22,7 +22,8 @@ from hil.report.page import Section, add_picture, render
 from hil.report.report_table import shortened
 from hil.report.style import INSTALL, can_draw, styled
 from hil.report.swarm.runs import see_steps, surround_runs
-from hil.report.swarm.sections import surround_sections
+from hil.report.swarm.search_words import search_numbers
+from hil.report.swarm.sections import search_sections, surround_sections
 from hil.report.swarm.words import surround_numbers
 from hil.report.words import (
     bout_table,
@@ -147,8 +148,16 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
 
 
 def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
-    found = [_learnt(data, drawn), _learning(data, drawn), _bouts(data, drawn), *surround_sections(data), _link(data)]
-    if not data.learnt and not data.bouts and not data.surround:
+    found = [
+        _learnt(data, drawn),
+        _learning(data, drawn),
+        _bouts(data, drawn),
+        *surround_sections(data),
+        *search_sections(data),
+    ]
+    if not data.evaluations:  # of runs that had their own tables
+        found.append(_link(data))
+    if data.of_junior:
         found.insert(0, _sensed(data))
     about = Section("About this run")
     if not can_draw():
@@ -274,6 +283,8 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     if data.surround:
         found += surround_numbers(surround_runs(data))
+    if data.evaluations:
+        found += search_numbers(data)
     if data.learnt:
         found.append((f"{len(data.trials):,}", "maneuvers performed"))
     over = [bout for bout in data.bouts if bout.outcome is not BoutOutcome.UNDECIDED]

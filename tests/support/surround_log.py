@@ -5,7 +5,12 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from hil.mcaplog.records import SurroundStateRecord
+from hil.mcaplog.records import (
+    SurroundConditionRecord,
+    SurroundEvaluationRecord,
+    SurroundGenerationRecord,
+    SurroundStateRecord,
+)
 from hil.mcaplog.schemas import record_schema
 from hil.mcaplog.writing.encode import compile_encoder
 from hil.mcaplog.writing.writer import LogWriter
@@ -39,12 +44,30 @@ def state(step: int, **changes: Any) -> SurroundStateRecord:  # noqa: ANN401 - a
     return SurroundStateRecord(**{**values, **changes})
 
 
-def write_log(path: Path, states: Iterable[SurroundStateRecord]) -> Path:
-    """A log of nothing but such states, as workers leave it."""
-    schema = record_schema(SurroundStateRecord)
-    encode = compile_encoder(schema)
+def evaluation(number: int, case: str, contact: float | None, **changes: Any) -> SurroundEvaluationRecord:  # noqa: ANN401 - any field
+    """What came of a run for a search."""
+    values: dict[str, Any] = {
+        "search_seed": 1, "number": number, "generation": 0, "case": case, "seed": number, "contact": contact, "surround": 0.1,
+        "chase": 0.2, "focus": 0.3, "distance": 1.0, "share_surrounded": 0.5, "seconds": 30.0,
+    }  # fmt: skip
+    return SurroundEvaluationRecord(**{**values, **changes})
+
+
+TOPICS = {
+    SurroundStateRecord: "/surround/state",
+    SurroundEvaluationRecord: "/surround/evaluation",
+    SurroundGenerationRecord: "/surround/generation",
+    SurroundConditionRecord: "/surround/condition",
+}
+
+
+def write_log(path: Path, entries: Iterable[object], search: Mapping[str, str] | None = None) -> Path:
+    """A log of nothing but such entries, as workers leave it, or a search."""
     writer = LogWriter(path, run={})
-    for number, one in enumerate(states):
-        writer.write(writer.channel("/surround/state", schema), float(number), encode(one))
+    if search is not None:
+        writer.metadata("search", search)
+    for number, one in enumerate(entries):
+        schema = record_schema(type(one))
+        writer.write(writer.channel(TOPICS[type(one)], schema), float(number), compile_encoder(schema)(one))
     writer.close()
     return path

@@ -58,8 +58,12 @@ def _rule(kind: RobotClass, stimulus: int, name: str, steps: int) -> Claim:
 
 _WHY: Final = {
     "RA1": (
-        "Behaviours are counted in the frame of the canonical pattern. Whom only the grown radius shows is nearly always to "
-        "the side of its sector 8, so that B8 or its neighbour B7 leads nearer, and B1 past it."
+        "Behaviours are counted in the frame of the canonical pattern, in which whom only the grown radius shows is nearly "
+        "always to the side of sector 8: B8 leads to it, and B1 and B7 lead past it on either side."
+    ),
+    "RB1": (
+        "B8 leads to the one that is seen, and B1 and B7 lead past it on either side. All three come nearer, and which of them "
+        "gets ahead in a run is chance."
     ),
     "RB4": (
         "Its occupied sectors are 6, 7 and 8. The book's B1 and B5 lead past them on either side, what is learnt here straight "

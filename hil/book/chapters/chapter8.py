@@ -38,6 +38,13 @@ def _between(results: StoredResults, those: str, others: str, column: str) -> Me
     return found.told(f"{found}: {one.value:.2f} and {other.value:.2f}")
 
 
+def _stimuli(results: StoredResults, those: str, others: str) -> Measurement:
+    """By how many more stimuli are met in one experiment than in another, and how near RANGERs are in the end."""
+    found = _between(results, those, others, "stimuli_met")
+    near, far = (mean_column(results, name, "distance_last").value for name in (those, others))
+    return found.told(f"{found}; D {near:.2f} and {far:.2f} at the end")
+
+
 def _weights(results: StoredResults, names: Sequence[str]) -> Measurement:
     least = min(results.runs(name).column("least").min() for name in names)
     greatest = max(results.runs(name).column("greatest").max() for name in names)
@@ -173,9 +180,12 @@ CLAIMS: Final = (
             says=f"RANGERs meet more stimuli where WILDs {how[those[:2]]} than where they {how[others[:2]]} ({where}).",
             measured=f"by how many more are met in 100 steps of {those[:4].upper()} than of {others[:4].upper()}",
             needs=(those, others),
-            measure=partial(_between, those=those, others=others, column="stimuli_met"),
+            measure=partial(_stimuli, those=those, others=others),
             limit=Limit(low=MORE_THAN_0, otherwise=ClaimVerdict.DIFFERS),
             asked="more than 0",
+            why="Who is nearer sees more at once, and RANGERs end nearest to WILDs that stand still."
+            if others[:2] == "b2"
+            else "",
         )
         for how in ({"b1": "learn", "b2": "stand still", "b3": "move at random"},)
         for those, others, where in (

@@ -12,6 +12,9 @@ from hil.report.swarm.experience_figures import MOST_STIMULI, behaviours, stimul
 from hil.report.swarm.place_figures import snapshots, trajectories
 from hil.report.swarm.rule_figures import rings
 from hil.report.swarm.runs import surround_runs
+from hil.report.swarm.search_figures import conditions, evolution
+from hil.report.swarm.search_words import conditions_table
+from hil.report.swarm.searches import searches_of
 from hil.report.swarm.words import measures_table, missing_table, rules_table, steps_table
 
 if TYPE_CHECKING:
@@ -39,6 +42,38 @@ def surround_sections(data: RunData) -> list[Section]:
     else:
         missing.text.append("Nobody: every robot that was asked has answered.")
     return [_close(runs), _places(runs, chosen=data.steps is not None), _learnt(runs, data.oddities), _met(runs), missing]
+
+
+def search_sections(data: RunData) -> list[Section]:
+    """What came of searches among conditions.
+
+    Args:
+        data: The log.
+    """
+    searches = searches_of(data)
+    if not searches:
+        return []
+    several = len(searches) > 1
+    section = Section("What was found", tables=[conditions_table(searches)])
+    name = searches[0].fitness.name
+    add_picture(
+        section,
+        "evolution",
+        partial(evolution, searches),
+        f"{name} fitness of the best and the mean of each generation, one run each, and the mean that its elite came to when "
+        "it was run again with other seeds (Figs. 9.9 to 9.12)."
+        + (" Thin lines are single searches, thick ones their mean with its 95 % interval." if several else ""),
+    )
+    if not searches[0].generations:
+        add_picture(
+            section,
+            "conditions",
+            partial(conditions, searches[0]),
+            f"{name} fitness of every condition that was run, with its 95 % interval, the best first: black for short sensors, "
+            "grey for long ones. Below, which letters each has, and at the right the mean over all that have it."
+            + (f" Of the first search, seed {searches[0].seed}." if several else ""),
+        )
+    return [section]
 
 
 def _close(runs: Sequence[SurroundRun]) -> Section:
