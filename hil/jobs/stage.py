@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from hil.bridge.operator import KEY, Operator, OperatorInput
 
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
+    from hil.working.recorded import Recorded
     from pal_advisor.fields import Fields
 
 T = TypeVar("T")
@@ -74,23 +74,6 @@ class Job(Protocol):
     def perform(self, stage: Stage) -> object:
         """Do it."""
         ...
-
-
-@dataclass(frozen=True)
-class Recorded(Generic[R]):
-    """How a log tells of what was done elsewhere.
-
-    Attributes:
-        topic: Topic of the entries, one for each result.
-        result_of: Makes the result of an entry; None where the entry can't be one.
-    """
-
-    topic: str
-    result_of: Callable[[object], R | None]
-
-
-CUT_SHORT: Final = "cut short"
-"""Kind of the event by which a log tells that other processes gave no further result: `interrupted`, `status` of the error."""
 
 
 class Stage(ABC):

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from firmware_protocol.wire.signing import SigningKey
     from hil.connecting.connecting import NetworkOpener
-    from hil.jobs.stage import Recorded
     from hil.replaying.comparison import Comparison
     from hil.replaying.tape import Tape
+    from hil.working.recorded import Recorded
 
 T = TypeVar("T")
 R = TypeVar("R")

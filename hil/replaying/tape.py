@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from firmware_protocol.errors import HilError
 from hil.bridge.operator import INTERRUPT
-from hil.jobs.stage import CUT_SHORT
 from hil.mcaplog.making.slimming import kept_of
 from hil.mcaplog.reading.reader import LogReader, RawEntry
 from hil.mcaplog.records import EVENTS, BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.mcaplog.writing.writer import CONFIG, CUT
 from hil.replaying.bounds import what_can_not_be
 from hil.working import WorkerError
+from hil.working.recorded import CUT_SHORT
 from pal_advisor.fields import FieldError, Fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from hil.jobs.stage import Recorded
     from hil.mcaplog.limits import ReadLimits
+    from hil.working.recorded import Recorded
 
 R = TypeVar("R")
 

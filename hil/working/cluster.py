@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import platform
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -66,7 +68,8 @@ def open_cluster(address: str) -> Iterator[ClusterHands]:
     try:
         from distributed import Client  # noqa: PLC0415 - optional, and takes a second to load
     except ImportError as error:
-        raise WorkerError("--scheduler needs Dask. Install it: pip install 'junior-hil[distributed]'", 2) from error
+        raise WorkerError("--scheduler needs Dask. Install it: pip install 'distributed>=2024.12'", 2) from error
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it would say is raised here, in words
     try:
         client = Client(url, timeout=FINDING, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
@@ -100,28 +103,30 @@ class ClusterHands:
         self.at_once = 0
 
     def see_versions(self) -> None:
-        """See that there are workers, and that they are of this version.
+        """See that there are workers, and that they, and the scheduler, which looks at every task, are of this version.
 
         Raises:
             WorkerError: They are not.
         """
         try:
             self._client.wait_for_workers(1, timeout=FINDING)
-            found: Mapping[str, object] = self._client.run(versions, on_error="return")
+            found: dict[str, object] = self._client.run(versions, on_error="return")
         except (OSError, TimeoutError) as error:
             raise WorkerError(
                 f"the Dask scheduler at {self._url} has no worker that answers: start some "
                 f"(dask worker {self._url} --nworkers auto --nthreads 1)",
                 GONE,
             ) from error
-        for worker, theirs in sorted(found.items()):
+        try:
+            scheduler = self._client.run_on_scheduler(versions)
+        except Exception as error:  # noqa: BLE001 - whatever went wrong there
+            scheduler = error
+        places = {f"the Dask scheduler {self._url}": scheduler}
+        for place, theirs in {**places, **{f"the Dask worker {worker}": found[worker] for worker in sorted(found)}}.items():
             if not isinstance(theirs, dict):
-                raise WorkerError(
-                    f"the Dask worker {worker} can't run this program: {theirs}. Install junior-hil there, the same version",
-                    GONE,
-                )
-            if differences := _differences(theirs):
-                raise WorkerError(_other_version(f"the Dask worker {worker}", differences), GONE)
+                raise WorkerError(f"{place} can't run this program: {theirs}. Install junior-hil there, the same version", GONE)
+            if differences := _differences(theirs, versions()):
+                raise WorkerError(_other_version(place, differences), GONE)
 
     def submit(self, function: Callable[[T], R], tasks: Sequence[T]) -> list[Future[R]]:
         """See `Hands.submit`."""
@@ -164,9 +169,8 @@ class ClusterHands:
         )
 
 
-def _differences(theirs: Mapping[str, str]) -> str:
+def _differences(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
     """Of which package there is which version there, and which here."""
-    ours = versions()
     return ", ".join(
         f"{name} {theirs.get(name, 'none')} instead of {ours.get(name, 'none')}"
         for name in sorted({*ours, *theirs})
@@ -174,8 +178,8 @@ def _differences(theirs: Mapping[str, str]) -> str:
     )
 
 
-def _other_version(who: str, differences: str) -> str:
-    return f"{who} would come to other results: it has {differences}. Install the same there as here"
+def _other_version(place: str, differences: str) -> str:
+    return f"{place} might come to other results: it has {differences}. Install the same there as here"
 
 
 def _perform_alike(expected: Mapping[str, str], function: Callable[[T], R], task: T) -> R:
@@ -184,6 +188,6 @@ def _perform_alike(expected: Mapping[str, str], function: Callable[[T], R], task
     Raises:
         WorkerError: It is not.
     """
-    if differences := _differences(expected):
-        raise WorkerError(_other_version("this program beside a Dask worker that has joined", differences), GONE)
+    if differences := _differences(versions(), expected):
+        raise WorkerError(_other_version(f"a Dask worker on {platform.node()}", differences), GONE)
     return perform(function, task)

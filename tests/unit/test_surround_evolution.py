@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from hil.jobs.stage import CUT_SHORT, Stage
+from hil.jobs.stage import Stage
 from hil.jobs.swarm.evolve import EvolutionOutputs, EvolveJob
 from hil.mcaplog import LogReader
 from hil.mcaplog.records import EventRecord
@@ -29,6 +29,7 @@ from hil.swarm.missions.evolving.evolution import Evolution, evolution_document
 from hil.swarm.missions.evolving.words import evolution_summary
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.working import WorkerError
+from hil.working.recorded import CUT_SHORT
 from pal_advisor.surround.measures import Fitness
 from pal_advisor.surround.search import CONDITIONS, SearchName, SearchSettings
 
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address
     from firmware_protocol.link import Link
     from hil.connecting.connecting import NetworkOpener
-    from hil.jobs.stage import Recorded
+    from hil.working.recorded import Recorded
 
 SETTINGS = SurroundSettings(steps=20, case="R6W2")
 SEARCH = SearchSettings(generations=3, repeats=2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from hil.swarm.missions.sensing import OwnRings, ReckonedRings
 from hil.swarm.missions.surround import SurroundMission, SurroundState
 from hil.swarm.missions.surround_settings import Order, SurroundSettings
 from pal_advisor.surround import Surround
+from pal_advisor.surround.measures import RunTracker
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -176,6 +177,26 @@ def test_where_everybody_has_last_said_to_be_is_told() -> None:
     assert told.states[-1].case == "B2C1D3L1R4S1W2"
     assert told.states[-1].area == (10.0, 10.0)
     assert told.states[-1].body == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("order", list(Order))
+@pytest.mark.parametrize("name", ["B1D3R4W2", "B2D3R4W2"])
+def test_who_is_pushed_is_seen_before_wilds_move_themselves(name: str, order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the kinematic world nobody is pushed: RANGERs have moved, and WILDs have not, unless all move at once."""
+    seen: list[Any] = []
+    monkeypatch.setattr(RunTracker, "push", lambda _, *span: seen.append(span))
+    settings = SurroundSettings(case=name, steps=2, order=order)
+    mission, told = mission_of(kinematic_swarm(name, 1), settings)
+    play(mission)
+    for step, (before, after, contact) in enumerate(seen, 1):
+        begin, end = told.states[step - 1].positions, told.states[step].positions
+        for kind in RobotClass:
+            assert before[kind] == pytest.approx(begin[kind], abs=1e-4)
+        assert after[RobotClass.RANGER] == pytest.approx(end[RobotClass.RANGER], abs=1e-4)
+        wilds = end if order is Order.ALL else begin
+        assert after[RobotClass.WILD] == pytest.approx(wilds[RobotClass.WILD], abs=1e-4)
+        assert contact == pytest.approx(0.21)
+    assert len(seen) == 2
 
 
 def test_more_robots_than_there_are_can_not_play() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 from hil.swarm.missions.surround_run import play
 from hil.swarm.missions.surround_settings import SurroundSettings
@@ -18,9 +19,9 @@ def test_the_same_comes_out_in_every_thread_and_none_is_left() -> None:
     before = threading.active_count()
     here = play(SETTINGS, CASE, 3)
     assert threading.active_count() == before
-    with ThreadPoolExecutor(1) as pool:
-        there = pool.submit(play, SETTINGS, CASE, 3).result()
-    assert pickle.dumps(there) == pickle.dumps(here)
+    with ThreadPoolExecutor(2) as pool:
+        for there in pool.map(partial(play, SETTINGS, CASE), [3] * 4):  # two at once
+            assert pickle.dumps(there) == pickle.dumps(here)
     assert here[1].to_dict() != play(SETTINGS, CASE, 4)[1].to_dict()
 
 

@@ -176,7 +176,7 @@ def evolve_conditions(asked: SearchRequest, console: Console) -> int:
             files.tell(evolutions)
         files.draw(stage, document, announce=not asked.as_json)
         whole = len(evolutions) == seeds and evolutions[-1].finished
-        run.finish(_kept(document), common.EXIT_DONE if whole else common.EXIT_FELL_SHORT)
+        run.finish(_kept(document, evolutions), common.EXIT_DONE if whole else common.EXIT_FELL_SHORT)
     with run.telling():
         if asked.as_json:
             common.print_json(document)
@@ -264,6 +264,11 @@ def _begun_with(saved: EvolutionCheckpoint) -> dict[str, Any]:
     }
 
 
-def _kept(document: dict[str, Any]) -> dict[str, Any]:
-    """What the run's record keeps of it: not what the log has of every generation."""
-    return {key: value for key, value in document.items() if key not in {"generations", "table", "runs"}}
+def _kept(document: dict[str, Any], evolutions: Sequence[Evolution]) -> dict[str, Any]:
+    """What the run's record keeps of it, with a word for a list of runs: not what the log has of every generation."""
+    found = [evolution.best for evolution in evolutions]
+    best = max((each for each in found if each is not None), key=lambda each: each.mean, default=None)
+    of = f"{len(evolutions)} searches, the best " if len(evolutions) > 1 else "best "
+    summary = "" if best is None else f"{of}{best.condition}: {best.mean:.3f}"
+    kept = {key: value for key, value in document.items() if key not in {"generations", "table", "runs"}}
+    return {**kept, "summary": summary}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli import common
+from hil.cli.completion import link_words
 from hil.swarm.placing import StartPlace
 from hil.working import Crew, open_crew
 from hil.working.cluster import scheduler_address
@@ -29,9 +30,11 @@ class RingName(StrEnum):
 LinksArgument = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[LINK]...",
-        help="Addresses of the links that the robots are on: serial:///dev/ttyUSB0:115200, tcp://127.0.0.1:5760, "
-        "sim://swarm?rangers=25&wilds=8. Left out: an emulated table in this process.",
+        metavar="LINK",
+        autocompletion=link_words,
+        help="Addresses of the links that the robots are on: /dev/ttyUSB0, tcp://127.0.0.1:5760, "
+        "sim://swarm?rangers=25&wilds=8; auto: the one link on which robots answer. "
+        "Left out: an emulated table in this process.",
         show_default=False,
     ),
 ]
@@ -72,7 +75,9 @@ PosesOption = Annotated[
         help="Where a camera's program tells where robots are: lines NETWORK ID x y heading age_ms, in m and rad.",
     ),
 ]
-YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]
+YesOption = Annotated[
+    bool, typer.Option("--yes", help="Ask nothing: take what auto has found, move robots that no table is with.")
+]
 NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[
     bool, typer.Option("--no-fence", help="Robots that no table is with need no fence, though there is no wall either.")

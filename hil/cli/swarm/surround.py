@@ -14,6 +14,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
+from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
@@ -165,6 +166,8 @@ def surround(
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
+    if evolve is None:
+        links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
     settings = _settings(
         case=case,
         steps=steps,

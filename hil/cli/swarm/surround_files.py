@@ -80,8 +80,12 @@ class SurroundFiles(MissionFiles):
         return {**document, "run": self._run.folder, "log": self._run.log_file, "report": None}
 
     def kept(self, document: dict[str, Any]) -> dict[str, Any]:
-        """What the run's record keeps of it: not what is measured step by step, which the log has."""
-        return {key: value for key, value in document.items() if not isinstance(value, list | dict)}
+        """What the run's record keeps of it, with a word for a list of runs: not what is measured step by step."""
+        shares = [facts["share_surrounded"][-1] for facts in document.get("runs", [document])]
+        known = [share for share in shares if share is not None]
+        of = f"{len(shares)} seeds, " if len(shares) > 1 else ""
+        summary = f"{of}{sum(known) / len(known):.0%} surrounded" if known else ""
+        return {**{key: value for key, value in document.items() if not isinstance(value, list | dict)}, "summary": summary}
 
     def tell(self, outcomes: list[SurroundOutcome], document: dict[str, Any]) -> None:
         """Say what came of it, and where the files are."""

@@ -11,7 +11,6 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hil.jobs.options import MOST_SEED
 from hil.jobs.session import CHECKPOINT, begin_log
-from hil.jobs.stage import CUT_SHORT, Recorded
 from hil.jobs.words import nothing
 from hil.mcaplog.attachments import ENDED_WITH
 from hil.mcaplog.media import media_type_of
@@ -29,6 +28,7 @@ from hil.swarm.missions.surround_checkpoint import MOST_SEEDS
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.terminal.suspending import around_stop
 from hil.working import WorkerError
+from hil.working.recorded import CUT_SHORT, Recorded
 from pal_advisor.fields import is_number
 
 if TYPE_CHECKING:

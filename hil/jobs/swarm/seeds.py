@@ -93,7 +93,7 @@ class SeedsJob(SurroundJob):
         with ExitStack() as stack:
             stack.enter_context(stage.interrupts())
             recorder = begin_log(stack, stage)
-            runs = _Runs(self, stage, recorder)
+            runs = _SeedRuns(self, stage, recorder)
             try:
                 with nothing_said(recorder):
                     runs.play()
@@ -109,7 +109,7 @@ class SeedsJob(SurroundJob):
         return runs.finished
 
 
-class _Runs:
+class _SeedRuns:
     """The runs of all seeds.
 
     Args:

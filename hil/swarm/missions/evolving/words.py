@@ -60,4 +60,5 @@ def _found(evolution: Evolution, of: str) -> list[str]:
 def _told(evolution: Evolution, found: ConditionResult) -> str:
     half = Z95 * found.error
     interval = f" +- {half:.3f}" if found.n > 1 else ""
-    return f"{evolution.case_of(found.condition)}: {found.mean:.3f}{interval} (mean of {found.n} runs)"
+    runs = f"mean of {found.n} runs" if found.n > 1 else "one run"
+    return f"{evolution.case_of(found.condition)}: {found.mean:.3f}{interval} ({runs})"
