@@ -176,8 +176,8 @@ def evolved(tmp_path: Path) -> StoredResults:
         ("contact-stationary-random", 0.1, ClaimVerdict.REPORTED),
         ("contact-stationary-seen", 0.1, ClaimVerdict.HOLDS),
         ("surround-moving", -0.1, ClaimVerdict.DIFFERS),
-        ("contact-l1", -0.02, ClaimVerdict.DIFFERS),
-        ("chase-l4", 0.02, ClaimVerdict.HOLDS),
+        ("contact-l1", -0.03, ClaimVerdict.DIFFERS),
+        ("chase-l4", 0.01, ClaimVerdict.HOLDS),
         ("contact-winner", 8, ClaimVerdict.DIFFERS),
         ("ga-finds-contact", 0.9, ClaimVerdict.DOES_NOT),
         ("ga-better-contact", 1.5 - (6 * (1 + 2 + 3) + 2 * 93) / 20, ClaimVerdict.OPEN),  # three others are as bad
