@@ -29,6 +29,7 @@ from hil.cli.replay import replay
 from hil.cli.report import report
 from hil.cli.runs import runs
 from hil.cli.swarm.app import app as swarm_app
+from hil.cli.view import view
 
 app = typer.Typer(
     name="hil",
@@ -40,7 +41,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
-for command in (coach, bout, deploy, check, monitor, param, ports, keygen, key, replay, report, runs):
+for command in (coach, bout, deploy, check, monitor, param, ports, keygen, key, replay, report, runs, view):
     app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
 app.add_typer(emulate_app, name="emulate")
 app.add_typer(log_app, name="log")

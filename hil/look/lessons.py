@@ -1,0 +1,135 @@
+"""What was learnt, and how that went, gathered for a scene."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus
+from hil.look.scene import Curve, Lesson, Step
+from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundStateRecord, TrialRecord
+from hil.report.learnt import Learnt, read_learnt
+
+if TYPE_CHECKING:
+    from firmware_protocol.vocabulary import Action
+    from hil.look.scene import Scene
+    from hil.mcaplog.reading.reader import LogEntry
+    from pal_advisor.maneuvers import AdviceEntry
+
+TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/state")
+SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
+"""How fast a wheel is drawn; the robot's parameters say how fast it turns."""
+MOST_CURVES: Final = 16
+SEEN: Final = ("When no eye sees it", "When the left eye sees it", "When the right eye sees it", "When both eyes see it")
+TOUCHED: Final = ("", ", left arm touching", ", right arm touching", ", both arms touching")
+
+
+class LearningPart:
+    """Takes the entries of a log that a learner has left."""
+
+    def __init__(self) -> None:
+        self.trials = 0
+        self._steps: list[StepRecord] = []
+        self._fitness: list[float] = []
+        self._advice = ""
+        self._surround: list[SurroundStateRecord] = []
+
+    def take(self, entry: LogEntry) -> None:
+        """Take an entry."""
+        value = entry.value
+        if isinstance(value, StepRecord):
+            self._steps.append(value)
+        elif isinstance(value, TrialRecord):
+            self.trials += 1
+            self._fitness.append(value.fitness)
+        elif isinstance(value, AdviceRecord):
+            self._advice = value.json
+        elif isinstance(value, SurroundStateRecord):
+            self._surround.append(value)
+
+    def put(self, scene: Scene) -> None:
+        """Put what was gathered into a scene."""
+        if self._advice:
+            learnt, odd = read_learnt(self._advice)
+            scene.notes += odd
+            scene.lessons += lessons_of(learnt or Learnt())
+        if self._steps:
+            scene.curves.append(self._by_maneuvers())
+        if len(self._fitness) > 1:
+            scene.curves.append(_trials(self._fitness))
+        scene.curves += _surround(self._surround)
+
+    def _by_maneuvers(self) -> Curve:
+        """Best fitness of each category against the maneuvers performed."""
+        found: dict[str, list[StepRecord]] = {}
+        for step in self._steps:
+            before = "" if step.previous == "any" else f", before: {step.previous}"
+            found.setdefault(f"{step.current}{before}", []).append(step)
+        names = sorted(found, key=lambda name: -len(found[name]))[:MOST_CURVES]
+        x = tuple(np.array([step.used for step in found[name]], dtype=np.float64) for name in names)
+        y = tuple(np.array([step.best for step in found[name]], dtype=np.float64) for name in names)
+        labels = tuple(f"eyes: {name}" for name in names)
+        return Curve("Best fitness of each situation", "", "maneuvers performed", labels, x, y)
+
+
+def _trials(fitness: list[float]) -> Curve:
+    """What the trials were worth on the average."""
+    values = np.nan_to_num(np.array(fitness, dtype=np.float64))
+    over = min(len(values), max(10, len(values) // 20))
+    summed = np.concatenate(([0.0], np.cumsum(values)))
+    mean = (summed[over:] - summed[:-over]) / over
+    x = np.arange(over, len(values) + 1, dtype=np.float64)
+    return Curve("Fitness of what was tried", "", "maneuvers performed", (f"mean of the last {over}",), (x,), (mean,))
+
+
+def _surround(states: list[SurroundStateRecord]) -> list[Curve]:
+    runs: list[list[SurroundStateRecord]] = []
+    for state in states:
+        if not runs or state.seed != runs[-1][-1].seed or state.step <= runs[-1][-1].step:
+            runs.append([])
+        runs[-1].append(state)
+    runs = [run for run in runs if len(run) > 1][:MOST_CURVES]
+    if not runs:
+        return []
+    x = tuple(np.array([state.step for state in run], dtype=np.float64) for run in runs)
+    several = len(runs) > 1
+    found = []
+    for field, name, unit in (
+        ("distance", "Mean distance from a RANGER to the nearest WILD", "units"),
+        ("share_surrounded", "Share of WILDs that are surrounded", ""),
+    ):
+        y = tuple(np.array([_or_none(getattr(state, field)) for state in run]) for run in runs)
+        labels = tuple(f"seed {run[0].seed}" for run in runs) if several else (name,)
+        found.append(Curve(name, unit, "steps", labels, x, y))
+    return found
+
+
+def _or_none(value: float | None) -> float:
+    return np.nan if value is None else value
+
+
+def lessons_of(learnt: Learnt) -> list[Lesson]:
+    """The entries of advice, in words.
+
+    Args:
+        learnt: The advice.
+    """
+    return [_lesson(entry) for entry in sorted(learnt.entries, key=lambda entry: (entry.current, entry.previous))]
+
+
+def _lesson(entry: AdviceEntry) -> Lesson:
+    before = "" if entry.previous == ANY_STIMULUS else f" (before: {Stimulus(entry.previous).label})"
+    when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
+    return Lesson(when, tuple(step_of(action) for action in entry.actions), entry.fitness, entry.evaluations)
+
+
+def step_of(action: Action) -> Step:
+    """An action as it is drawn.
+
+    Args:
+        action: The action.
+    """
+    spec = action.spec
+    share = SHARES[spec.speed]
+    return Step(action.name, spec.meaning, spec.left * share, spec.right * share)
