@@ -112,7 +112,7 @@ class Bouts:
         if lane is None:
             return ""
         at = int(np.searchsorted(lane.begin, end - 0.05)) - 1
-        return lane.meanings[int(lane.code[at])] if at >= 0 and lane.end[at] >= end - LATELY else ""
+        return lane.meanings[int(lane.code[at])].partition(" (")[0] if at >= 0 and lane.end[at] >= end - LATELY else ""
 
 
 def _side(place: tuple[float, ...]) -> str:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from hil.look.columns import Columns
+from hil.look.columns import LARGEST, Columns
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,14 +20,41 @@ if TYPE_CHECKING:
     from hil.look.scene import Curve, Lane, Scene, Shape, Trace, Track
 
 VERSION: Final = 1
-STEPS: Final = {"t": 1e-3, "x": 1e-4, "y": 1e-4, "heading": 1e-3, "radius": 1e-3}
-"""What columns are rounded to, by name, in SI units; rays to mm, all others to whole numbers."""
+STEPS: Final = {"x": 1e-4, "y": 1e-4, "heading": 1e-3, "radius": 1e-3}
+"""What columns are rounded to, by name, in SI units; rays to mm, all others to whole numbers; for times see `Clock`."""
 DIGITS: Final = 2000
 """Values of a trace are told in so many steps from its least to its greatest."""
 LONGEST_TEXT: Final = 400
 """Letters of a text that a log holds; the rest is cut off."""
 _ESCAPES: Final = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"})
 """What is left to escape of text that has no letter outside ASCII any more: the line separators U+2028 and U+2029 are none."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """How times are told: from the beginning of the scene, since a log's own clock may be that of a computer's start.
+
+    Attributes:
+        zero: Log time that is told as 0, in s.
+        step: What times are rounded to, in s.
+    """
+
+    zero: float
+    step: float
+
+    @classmethod
+    def of(cls, scene: Scene) -> Clock:
+        """The clock of a scene: to the ms, and coarser where it lasts longer than six days."""
+        span = max(scene.end - scene.begin, 1.0)
+        return cls(scene.begin, 1e-3 * 10.0 ** max(0, math.ceil(math.log10(span * 1e3 / LARGEST))))
+
+    def add(self, columns: Columns, times: NDArray[np.float64]) -> dict[str, Any]:
+        """Take a column of times; shape (n,)."""
+        return columns.add(times - self.zero, self.step)
+
+    def tell(self, time: float) -> float | None:
+        """A time by itself."""
+        return _number(time - self.zero)
 
 
 def text_of(scene: Scene) -> str:
@@ -46,7 +74,8 @@ def document_of(scene: Scene) -> dict[str, Any]:
     """
     columns = Columns()
     shapes: list[Shape] = []
-    tracks = [_track(track, shapes, columns) for track in scene.tracks]
+    clock = Clock.of(scene)
+    tracks = [_track(track, shapes, columns, clock) for track in scene.tracks]
     document: dict[str, Any] = {
         "version": VERSION,
         "title": _short(scene.title),
@@ -55,22 +84,22 @@ def document_of(scene: Scene) -> dict[str, Any]:
         "facts": [[_short(value), _short(text)] for value, text in scene.facts],
         "notes": [_short(text) for text in scene.notes],
         "about": [[_short(name), _short(value)] for name, value in scene.about],
-        "begin": _number(scene.begin),
-        "end": _number(scene.end),
+        "begin": clock.tell(scene.begin),
+        "end": clock.tell(scene.end),
         "place": None
         if scene.place is None
         else [str(scene.place.ground), _number(scene.place.width), _number(scene.place.height), scene.place.wall],
         "shapes": [_shape(shape) for shape in shapes],
         "tracks": tracks,
-        "traces": [_trace(trace, columns) for trace in scene.traces],
-        "lanes": [_lane(lane, columns) for lane in scene.lanes],
-        "marks": [[_number(mark.time), _short(mark.kind), _short(mark.text)] for mark in scene.marks],
+        "traces": [_trace(trace, columns, clock) for trace in scene.traces],
+        "lanes": [_lane(lane, columns, clock) for lane in scene.lanes],
+        "marks": [[clock.tell(mark.time), _short(mark.kind), _short(mark.text)] for mark in scene.marks],
         "chapters": [
             {
                 "name": _short(one.name),
                 "series": _short(one.series),
-                "begin": _number(one.begin),
-                "end": _number(one.end),
+                "begin": clock.tell(one.begin),
+                "end": clock.tell(one.end),
                 "outcome": _short(one.outcome),
                 "against": _short(one.against),
                 "story": _short(one.story),
@@ -94,20 +123,25 @@ def document_of(scene: Scene) -> dict[str, Any]:
     return document
 
 
-def _track(track: Track, shapes: list[Shape], columns: Columns) -> dict[str, Any]:
+def _track(track: Track, shapes: list[Shape], columns: Columns, clock: Clock) -> dict[str, Any]:
     if track.shape not in shapes:
         shapes.append(track.shape)
     return {
         "key": _short(track.key),
         "label": _short(track.label),
-        "kind": track.kind,
+        "kind": _short(track.kind),
         "shape": shapes.index(track.shape),
-        **{name: _table(getattr(track, name), columns) for name in ("poses", "senses", "rays") if getattr(track, name)},
+        **{name: _table(getattr(track, name), columns, clock) for name in ("poses", "senses", "rays") if getattr(track, name)},
     }
 
 
-def _table(table: dict[str, NDArray[np.float64]], columns: Columns) -> dict[str, Any]:
-    return {name: columns.add(values, STEPS.get(name, 1e-3 if name[0] == "r" else 1.0)) for name, values in table.items()}
+def _table(table: dict[str, NDArray[np.float64]], columns: Columns, clock: Clock) -> dict[str, Any]:
+    return {
+        name: clock.add(columns, values)
+        if name == "t"
+        else columns.add(values, STEPS.get(name, 1e-3 if name[0] == "r" else 1.0))
+        for name, values in table.items()
+    }
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
@@ -116,16 +150,16 @@ def _shape(shape: Shape) -> dict[str, Any]:
         "radius": shape.radius,
         "sectors": shape.sectors,
         "beams": [[one.x, one.y, one.angle, one.half_cone, one.reach, one.bit] for one in shape.beams],
-        "spots": [[one.name, one.points, one.bit] for one in shape.spots],
+        "spots": [[_short(one.name), one.points, one.bit] for one in shape.spots],
     }
 
 
-def _trace(trace: Trace, columns: Columns) -> dict[str, Any]:
+def _trace(trace: Trace, columns: Columns, clock: Clock) -> dict[str, Any]:
     return {
         "name": _short(trace.name),
         "unit": _short(trace.unit),
         "labels": [_short(label) for label in trace.labels],
-        "t": columns.add(trace.times, STEPS["t"]),
+        "t": clock.add(columns, trace.times),
         "values": [columns.add(values, step_of(values)) for values in trace.values],
         "stepped": trace.stepped,
         "level": None if trace.level is None else _number(trace.level),
@@ -146,15 +180,15 @@ def step_of(values: NDArray[np.float64]) -> float:
     return 1.0 if span > DIGITS or not span else 10.0 ** max(-9, math.floor(math.log10(span / DIGITS)))
 
 
-def _lane(lane: Lane, columns: Columns) -> dict[str, Any]:
+def _lane(lane: Lane, columns: Columns, clock: Clock) -> dict[str, Any]:
     return {
         "name": _short(lane.name),
-        "begin": columns.add(lane.begin, STEPS["t"]),
-        "end": columns.add(lane.end, STEPS["t"]),
+        "begin": clock.add(columns, lane.begin),
+        "end": clock.add(columns, lane.end),
         "code": columns.add(lane.code, 1.0),
         "words": [_short(word) for word in lane.words],
         "meanings": [_short(word) for word in lane.meanings],
-        "tones": list(lane.tones),
+        "tones": [_short(tone) for tone in lane.tones],
     }
 
 

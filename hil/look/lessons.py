@@ -21,6 +21,8 @@ TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/stat
 SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
 """How fast a wheel is drawn; the robot's parameters say how fast it turns."""
 MOST_CURVES: Final = 16
+GREATEST: Final = 1e8
+"""Numbers farther from 0 are none that a learner counts."""
 SEEN: Final = ("When no eye sees it", "When the left eye sees it", "When the right eye sees it", "When both eyes see it")
 TOUCHED: Final = ("", ", left arm touching", ", right arm touching", ", both arms touching")
 
@@ -54,8 +56,9 @@ class LearningPart:
             learnt, odd = read_learnt(self._advice)
             scene.notes += odd
             scene.lessons += lessons_of(learnt or Learnt())
-        if self._steps:
-            scene.curves.append(self._by_maneuvers())
+        by_maneuvers = self._by_maneuvers()
+        if by_maneuvers.labels:
+            scene.curves.append(by_maneuvers)
         if len(self._fitness) > 1:
             scene.curves.append(_trials(self._fitness))
         scene.curves += _surround(self._surround)
@@ -63,7 +66,7 @@ class LearningPart:
     def _by_maneuvers(self) -> Curve:
         """Best fitness of each category against the maneuvers performed."""
         found: dict[str, list[StepRecord]] = {}
-        for step in self._steps:
+        for step in sorted((one for one in self._steps if 0 <= one.used <= GREATEST), key=lambda one: one.used):
             before = "" if step.previous == "any" else f", before: {step.previous}"
             found.setdefault(f"{step.current}{before}", []).append(step)
         names = sorted(found, key=lambda name: -len(found[name]))[:MOST_CURVES]
@@ -75,7 +78,7 @@ class LearningPart:
 
 def _trials(fitness: list[float]) -> Curve:
     """What the trials were worth on the average."""
-    values = np.nan_to_num(np.array(fitness, dtype=np.float64))
+    values = np.clip(np.nan_to_num(np.array(fitness, dtype=np.float64)), -GREATEST, GREATEST)
     over = min(len(values), max(10, len(values) // 20))
     summed = np.concatenate(([0.0], np.cumsum(values)))
     mean = (summed[over:] - summed[:-over]) / over
@@ -90,17 +93,16 @@ def _surround(states: list[SurroundStateRecord]) -> list[Curve]:
             runs.append([])
         runs[-1].append(state)
     runs = [run for run in runs if len(run) > 1][:MOST_CURVES]
-    if not runs:
+    if len(runs) < 2:  # one is a curve over time already
         return []
     x = tuple(np.array([state.step for state in run], dtype=np.float64) for run in runs)
-    several = len(runs) > 1
     found = []
     for field, name, unit in (
         ("distance", "Mean distance from a RANGER to the nearest WILD", "units"),
         ("share_surrounded", "Share of WILDs that are surrounded", ""),
     ):
         y = tuple(np.array([_or_none(getattr(state, field)) for state in run]) for run in runs)
-        labels = tuple(f"seed {run[0].seed}" for run in runs) if several else (name,)
+        labels = tuple(f"seed {run[0].seed}" for run in runs)
         found.append(Curve(name, unit, "steps", labels, x, y))
     return found
 

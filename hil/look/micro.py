@@ -43,7 +43,7 @@ class MicroPart:
         self._network = 0
         self._rows: list[tuple[float, ...]] = []
         self._index: dict[Robot, int] = {}
-        self._classes: dict[Robot, int] = {}
+        self._classes: dict[Robot, RobotClass] = {}
         self._ranges: dict[Robot, list[tuple[float, SwarmRanges]]] = {}
         self._table: TableReset | None = None
         self._boxes: list[tuple[float, TableState]] = []
@@ -76,8 +76,10 @@ class MicroPart:
                 self._observed((self._network, entry.sender[0]), time, value)
             case SwarmRanges() if entry.sender is not None:
                 self._ranges.setdefault((self._network, entry.sender[0]), []).append((time, value))
-            case ParamValue() if entry.sender is not None and value.param_id == "CLASS":
-                self._classes[self._network, entry.sender[0]] = int(value.param_value)
+            case ParamValue() if (
+                entry.sender is not None and value.param_id == "CLASS" and value.param_value in set(RobotClass)
+            ):
+                self._classes[self._network, entry.sender[0]] = RobotClass(int(value.param_value))
             case SwarmSense():
                 self._sectors = value.sectors
             case TableReset():
@@ -103,9 +105,10 @@ class MicroPart:
         """Put what was gathered into a scene whose beginning and end are set."""
         if not self._rows:
             return
+        self._states.sort(key=lambda one: one[0])
         rows = np.array(self._rows, dtype=np.float64)
         rows = rows[np.isfinite(rows[:, :5]).all(axis=1) & (np.abs(rows[:, 2:4]) < FARTHEST).all(axis=1)]
-        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
         scene.place = self._place(rows)
         shape = Shape(radius=MicroProfile().radius, sectors=min(self._sectors, MAX_SECTORS))
         several = len(self._networks) > 1
@@ -125,7 +128,7 @@ class MicroPart:
 
     def _kind(self, robot: Robot) -> str:
         kind = self._classes.get(robot)
-        return RobotClass(kind).name.lower() if kind in set(RobotClass) else "robot"
+        return "robot" if kind is None else kind.name.lower()
 
     def _track(self, robot: Robot, label: str, shape: Shape, rows: NDArray[np.float64]) -> Track:
         kind = self._kind(robot)
@@ -138,6 +141,7 @@ class MicroPart:
     def _rays(told: list[tuple[float, SwarmRanges]]) -> dict[str, NDArray[np.float64]]:
         if not told:
             return {}
+        told = sorted(told, key=lambda one: one[0])
         count = min(MAX_RANGES, max(message.count for _, message in told))
         ranges = np.full((len(told), count), np.nan)
         for row, (_, message) in enumerate(told):
@@ -178,8 +182,7 @@ class MicroPart:
         for number, run in enumerate(runs):
             end = runs[number + 1][0][0] if number + 1 < len(runs) else last
             state = run[-1][1]
-            share = state.share_surrounded
-            story = "" if share is None else f"After {state.step} steps {share:.0%} of the WILDs were surrounded."
+            story = _story(run[0][1], state)
             found.append(Chapter(f"Run {number + 1}, seed {state.seed}", "surround", run[0][0], end, story=story))
         return found
 
@@ -198,6 +201,17 @@ class MicroPart:
             when, counts = np.array(self._missing, dtype=np.float64).T
             found.append(Trace("Robots without an answer", "", ("missing or refusing",), when, (counts,), stepped=True))
         return found
+
+
+def _story(first: SurroundStateRecord, last: SurroundStateRecord) -> str:
+    """What became of a run in so many steps."""
+    parts = []
+    if last.share_surrounded is not None:
+        parts.append(f"{last.share_surrounded:.0%} of the WILDs were surrounded")
+    if first.distance is not None and last.distance is not None:
+        went = f"from {first.distance:.2f} to {last.distance:.2f} units"
+        parts.append(f"the mean distance from a RANGER to the nearest WILD had gone {went}")
+    return f"After {last.step} steps {', and '.join(parts)}." if parts else ""
 
 
 def _or_none(value: float | None) -> float:

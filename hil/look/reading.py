@@ -15,6 +15,7 @@ from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import SERIES, EventRecord
+from hil.runs import LOG
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,7 +41,7 @@ def read_scene(path: Path, limits: ReadLimits = ReadLimits()) -> Scene:  # noqa:
     """
     reader = LogReader(path, limits)
     run, junior, swarm, learner = Timeline(), SumoPart(), MicroPart(), LearningPart()
-    scene = Scene(source=path.name)
+    scene = Scene(source=f"{path.absolute().parent.name}/{path.name}" if path.name == LOG else path.name)
     first, last = math.inf, -math.inf
     for entry in reader.entries(TOPICS):
         first, last = min(first, entry.time), max(last, entry.time)

@@ -139,6 +139,7 @@ class SumoPart:
                 self._robot.heard(system)
                 self._heard.setdefault(system, []).append((time, value))
             case RefereeState():
+                self._robot.heard(system)
                 self._states.setdefault(system, []).append((time, value))
             case JuniorManeuverResult():
                 self._results.setdefault((system, value.sequence), (time, value.outcome))
@@ -148,6 +149,12 @@ class SumoPart:
 
     def put(self, scene: Scene) -> None:
         """Put what was gathered into a scene whose beginning and end are set."""
+        for readings in self._heard.values():  # a log that somebody else has put together may have them in any order
+            readings.sort(key=_time)
+        for seen in self._states.values():
+            seen.sort(key=_time)
+        self._wheels.sort(key=_time)
+        self._maneuvers.sort(key=_time)
         system = self._robot.system
         heard = self._heard.get(system, []) if system is not None else []
         states = self._states.get(system, []) if system is not None else []
@@ -231,8 +238,8 @@ class SumoPart:
             how = result[1] if result is not None and done else -1
             key = actions, how
             codes[index] = words.setdefault(key, len(words))
-        named: dict[int, str] = {**ENDS}
-        cut: dict[int, str] = {**CUTS}
+        named = {int(outcome): text for outcome, text in ENDS.items()}
+        cut = {int(outcome): text for outcome, text in CUTS.items()}
         return Lane(
             "Maneuver",
             begin,
@@ -267,6 +274,10 @@ class SumoPart:
         if any(order.speed != (0.0, 0.0) for _, order in self._wheels):
             scene.traces.append(_commands(self._wheels))
         scene.lanes += _seen(times, np.array([message.flags for message in messages], dtype=np.int64))
+
+
+def _time(told: tuple[float, object]) -> float:
+    return told[0]
 
 
 def _speeds(times: NDArray[np.float64], travel: tuple[NDArray[np.float64], ...]) -> tuple[NDArray[np.float64], ...]:

@@ -33,14 +33,22 @@ def thinned(scene: Scene, text_of: Callable[[Scene], str], room: int) -> str:
         The document of the scene, or of one with less in it, which says what is missing.
     """
     text = text_of(scene)
+    fits = _rows_of(scene) * room / len(text)  # so many rows, by and large: what has many more is not tried
+    sparse = scene
     for interval in INTERVALS:
         if len(text) <= room:
             return text
-        text = text_of(_sparser(scene, interval))
-    if len(text) > room:
-        sparse = _sparser(scene, INTERVALS[-1])
-        text = text_of(_few(sparse))
-    return text
+        sparse = _sparser(scene, interval)
+        if _rows_of(sparse) <= 1.2 * fits or interval == INTERVALS[-1]:
+            text = text_of(sparse)
+    return text if len(text) <= room else text_of(_few(sparse))
+
+
+def _rows_of(scene: Scene) -> int:
+    """Numbers of a scene's bodies and curves."""
+    tables = (table for track in scene.tracks for table in (track.poses, track.senses, track.rays))
+    bodies = sum(len(values) for table in tables for values in table.values())
+    return bodies + sum(len(trace.times) * (1 + len(trace.values)) for trace in scene.traces)
 
 
 def _sparser(scene: Scene, interval: float) -> Scene:

@@ -10,7 +10,7 @@ import numpy as np
 from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, RobotAck
 from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
-from hil.look.scene import Lane, Mark
+from hil.look.scene import Lane, Mark, Trace
 from hil.mcaplog.records import BridgeStep, EventRecord, UnsentBytes
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 TOPICS: Final = ("/events", "/bridge/step", "/bridge/unsent", "/mavlink/heartbeat", "/robot/ack", "/robot/rejected")
 MOST_MARKS: Final = 20_000
 """Of one kind; events beyond are counted."""
-MOST_LANES: Final = 8
-"""Robots whose states are shown."""
+MOST_LANES: Final = 4
+"""Robots whose states are shown one by one; of more it is counted how many are in which."""
 SILENCE: Final = 3.0
 """A state counts until the next word of it, for this long in s at most."""
 TONES: Final = {
@@ -56,7 +56,9 @@ class Timeline:
     def __init__(self) -> None:
         self._marks: list[Mark] = []
         self._of_kind: Counter[str] = Counter()
-        self._states: dict[int, list[tuple[float, int]]] = {}
+        self._networks: dict[str, int] = {}
+        self._network = 0
+        self._states: dict[tuple[int, int], list[tuple[float, int]]] = {}
 
     def take(self, entry: LogEntry) -> None:
         """Take an entry."""
@@ -65,7 +67,7 @@ class Timeline:
             self._step(value, time)
         elif isinstance(value, Heartbeat):
             if entry.sender is not None and entry.sender[0] != HOST_SYSTEM and entry.sender[1] == 1:
-                self._states.setdefault(entry.sender[0], []).append((time, value.custom_mode))
+                self._states.setdefault((self._network, entry.sender[0]), []).append((time, value.custom_mode))
         elif isinstance(value, RobotAck):
             if value.result == AckResult.REFUSED and entry.sender is not None:
                 why = Reason(value.reason).name.lower().replace("_", " ") if value.reason in set(Reason) else value.reason
@@ -76,6 +78,7 @@ class Timeline:
             self._mark(time, "link", f"bytes were not taken by the link: {value.error}")
 
     def _step(self, step: BridgeStep, time: float) -> None:
+        self._network = self._networks.setdefault(step.network, len(self._networks))
         for index, what in enumerate(step.inputs):
             if what.startswith(POSE):
                 continue
@@ -102,13 +105,14 @@ class Timeline:
 
     def put(self, scene: Scene) -> None:
         """Put what was gathered into a scene whose beginning and end are set."""
-        for system, told in list(self._states.items())[:MOST_LANES]:
-            name = "State" if len(self._states) == 1 else f"State of robot {system}"
-            scene.lanes.append(_lane(name, told, scene.end))
-            scene.marks += _stops(told, f"robot {system} ")
+        for (network, system), told in self._states.items():
+            label = f"robot {network + 1}.{system}" if len(self._networks) > 1 else f"robot {system}"
+            told.sort(key=lambda one: one[0])
+            scene.marks += _stops(told, label)
+            if len(self._states) <= MOST_LANES:
+                scene.lanes.append(_lane("State" if len(self._states) == 1 else f"State of {label}", told, scene.end))
         if len(self._states) > MOST_LANES:
-            for system, told in list(self._states.items())[MOST_LANES:]:
-                scene.marks += _stops(told, f"robot {system} ")
+            scene.traces.append(_counts(list(self._states.values())))
         scene.marks += self._marks
         scene.marks.sort(key=lambda mark: mark.time)
         for kind, count in self._of_kind.items():
@@ -122,11 +126,32 @@ def _stops(told: list[tuple[float, int]], who: str) -> list[Mark]:
     before = None
     for time, state in told:
         if state == State.STOPPED and before not in (None, State.STOPPED):
-            found.append(Mark(time, "safety", f"{who}has stopped: its e-stop is engaged"))
+            found.append(Mark(time, "safety", f"{who} has stopped: its e-stop is engaged"))
         elif before == State.STOPPED and state != State.STOPPED:
-            found.append(Mark(time, "safety", f"{who}is no longer stopped by its e-stop"))
+            found.append(Mark(time, "safety", f"{who} is no longer stopped by its e-stop"))
         before = state
     return found
+
+
+def _counts(robots: list[list[tuple[float, int]]]) -> Trace:
+    """How many of many robots are in which state."""
+    changes: dict[int, list[tuple[float, int]]] = {}
+    for told in robots:
+        before = -1
+        for time, state in told:
+            if state != before:
+                changes.setdefault(state, []).append((time, 1))
+                if before >= 0:
+                    changes[before].append((time, -1))
+            before = state
+    times = np.unique([time for made in changes.values() for time, _ in made])
+    values = []
+    for made in (changes[state] for state in sorted(changes)):
+        when, by = np.array(sorted(made), dtype=np.float64).T
+        summed = np.concatenate(([0.0], np.cumsum(by)))
+        values.append(summed[np.searchsorted(when, times, side="right")])
+    names = tuple(State(state).name.lower() if state in set(State) else f"state {state}" for state in sorted(changes))
+    return Trace("Robots in each state", "", names, times, tuple(values), stepped=True)
 
 
 def _lane(name: str, told: list[tuple[float, int]], last: float) -> Lane:

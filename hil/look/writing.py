@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from hil import runs
-from hil.files.outputs import OutputExistsError, write_output
+from hil.files.outputs import check_output, write_output
 from hil.look.pages import page_of
 from hil.look.reading import read_scene
 from hil.mcaplog.errors import LogError
@@ -53,12 +53,11 @@ def write_view(
 
     Raises:
         LogError: The log cannot be read, has nothing that can be shown, or the page cannot be written.
-        OutputExistsError: There is a file already that may not be replaced.
+        OutputError: There is a file already that may not be replaced, or no folder for it.
     """
     path = out or default_path(log)
     replaces = overwrite or (out is None and is_view(path))
-    if path.exists() and path.is_file() and not replaces:
-        raise OutputExistsError(f"{path} is there already: choose another name, or give --overwrite to replace it")
+    check_output(path, overwrite=replaces)
     scene = read_scene(log, limits)
     try:
         write_output(path, page_of(scene), overwrite=replaces)

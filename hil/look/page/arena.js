@@ -30,7 +30,7 @@ class Arena {
     const order = Object.keys(KINDS);
     const groups = new Map();
     for (const track of this.model.tracks.values()) {
-      const kind = KINDS[track.kind] ? track.kind : "robot";
+      const kind = own(KINDS, track.kind) ? track.kind : "robot";
       if (!groups.has(kind)) groups.set(kind, []);
       groups.get(kind).push({ track, pose: { x: 0, y: 0, heading: 0, row: 0, age: 0 }, there: false });
     }
@@ -43,7 +43,7 @@ class Arena {
     const box = this.canvas.parentElement.getBoundingClientRect();
     const place = this.model.place;
     if (!place || !box.width) return;
-    const margin = place.ground === "ring" ? 0.1 : place.ground === "table" ? 0.03 * place.width + 0.03 : 0;
+    const margin = place.ground === "ring" ? 0.1 : place.ground === "table" ? 0.06 * place.width : 0;
     const across = place.width + 2 * margin;
     const up = place.height + 2 * margin;
     const most = Math.max(220, Math.min(window.innerHeight * 0.62, 720));
@@ -69,7 +69,7 @@ class Arena {
     const color = this.colors;
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     context.fillStyle = color("--beyond");
-    context.fillRect(0, 0, this.width, this.height);
+    context.fillRect(0, 0, this.width + 1, this.height + 1);
     if (place.ground === "none") {
       context.fillStyle = color("--soft");
       context.font = "13px " + color("--font");
@@ -139,13 +139,38 @@ class Arena {
     }
     this.drawTrails(time);
     this.drawRays(time);
+    for (const body of this.bodies) if (body.there && body.track.shape.beams.length) this.drawBeams(body, time);
     for (const [kind, bodies] of this.groups) {
       if (kind === "junior" || kind === "opponent" || kind === "box" || kind === "goal") {
         for (const body of bodies) this.drawBody(body, kind, time);
       } else this.drawCrowd(bodies, kind);
     }
     this.drawContacts();
-    this.drawPicked(time);
+    this.drawPicked();
+    this.drawVerdict(time);
+  }
+
+  // What is over, and a robot that is stopped, said in large letters.
+  drawVerdict(time) {
+    const { context, model } = this;
+    const chapter = model.chapters[model.chapterAt(time)];
+    const lane = model.lanes.get("State");
+    const at = lane ? model.stretchAt(lane, time) : -1;
+    let [text, color] = ["", "--bad"];
+    if (at >= 0 && lane.words[lane.code[at]] === "stopped") text = "■ stopped by the e-stop";
+    else if (chapter && own(OUTCOMES, chapter.outcome) && time >= chapter.end - 0.02) {
+      text = `${OUTCOMES[chapter.outcome].sign} ${chapter.outcome}`;
+      color = OUTCOMES[chapter.outcome].color;
+    }
+    if (!text) return;
+    context.font = "700 20px " + this.colors("--font");
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    const wide = context.measureText(text).width + 28;
+    context.fillStyle = this.colors(color);
+    context.fillRect(this.width / 2 - wide / 2, 10, wide, 34);
+    context.fillStyle = this.colors("--on-tone");
+    context.fillText(text, this.width / 2, 28);
   }
 
   drawTrails(time) {
@@ -157,7 +182,7 @@ class Arena {
       const { t, x, y, gap } = track.poses;
       const last = rowAt(t, time);
       const since = Math.max(0, rowAt(t, chapter ? chapter.begin - 0.02 : time - 10) + 1);
-      context.strokeStyle = this.colors(KINDS[track.kind] ? KINDS[track.kind].color : "--robot");
+      context.strokeStyle = this.colors(own(KINDS, track.kind)?.color || "--robot");
       context.globalAlpha = 0.45;
       context.lineWidth = 1.5;
       context.setLineDash(track.kind === "opponent" || track.kind === "wild" ? [4, 3] : []);
@@ -246,16 +271,20 @@ class Arena {
     }
   }
 
-  drawBody({ track, pose, there }, kind, time) {
-    if (!there) return;
+  // From here on, the robot's own frame is drawn in, in m.
+  enter(pose) {
     const { context, scale } = this;
-    const { shape } = track;
-    const flags = flagsAt(track, time, pose);
     context.save();
     context.translate(...this.at(pose.x, pose.y));
     context.rotate(-pose.heading);
     context.scale(scale, -scale);
-    for (const [x, y, angle, half, reach, bit] of shape.beams) {
+  }
+
+  drawBeams({ track, pose }, time) {
+    const { context, scale } = this;
+    const flags = flagsAt(track, time, pose);
+    this.enter(pose);
+    for (const [x, y, angle, half, reach, bit] of track.shape.beams) {
       const lit = (flags & bit) !== 0;
       context.beginPath();
       context.moveTo(x, y);
@@ -269,6 +298,15 @@ class Arena {
         context.stroke();
       }
     }
+    context.restore();
+  }
+
+  drawBody({ track, pose, there }, kind, time) {
+    if (!there) return;
+    const { context, scale } = this;
+    const { shape } = track;
+    const flags = flagsAt(track, time, pose);
+    this.enter(pose);
     context.beginPath();
     if (shape.outline.length) shape.outline.forEach(([x, y], corner) => (corner ? context.lineTo(x, y) : context.moveTo(x, y)));
     else context.arc(0, 0, shape.radius, 0, 2 * Math.PI);

@@ -9,7 +9,7 @@ class View {
     this.player = new Player(model, (time) => this.tell(time), (from, to) => this.show(from, to));
     this.overview = new Overview(byId("overview"), model, this.colors);
     this.bands = [...model.lanes.values()].map((lane) => new Band(byId("lanes"), lane, this.colors));
-    this.traces = new Traces(byId("traces"), model, this.colors, (time) => this.player.seek(time), (from, to) => this.player.show(from, to));
+    this.traces = new Traces(byId("traces"), model, this.colors, (time) => this.player.seek(time), (from, to) => this.player.closer(from, to));
     this.toldAt = 0;
     this.told = null;
   }
@@ -189,8 +189,8 @@ class View {
     const slider = byId("slider");
     slider.value = String((time - from) / (to - from));
     const now = performance.now();
-    if (player.playing && now - this.toldAt < 100) return;
-    this.toldAt = now;
+    if (player.playing && this.toldPlaying && now - this.toldAt < 100) return;
+    [this.toldAt, this.toldPlaying] = [now, player.playing];
     this.say(time);
   }
 

@@ -42,6 +42,11 @@ function rowAt(times, time) {
   return low - 1;
 }
 
+// What a table has under a name that a log may have chosen.
+function own(table, name) {
+  return Object.hasOwn(table, name) ? table[name] : undefined;
+}
+
 class Model {
   constructor() {
     this.title = this.source = "";

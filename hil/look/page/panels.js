@@ -27,7 +27,7 @@ function fillTerms(list, terms) {
 function fillLegend(model) {
   const kinds = new Set([...model.tracks.values()].map((track) => track.kind));
   const words = [];
-  if (kinds.has("junior")) words.push(["swatch junior", "J: Junior, its nose white"]);
+  if (kinds.has("junior")) words.push(["swatch junior", "J: Junior, the triangle its nose"]);
   if (kinds.has("opponent")) words.push(["swatch opponent", "O: the opponent"]);
   if (kinds.has("junior")) words.push(["swatch beam", "what an eye covers, edged when it sees"], ["swatch touch", "an arm touches, or a floor sensor is off the ring"]);
   if (kinds.has("ranger")) words.push(["swatch round junior", "RANGER (disc)"]);
@@ -48,9 +48,9 @@ function fillBouts(model, onPick) {
   section.hidden = !model.chapters.length;
   if (section.hidden) return [];
   section.querySelector("h2").textContent = model.chapters.some((one) => one.outcome) ? "Bouts" : "Runs";
-  const counts = {};
-  for (const { outcome } of model.chapters) if (outcome) counts[outcome] = (counts[outcome] || 0) + 1;
-  byId("bout-key").textContent = Object.entries(counts).map(([outcome, count]) => `${OUTCOMES[outcome] ? OUTCOMES[outcome].sign : ""} ${count} ${outcome}`).join("   ");
+  const counts = new Map();
+  for (const { outcome } of model.chapters) if (outcome) counts.set(outcome, (counts.get(outcome) || 0) + 1);
+  byId("bout-key").textContent = [...counts].map(([outcome, count]) => `${own(OUTCOMES, outcome)?.sign || ""} ${count} ${outcome}`).join("   ");
   const list = byId("bout-list");
   list.replaceChildren();
   let series = null;
@@ -62,9 +62,9 @@ function fillBouts(model, onPick) {
       group = element("div", undefined, "chips");
       list.append(group);
     }
-    const sign = OUTCOMES[chapter.outcome] ? OUTCOMES[chapter.outcome].sign : "";
+    const sign = own(OUTCOMES, chapter.outcome)?.sign || "";
     const short = chapter.name.replace(/^Bout /, "");
-    const chip = element("button", sign ? `${sign} ${short}` : short, "chip " + (OUTCOMES[chapter.outcome] ? chapter.outcome.replace(" ", "-") : "none"));
+    const chip = element("button", sign ? `${sign} ${short}` : short, "chip " + (own(OUTCOMES, chapter.outcome) ? chapter.outcome.replace(" ", "-") : "none"));
     chip.title = `${chapter.name}${chapter.outcome ? ", " + chapter.outcome : ""}, ${seconds(chapter.end - chapter.begin)}`;
     chip.setAttribute("aria-label", chip.title);
     chip.addEventListener("click", () => onPick(index));
@@ -132,7 +132,7 @@ class Events {
           else this.hidden.add(kind);
           this.fill();
         });
-        label.append(box, element("span", `${(MARKS[kind] || OTHER_MARK).sign} ${kind} (${count})`));
+        label.append(box, element("span", `${(own(MARKS, kind) || OTHER_MARK).sign} ${kind} (${count})`));
         return label;
       }),
     );
@@ -148,7 +148,7 @@ class Events {
     this.items = marks.slice(0, MOST_LISTED).map((mark) => {
       const item = element("li");
       const jump = element("button", undefined, "event");
-      jump.append(element("span", seconds(mark.time, 2), "time"), element("span", (MARKS[mark.kind] || OTHER_MARK).sign + " " + mark.kind, "what"), element("span", mark.text));
+      jump.append(element("span", seconds(mark.time, 2), "time"), element("span", (own(MARKS, mark.kind) || OTHER_MARK).sign + " " + mark.kind, "what"), element("span", mark.text));
       jump.addEventListener("click", () => this.onSeek(mark.time));
       item.append(jump);
       return item;
@@ -164,13 +164,13 @@ function nowTerms(model, time, picked) {
   const terms = [];
   const chapter = model.chapters[model.chapterAt(time)];
   if (chapter && time <= chapter.end + 0.05) {
-    terms.push([chapter.outcome ? "Bout" : "Run", `${chapter.name.replace(/^Bout /, "")}${chapter.series && chapter.series !== "surround" ? `, ${chapter.series}` : ""}: ${seconds(Math.max(0, time - chapter.begin))} of ${seconds(chapter.end - chapter.begin)}`]);
+    terms.push([chapter.outcome ? "Bout" : "Run", `${chapter.name.replace(/^(Bout|Run) /, "")}${chapter.series && chapter.series !== "surround" ? `, ${chapter.series}` : ""}: ${seconds(Math.max(0, time - chapter.begin))} of ${seconds(chapter.end - chapter.begin)}`]);
   } else if (model.chapters.length) terms.push(["Bout", "between bouts"]);
   for (const lane of model.lanes.values()) {
     const at = model.stretchAt(lane, time);
     const code = at < 0 ? -1 : lane.code[at];
     const said = code < 0 ? "–" : lane.meanings[code] || lane.words[code];
-    terms.push([lane.name, code < 0 ? "–" : lane.name.startsWith("Maneuver") ? `${lane.words[code]}: ${said}` : said]);
+    terms.push([lane.name, code < 0 ? "–" : lane.name.startsWith("Maneuver") ? `${lane.words[code].split(" · ")[0]}: ${said}` : said]);
   }
   const track = picked && model.tracks.get(picked);
   if (track) terms.push(...robotTerms(track, time));
@@ -178,7 +178,7 @@ function nowTerms(model, time, picked) {
   for (const trace of stands.slice(0, 3)) {
     const at = rowAt(trace.t, time);
     if (at < 0) continue;
-    const values = trace.labels.map((label, index) => `${trace.labels.length > 1 ? label + " " : ""}${Number.isNaN(trace.values[index][at]) ? "–" : shortNumber(trace.values[index][at])}${trace.unit ? " " + trace.unit : ""}`);
+    const values = trace.labels.map((label, index) => `${trace.labels.length > 1 ? label + " " : ""}${Number.isNaN(trace.values[index][at]) ? "–" : shown(trace.values[index][at], trace.digits)}${trace.unit ? " " + trace.unit : ""}`);
     terms.push([trace.name, values.join(", ")]);
   }
   return terms;

@@ -5,7 +5,7 @@ const FRAME = 0.05;
 
 class Player {
   constructor(model, onTime, onWindow) {
-    Object.assign(this, { model, onTime, onWindow, playing: false, speed: 1, whole: false });
+    Object.assign(this, { model, onTime, onWindow, playing: false, speed: 1, whole: false, zoomed: false });
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     const first = model.chapters[0];
     this.whole = !first;
@@ -25,11 +25,20 @@ class Player {
     const { model } = this;
     this.time = Math.min(model.end, Math.max(model.begin, time));
     if (!stay && (this.time < this.from - 1e-6 || this.time > this.to + 1e-6)) {
+      this.zoomed = false;
       const [from, to] = this.spanOf(this.time);
       // Between two bouts the one before is shown, with what follows it.
       this.show(Math.min(from, this.time), Math.max(to, this.time));
     }
     this.onTime(this.time);
+  }
+
+  // Only a part of what would be shown, which a person has marked.
+  closer(from, to) {
+    this.zoomed = true;
+    this.show(from, to);
+    if (this.time < from || this.time > to) this.seek(from);
+    else this.onTime(this.time);
   }
 
   show(from, to) {
@@ -39,6 +48,7 @@ class Player {
 
   setWhole(whole) {
     this.whole = whole;
+    this.zoomed = false;
     this.show(...this.spanOf(this.time));
     this.onTime(this.time);
   }
@@ -48,6 +58,7 @@ class Player {
     if (!chapters.length) return this.seek(index <= 0 ? this.model.begin : this.model.end);
     const chapter = chapters[Math.min(chapters.length - 1, Math.max(0, index))];
     this.time = chapter.begin;
+    this.zoomed = false;
     if (!this.whole) this.show(...this.spanOf(chapter.begin));
     this.onTime(this.time);
   }
@@ -94,7 +105,8 @@ class Player {
       this.playing = false;
     } else {
       this.time = time;
-      if (time > this.to) {
+      if (time > this.to && this.zoomed) this.show(this.to, Math.min(model.end, 2 * this.to - this.from));
+      else if (time > this.to) {
         const next = model.chapterAt(time);
         if (!this.whole && next >= 0 && model.chapters[next].begin >= this.to - 1e-6) this.show(...this.spanOf(time));
         else if (time > this.to + 2 || this.whole) this.show(...this.spanOf(time));

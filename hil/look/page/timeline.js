@@ -77,7 +77,7 @@ class Overview {
     context.fillRect(GUTTER, 4, this.width - GUTTER - 8, 20);
     context.textAlign = "center";
     for (const { begin, end, outcome } of model.chapters) {
-      const { sign, color } = OUTCOMES[outcome] || { sign: "", color: "--even" };
+      const { sign, color } = own(OUTCOMES, outcome) || { sign: "", color: "--even" };
       const [left, right] = [this.x(begin), this.x(end)];
       const wide = Math.max(1, right - left - (right - left > 4 ? 1 : 0));
       context.fillStyle = colors(color);
@@ -89,7 +89,7 @@ class Overview {
       }
     }
     for (const mark of model.marks) {
-      const { color } = MARKS[mark.kind] || OTHER_MARK;
+      const { color } = own(MARKS, mark.kind) || OTHER_MARK;
       context.fillStyle = colors(color);
       context.fillRect(Math.round(this.x(mark.time)), 27, 1.5, mark.kind === "safety" || mark.kind === "fault" ? 10 : 6);
     }
@@ -140,10 +140,11 @@ class Band {
       if (right < drawnTo + 0.5 && right - left < 0.5) continue;
       drawnTo = right;
       const code = lane.code[at];
-      context.fillStyle = colors(TONES[lane.tones[code]] || "--even");
+      context.fillStyle = colors(own(TONES, lane.tones[code]) || "--even");
       context.fillRect(left, 3, Math.max(1, right - left - 1), 20);
-      const word = lane.words[code] || "";
-      if (right - left > 14 && context.measureText(word).width < right - left - 6) {
+      const room = right - Math.max(left, GUTTER) - 6;
+      const word = [lane.meanings[code], lane.words[code]].find((one) => one && room > 8 && context.measureText(one).width < room);
+      if (word) {
         context.fillStyle = colors("--on-tone");
         context.fillText(word, Math.max(left, GUTTER) + 4, 13.5);
       }
@@ -208,10 +209,13 @@ function axisOf(colors, more) {
   return { stroke: () => colors("--soft"), grid: { stroke: () => colors("--grid"), width: 1 }, ticks: { show: false }, font: "11px " + colors("--font"), ...more };
 }
 
-function shortNumber(value) {
-  if (value === 0) return "0";
-  const digits = Math.abs(value) >= 100 ? 0 : Math.abs(value) >= 10 ? 1 : 2;
-  return value.toFixed(digits);
+// Decimals that tell numbers apart which are so far from one another.
+function digitsOf(apart) {
+  return Math.min(6, Math.max(0, -Math.floor(Math.log10(Math.abs(apart) * 1.001))));
+}
+
+function shown(value, digits) {
+  return value.toFixed(digits).replace(/^-(0(\.0*)?)$/, "$1");
 }
 
 class Traces {
@@ -234,7 +238,7 @@ class Traces {
     const [legend, values] = legendOf(trace.labels, colors);
     const top = element("div", undefined, "trace-top");
     top.append(title, legend);
-    if (trace.level !== null && trace.levelName) top.append(element("span", `· · · ${shortNumber(trace.level)}: ${trace.levelName}`, "soft small"));
+    if (trace.level !== null && trace.levelName) top.append(element("span", `· · · ${Number(trace.level.toPrecision(4))}: ${trace.levelName}`, "soft small"));
     const under = element("div", undefined, "plot");
     const head = element("div", undefined, "head");
     under.append(head);
@@ -242,17 +246,18 @@ class Traces {
     this.parent.append(box);
     const steps = trace.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {};
     const [low, high] = rangeOf(trace);
+    trace.digits = digitsOf((high - low) / 100);
     const plot = new uPlot(
       {
         width: this.parent.clientWidth,
         height: 104,
         padding: [6, 8, 0, 0],
         legend: { show: false },
-        cursor: { sync: { key: "time" }, drag: { x: true, y: false }, points: { show: false }, y: false },
+        cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
         scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: () => [low, high] } },
         axes: [
           axisOf(colors, { size: 22, space: 70, values: (_, ticks) => ticks.map((tick) => seconds(tick, tick % 1 ? 1 : 0)) }),
-          axisOf(colors, { size: GUTTER, space: 26, values: (_, ticks) => ticks.map(shortNumber) }),
+          axisOf(colors, { size: GUTTER, space: 26, values: (_, ticks) => ticks.map((tick) => shown(tick, digitsOf(ticks[1] - ticks[0] || 1))) }),
         ],
         series: [{}, ...seriesOf(trace.labels, colors, steps)],
         hooks: {
@@ -271,7 +276,10 @@ class Traces {
       [trace.t, ...trace.values.map(holed)],
       under,
     );
+    let pressed = 0;
+    plot.over.addEventListener("mousedown", (event) => (pressed = event.clientX));
     plot.over.addEventListener("click", (event) => {
+      if (Math.abs(event.clientX - pressed) > 4) return; // the end of a drag
       const { left } = plot.over.getBoundingClientRect();
       this.onSeek(plot.posToVal(event.clientX - left, "x"));
     });
@@ -298,7 +306,7 @@ class Traces {
       const at = rowAt(trace.t, time);
       values.forEach((cell, index) => {
         const value = at < 0 ? NaN : trace.values[index][at];
-        cell.textContent = Number.isNaN(value) ? "–" : shortNumber(value);
+        cell.textContent = Number.isNaN(value) ? "–" : shown(value, trace.digits);
       });
     }
   }
