@@ -1,6 +1,6 @@
 """How long a frame of a view takes while it plays: so many robots with 16 rays each, drawn by software in headless Chromium.
 
-    python benchmarks/view_frames.py
+    PYTHONPATH=tests/support python benchmarks/view_frames.py [--robots 33 1000]
 
 A page is played for some seconds, and the time from frame to frame is taken where the browser tells it. A browser draws no
 more than 60 frames a second: a median of 16.7 ms is as good as can be. `drawing` is what a frame costs the page's script, and
@@ -18,7 +18,7 @@ import numpy as np
 from chromium import Chromium
 
 from hil.look.pages import page_of
-from hil.look.scene import Ground, Place, Scene, Shape, Track
+from hil.look.scene import BodyShape, Ground, Scene, Terrain, Track
 
 RAYS = 16
 LENGTH = 30.0
@@ -53,7 +53,7 @@ def crowd(robots: int, seed: int = 1) -> Scene:
     rng = np.random.default_rng(seed)
     side = 0.35 * math.sqrt(robots)
     times = np.arange(0.0, LENGTH, 0.5)
-    scene = Scene(title=f"{robots} robots", end=LENGTH, place=Place(Ground.TABLE, side, side))
+    scene = Scene(title=f"{robots} robots", end=LENGTH, terrain=Terrain(Ground.TABLE, side, side))
     for number in range(robots):
         heading = np.cumsum(rng.normal(0.0, 0.4, len(times)))
         start = rng.uniform(-side / 2, side / 2, 2)
@@ -63,7 +63,7 @@ def crowd(robots: int, seed: int = 1) -> Scene:
         rays = {f"r{ray}": rng.uniform(0.03, 0.3, len(times)) for ray in range(RAYS)}
         rays |= {"t": times, "hits": rng.integers(0, 1 << RAYS, len(times)).astype(np.float64)}
         kind = "ranger" if number % 4 else "wild"
-        scene.tracks.append(Track(str(number), f"{kind.upper()} {number}", kind, Shape(radius=0.02), poses, {}, rays))
+        scene.tracks.append(Track(str(number), f"{kind.upper()} {number}", kind, BodyShape(radius=0.02), poses, {}, rays))
     return scene
 
 

@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from hil.look.scene import Curve, Lane, Scene, Shape, Trace, Track
+    from hil.look.scene import BodyShape, Lane, LearningCurves, Scene, TimeCurves, Track
 
 VERSION: Final = 1
 STEPS: Final = {"x": 1e-4, "y": 1e-4, "heading": 1e-3, "radius": 1e-3}
-"""What columns are rounded to, by name, in SI units; rays to mm, all others to whole numbers; for times see `Clock`."""
+"""What columns are rounded to, by name, in SI units; rays to mm, all others to whole numbers; for times see `TimeScale`."""
 DIGITS: Final = 2000
 """Values of a trace are told in so many steps from its least to its greatest."""
 LONGEST_TEXT: Final = 400
@@ -31,7 +31,7 @@ _ESCAPES: Final = str.maketrans({"<": "\\u003c", ">": "\\u003e", "&": "\\u0026"}
 
 
 @dataclass(frozen=True)
-class Clock:
+class TimeScale:
     """How times are told: from the beginning of the scene, since a log's own clock may be that of a computer's start.
 
     Attributes:
@@ -43,7 +43,7 @@ class Clock:
     step: float
 
     @classmethod
-    def of(cls, scene: Scene) -> Clock:
+    def of(cls, scene: Scene) -> TimeScale:
         """The clock of a scene: to the ms, and coarser where it lasts longer than six days."""
         span = max(scene.end - scene.begin, 1.0)
         return cls(scene.begin, 1e-3 * 10.0 ** max(0, math.ceil(math.log10(span * 1e3 / LARGEST))))
@@ -73,9 +73,9 @@ def document_of(scene: Scene) -> dict[str, Any]:
         scene: What is to be shown.
     """
     columns = Columns()
-    shapes: list[Shape] = []
-    clock = Clock.of(scene)
-    tracks = [_track(track, shapes, columns, clock) for track in scene.tracks]
+    shapes: list[BodyShape] = []
+    scale = TimeScale.of(scene)
+    tracks = [_track(track, shapes, columns, scale) for track in scene.tracks]
     document: dict[str, Any] = {
         "version": VERSION,
         "title": _short(scene.title),
@@ -84,22 +84,22 @@ def document_of(scene: Scene) -> dict[str, Any]:
         "facts": [[_short(value), _short(text)] for value, text in scene.facts],
         "notes": [_short(text) for text in scene.notes],
         "about": [[_short(name), _short(value)] for name, value in scene.about],
-        "begin": clock.tell(scene.begin),
-        "end": clock.tell(scene.end),
-        "place": None
-        if scene.place is None
-        else [str(scene.place.ground), _number(scene.place.width), _number(scene.place.height), scene.place.wall],
+        "begin": scale.tell(scene.begin),
+        "end": scale.tell(scene.end),
+        "terrain": None
+        if scene.terrain is None
+        else [str(scene.terrain.ground), _number(scene.terrain.width), _number(scene.terrain.height), scene.terrain.wall],
         "shapes": [_shape(shape) for shape in shapes],
         "tracks": tracks,
-        "traces": [_trace(trace, columns, clock) for trace in scene.traces],
-        "lanes": [_lane(lane, columns, clock) for lane in scene.lanes],
-        "marks": [[clock.tell(mark.time), _short(mark.kind), _short(mark.text)] for mark in scene.marks],
+        "traces": [_trace(trace, columns, scale) for trace in scene.traces],
+        "lanes": [_lane(lane, columns, scale) for lane in scene.lanes],
+        "marks": [[scale.tell(mark.time), _short(mark.kind), _short(mark.text)] for mark in scene.marks],
         "chapters": [
             {
                 "name": _short(one.name),
                 "series": _short(one.series),
-                "begin": clock.tell(one.begin),
-                "end": clock.tell(one.end),
+                "begin": scale.tell(one.begin),
+                "end": scale.tell(one.end),
                 "outcome": _short(one.outcome),
                 "against": _short(one.against),
                 "story": _short(one.story),
@@ -113,8 +113,8 @@ def document_of(scene: Scene) -> dict[str, Any]:
                 "steps": [
                     [_short(step.name), _short(step.meaning), _number(step.left), _number(step.right)] for step in one.steps
                 ],
-                "fitness": _number(one.fitness),
-                "tried": one.tried,
+                "does": _short(one.does),
+                "worth": _short(one.worth),
             }
             for one in scene.lessons
         ],
@@ -123,7 +123,7 @@ def document_of(scene: Scene) -> dict[str, Any]:
     return document
 
 
-def _track(track: Track, shapes: list[Shape], columns: Columns, clock: Clock) -> dict[str, Any]:
+def _track(track: Track, shapes: list[BodyShape], columns: Columns, scale: TimeScale) -> dict[str, Any]:
     if track.shape not in shapes:
         shapes.append(track.shape)
     return {
@@ -131,20 +131,20 @@ def _track(track: Track, shapes: list[Shape], columns: Columns, clock: Clock) ->
         "label": _short(track.label),
         "kind": _short(track.kind),
         "shape": shapes.index(track.shape),
-        **{name: _table(getattr(track, name), columns, clock) for name in ("poses", "senses", "rays") if getattr(track, name)},
+        **{name: _table(getattr(track, name), columns, scale) for name in ("poses", "senses", "rays") if getattr(track, name)},
     }
 
 
-def _table(table: dict[str, NDArray[np.float64]], columns: Columns, clock: Clock) -> dict[str, Any]:
+def _table(table: dict[str, NDArray[np.float64]], columns: Columns, scale: TimeScale) -> dict[str, Any]:
     return {
-        name: clock.add(columns, values)
+        name: scale.add(columns, values)
         if name == "t"
         else columns.add(values, STEPS.get(name, 1e-3 if name[0] == "r" else 1.0))
         for name, values in table.items()
     }
 
 
-def _shape(shape: Shape) -> dict[str, Any]:
+def _shape(shape: BodyShape) -> dict[str, Any]:
     return {
         "outline": shape.outline,
         "radius": shape.radius,
@@ -154,12 +154,12 @@ def _shape(shape: Shape) -> dict[str, Any]:
     }
 
 
-def _trace(trace: Trace, columns: Columns, clock: Clock) -> dict[str, Any]:
+def _trace(trace: TimeCurves, columns: Columns, scale: TimeScale) -> dict[str, Any]:
     return {
         "name": _short(trace.name),
         "unit": _short(trace.unit),
         "labels": [_short(label) for label in trace.labels],
-        "t": clock.add(columns, trace.times),
+        "t": scale.add(columns, trace.times),
         "values": [columns.add(values, step_of(values)) for values in trace.values],
         "stepped": trace.stepped,
         "level": None if trace.level is None else _number(trace.level),
@@ -180,11 +180,11 @@ def step_of(values: NDArray[np.float64]) -> float:
     return 1.0 if span > DIGITS or not span else 10.0 ** max(-9, math.floor(math.log10(span / DIGITS)))
 
 
-def _lane(lane: Lane, columns: Columns, clock: Clock) -> dict[str, Any]:
+def _lane(lane: Lane, columns: Columns, scale: TimeScale) -> dict[str, Any]:
     return {
         "name": _short(lane.name),
-        "begin": clock.add(columns, lane.begin),
-        "end": clock.add(columns, lane.end),
+        "begin": scale.add(columns, lane.begin),
+        "end": scale.add(columns, lane.end),
         "code": columns.add(lane.code, 1.0),
         "words": [_short(word) for word in lane.words],
         "meanings": [_short(word) for word in lane.meanings],
@@ -192,7 +192,7 @@ def _lane(lane: Lane, columns: Columns, clock: Clock) -> dict[str, Any]:
     }
 
 
-def _curve(curve: Curve, columns: Columns) -> dict[str, Any]:
+def _curve(curve: LearningCurves, columns: Columns) -> dict[str, Any]:
     return {
         "name": _short(curve.name),
         "unit": _short(curve.unit),

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus
-from hil.look.scene import Curve, Lesson, Step
+from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus
+from hil.doors import DocumentError, parse_json
+from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
 from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundStateRecord, TrialRecord
 from hil.report.learnt import Learnt, read_learnt
+from pal_advisor.surround import Tables, TablesError, rules
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Action
@@ -21,6 +23,8 @@ TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/stat
 SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
 """How fast a wheel is drawn; the robot's parameters say how fast it turns."""
 MOST_CURVES: Final = 16
+MOST_RULES: Final = 4
+"""Situations of each class of a swarm that are told of."""
 GREATEST: Final = 1e8
 """Numbers farther from 0 are none that a learner counts."""
 SEEN: Final = ("When no eye sees it", "When the left eye sees it", "When the right eye sees it", "When both eyes see it")
@@ -62,8 +66,13 @@ class LearningPart:
         if len(self._fitness) > 1:
             scene.curves.append(_trials(self._fitness))
         scene.curves += _surround(self._surround)
+        tables = next((state.tables for state in reversed(self._surround) if state.tables), "")
+        if tables:
+            found, odd = rules_of(tables)
+            scene.lessons += found
+            scene.notes += odd
 
-    def _by_maneuvers(self) -> Curve:
+    def _by_maneuvers(self) -> LearningCurves:
         """Best fitness of each category against the maneuvers performed."""
         found: dict[str, list[StepRecord]] = {}
         for step in sorted((one for one in self._steps if 0 <= one.used <= GREATEST), key=lambda one: one.used):
@@ -73,20 +82,20 @@ class LearningPart:
         x = tuple(np.array([step.used for step in found[name]], dtype=np.float64) for name in names)
         y = tuple(np.array([step.best for step in found[name]], dtype=np.float64) for name in names)
         labels = tuple(f"eyes: {name}" for name in names)
-        return Curve("Best fitness of each situation", "", "maneuvers performed", labels, x, y)
+        return LearningCurves("Best fitness of each situation", "", "maneuvers performed", labels, x, y)
 
 
-def _trials(fitness: list[float]) -> Curve:
+def _trials(fitness: list[float]) -> LearningCurves:
     """What the trials were worth on the average."""
     values = np.clip(np.nan_to_num(np.array(fitness, dtype=np.float64)), -GREATEST, GREATEST)
     over = min(len(values), max(10, len(values) // 20))
     summed = np.concatenate(([0.0], np.cumsum(values)))
     mean = (summed[over:] - summed[:-over]) / over
     x = np.arange(over, len(values) + 1, dtype=np.float64)
-    return Curve("Fitness of what was tried", "", "maneuvers performed", (f"mean of the last {over}",), (x,), (mean,))
+    return LearningCurves("Fitness of what was tried", "", "maneuvers performed", (f"mean of the last {over}",), (x,), (mean,))
 
 
-def _surround(states: list[SurroundStateRecord]) -> list[Curve]:
+def _surround(states: list[SurroundStateRecord]) -> list[LearningCurves]:
     runs: list[list[SurroundStateRecord]] = []
     for state in states:
         if not runs or state.seed != runs[-1][-1].seed or state.step <= runs[-1][-1].step:
@@ -103,7 +112,7 @@ def _surround(states: list[SurroundStateRecord]) -> list[Curve]:
     ):
         y = tuple(np.array([_or_none(getattr(state, field)) for state in run]) for run in runs)
         labels = tuple(f"seed {run[0].seed}" for run in runs)
-        found.append(Curve(name, unit, "steps", labels, x, y))
+        found.append(LearningCurves(name, unit, "steps", labels, x, y))
     return found
 
 
@@ -111,7 +120,7 @@ def _or_none(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def lessons_of(learnt: Learnt) -> list[Lesson]:
+def lessons_of(learnt: Learnt) -> list[LearntManeuver]:
     """The entries of advice, in words.
 
     Args:
@@ -120,13 +129,39 @@ def lessons_of(learnt: Learnt) -> list[Lesson]:
     return [_lesson(entry) for entry in sorted(learnt.entries, key=lambda entry: (entry.current, entry.previous))]
 
 
-def _lesson(entry: AdviceEntry) -> Lesson:
+def _lesson(entry: AdviceEntry) -> LearntManeuver:
     before = "" if entry.previous == ANY_STIMULUS else f" (before: {Stimulus(entry.previous).label})"
     when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
-    return Lesson(when, tuple(step_of(action) for action in entry.actions), entry.fitness, entry.evaluations)
+    steps = tuple(step_of(action) for action in entry.actions)
+    times = "once" if entry.evaluations == 1 else f"{entry.evaluations:,} times"
+    return LearntManeuver(
+        when, steps, ", then ".join(step.meaning for step in steps), f"worth {entry.fitness:.2f}, tried {times}"
+    )
 
 
-def step_of(action: Action) -> Step:
+def rules_of(text: str) -> tuple[list[LearntManeuver], list[str]]:
+    """What a swarm has learnt for the situations that it met most.
+
+    Args:
+        text: Its tables, as they were recorded.
+
+    Returns:
+        It, and what can't be read, in words.
+    """
+    try:
+        tables = Tables.from_dict(parse_json(text))
+    except (TablesError, DocumentError) as error:
+        return [], [f"What was learnt can't be read: {error}."]
+    found = []
+    for kind in RobotClass:
+        for rule in [one for one in rules(tables, kind) if one.met][:MOST_RULES]:
+            situation, _, does = rule.words.partition(": ")
+            times = "once" if rule.met == 1 else f"{rule.met:,} times"
+            found.append(LearntManeuver(f"A {kind.name}: {situation}", (), does, f"weight {rule.weight:.2f}, met {times}"))
+    return found, []
+
+
+def step_of(action: Action) -> LearntStep:
     """An action as it is drawn.
 
     Args:
@@ -134,4 +169,4 @@ def step_of(action: Action) -> Step:
     """
     spec = action.spec
     share = SHARES[spec.speed]
-    return Step(action.name, spec.meaning, spec.left * share, spec.right * share)
+    return LearntStep(action.name, spec.meaning, spec.left * share, spec.right * share)

@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol.messages import ParamValue, SwarmObservation, SwarmRanges, SwarmSense
 from firmware_protocol.messages.table import BoxShape, TableKind, TableReset, TableState
 from firmware_protocol.vocabulary import MAX_RANGES, MAX_SECTORS, RobotClass
-from hil.look.scene import Chapter, Ground, Place, Shape, Trace, Track
+from hil.look.scene import BodyShape, Chapter, Ground, Terrain, TimeCurves, Track
 from hil.mcaplog.records import BridgeOpening, BridgeStep, SurroundStateRecord, SwarmRoundRecord
 from simdevice.swarm.profile import MicroProfile
 
@@ -109,8 +109,8 @@ class MicroPart:
         rows = np.array(self._rows, dtype=np.float64)
         rows = rows[np.isfinite(rows[:, :5]).all(axis=1) & (np.abs(rows[:, 2:4]) < FARTHEST).all(axis=1)]
         rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
-        scene.place = self._place(rows)
-        shape = Shape(radius=MicroProfile().radius, sectors=min(self._sectors, MAX_SECTORS))
+        scene.terrain = self._place(rows)
+        shape = BodyShape(radius=MicroProfile().radius, sectors=min(self._sectors, MAX_SECTORS))
         several = len(self._networks) > 1
         numbers = rows[:, 0]
         for robot, number in sorted(self._index.items()):
@@ -130,7 +130,7 @@ class MicroPart:
         kind = self._classes.get(robot)
         return "robot" if kind is None else kind.name.lower()
 
-    def _track(self, robot: Robot, label: str, shape: Shape, rows: NDArray[np.float64]) -> Track:
+    def _track(self, robot: Robot, label: str, shape: BodyShape, rows: NDArray[np.float64]) -> Track:
         kind = self._kind(robot)
         names = ("t", "x", "y", "heading", "flags", "near0", "near1", "radius", "outcome")
         poses = {name: rows[:, column] for column, name in enumerate(names, start=1)}
@@ -151,12 +151,12 @@ class MicroPart:
         hits = np.array([message.robots & (1 << 29) - 1 for _, message in told], dtype=np.float64)
         return {"t": np.array([time for time, _ in told]), "hits": hits, **columns}
 
-    def _place(self, rows: NDArray[np.float64]) -> Place:
+    def _place(self, rows: NDArray[np.float64]) -> Terrain:
         if self._table is not None and all(LEAST_TABLE / 10 < side < FARTHEST for side in self._table.size):
             width, height = self._table.size
-            return Place(Ground.TABLE, width, height, bool(self._table.wall))
+            return Terrain(Ground.TABLE, width, height, bool(self._table.wall))
         width, height = 2.2 * np.abs(rows[:, 2:4]).max(axis=0)
-        return Place(Ground.TABLE, max(LEAST_TABLE, float(width)), max(LEAST_TABLE, float(height)))
+        return Terrain(Ground.TABLE, max(LEAST_TABLE, float(width)), max(LEAST_TABLE, float(height)))
 
     def _box(self, scene: Scene) -> None:
         if self._table is None or self._table.kind != TableKind.BOX or not self._boxes:
@@ -164,11 +164,11 @@ class MicroPart:
         rows = np.array([(time, *state.box, state.box_heading, *state.goal) for time, state in self._boxes])
         half = MicroProfile().box_half
         square = ((half, half), (-half, half), (-half, -half), (half, -half))
-        shape = Shape(square if self._table.box == BoxShape.CUBE else (), half)
+        shape = BodyShape(square if self._table.box == BoxShape.CUBE else (), half)
         poses = {"t": rows[:, 0], "x": rows[:, 1], "y": rows[:, 2], "heading": rows[:, 3]}
         scene.tracks.insert(0, Track("box", "the box", "box", shape, poses))
         goal = {"t": rows[:, 0], "x": rows[:, 4], "y": rows[:, 5], "heading": np.zeros(len(rows))}
-        scene.tracks.insert(0, Track("goal", "the goal", "goal", Shape(radius=half), goal))
+        scene.tracks.insert(0, Track("goal", "the goal", "goal", BodyShape(radius=half), goal))
 
     def _missions(self, last: float) -> list[Chapter]:
         """A chapter for each run of a mission."""
@@ -186,7 +186,7 @@ class MicroPart:
             found.append(Chapter(f"Run {number + 1}, seed {state.seed}", "surround", run[0][0], end, story=story))
         return found
 
-    def _measured(self) -> list[Trace]:
+    def _measured(self) -> list[TimeCurves]:
         if len(self._states) < 2:
             return []
         times = np.array([time for time, _ in self._states])
@@ -196,10 +196,10 @@ class MicroPart:
             (("share_surrounded", "outside"), "Share", "", ("WILDs surrounded", "RANGERs outside the area")),
         ):
             values = tuple(np.array([_or_none(getattr(state, one)) for _, state in self._states]) for one in field)
-            found.append(Trace(name, unit, labels, times, values, stepped=True))
+            found.append(TimeCurves(name, unit, labels, times, values, stepped=True))
         if any(count for _, count in self._missing):
             when, counts = np.array(self._missing, dtype=np.float64).T
-            found.append(Trace("Robots without an answer", "", ("missing or refusing",), when, (counts,), stepped=True))
+            found.append(TimeCurves("Robots without an answer", "", ("missing or refusing",), when, (counts,), stepped=True))
         return found
 
 

@@ -20,7 +20,7 @@ from hil.look.thinning import thinned
 if TYPE_CHECKING:
     from hil.look.scene import Scene
 
-SCRIPTS: Final = ("model.js", "arena.js", "timeline.js", "panels.js", "player.js", "main.js")
+SCRIPTS: Final = ("model.js", "ground.js", "arena.js", "timeline.js", "panels.js", "player.js", "main.js")
 """In the order in which they are put together."""
 LARGEST: Final = 5_000_000
 """A page has no more bytes."""

@@ -25,7 +25,7 @@ class Ground(StrEnum):
 
 
 @dataclass(frozen=True)
-class Place:
+class Terrain:
     """The arena, about its origin.
 
     Attributes:
@@ -78,7 +78,7 @@ class Spot:
 
 
 @dataclass(frozen=True)
-class Shape:
+class BodyShape:
     """What a body looks like, in its own frame.
 
     Attributes:
@@ -115,21 +115,21 @@ class Track:
     key: str
     label: str
     kind: str
-    shape: Shape
+    shape: BodyShape
     poses: dict[str, Array] = field(default_factory=dict)
     senses: dict[str, Array] = field(default_factory=dict)
     rays: dict[str, Array] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class Trace:
+class TimeCurves:
     """Curves over time, of one unit.
 
     Attributes:
         name: What they show.
         unit: Of the values; empty: a plain number.
         labels: Of each curve.
-        times: Shape (n,).
+        times: BodyShape (n,).
         values: Of each curve, shape (n,).
         stepped: A value holds until the next.
         level: A line drawn across, as a threshold; None: none.
@@ -208,7 +208,7 @@ class Chapter:
 
 
 @dataclass(frozen=True)
-class Curve:
+class LearningCurves:
     """Curves over something else than time: how learning went.
 
     Attributes:
@@ -229,7 +229,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Step:
+class LearntStep:
     """An action of a maneuver: how the wheels turn, as shares of full speed.
 
     Attributes:
@@ -246,20 +246,20 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Lesson:
+class LearntManeuver:
     """What was learnt for a situation.
 
     Attributes:
         when: The situation in words.
-        steps: The maneuver.
-        fitness: What it is worth.
-        tried: How often it was performed.
+        steps: The maneuver; none: it is no sequence of actions.
+        does: What is done, in words.
+        worth: What that is worth, and how well that is known, in words.
     """
 
     when: str
-    steps: tuple[Step, ...]
-    fitness: float
-    tried: int
+    steps: tuple[LearntStep, ...]
+    does: str
+    worth: str
 
 
 @dataclass
@@ -275,7 +275,7 @@ class Scene:
         about: Of the run: (name, value).
         begin: First log time.
         end: Last log time.
-        place: The arena; None where there is nothing to draw.
+        terrain: The arena; None where there is nothing to draw.
         tracks: The bodies.
         traces: Curves over time.
         lanes: Bands over time.
@@ -293,11 +293,11 @@ class Scene:
     about: list[tuple[str, str]] = field(default_factory=list)
     begin: float = 0.0
     end: float = 0.0
-    place: Place | None = None
+    terrain: Terrain | None = None
     tracks: list[Track] = field(default_factory=list)
-    traces: list[Trace] = field(default_factory=list)
+    traces: list[TimeCurves] = field(default_factory=list)
     lanes: list[Lane] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
     chapters: list[Chapter] = field(default_factory=list)
-    curves: list[Curve] = field(default_factory=list)
-    lessons: list[Lesson] = field(default_factory=list)
+    curves: list[LearningCurves] = field(default_factory=list)
+    lessons: list[LearntManeuver] = field(default_factory=list)

@@ -19,7 +19,7 @@ from firmware_protocol.messages import (
 from firmware_protocol.messages.junior import SensorFlag
 from firmware_protocol.vocabulary import Action, Outcome
 from hil.look.bouts import Bouts
-from hil.look.scene import Beam, Ground, Lane, Place, Shape, Spot, Trace, Track
+from hil.look.scene import Beam, BodyShape, Ground, Lane, Spot, Terrain, TimeCurves, Track
 from hil.recording.protagonist import Protagonist
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
 from simdevice.junior.profile import JuniorProfile
@@ -77,13 +77,13 @@ def letters(actions: list[int] | tuple[int, ...]) -> str:
     return " ".join(Action(code).name if code in set(Action) else f"?{code}" for code in actions)
 
 
-def junior_shape() -> Shape:
+def junior_shape() -> BodyShape:
     """Junior, with its eyes, arms and floor sensors."""
     body = JuniorProfile()
     (x, y), (near, far) = body.eye_position, body.arm_span
     floor_x, floor_y = body.floor_position
     front = body.front
-    return Shape(
+    return BodyShape(
         junior_outline(),
         0.06,
         (
@@ -169,7 +169,7 @@ class SumoPart:
         if states:
             self._ring(scene, states, senses, maneuvers)
         elif heard:
-            scene.place = Place(Ground.NONE, 1.2, 0.9)
+            scene.terrain = Terrain(Ground.NONE, 1.2, 0.9)
             still = {"t": np.array([scene.begin]), "x": np.zeros(1), "y": np.zeros(1), "heading": np.full(1, np.pi / 2)}
             scene.tracks.append(Track("junior", "Junior", "junior", junior_shape(), still, senses))
         if maneuvers is not None:
@@ -193,7 +193,7 @@ class SumoPart:
         maneuvers: Lane | None,
     ) -> None:
         width, height = ring_size()
-        scene.place = Place(Ground.RING, width, height)
+        scene.terrain = Terrain(Ground.RING, width, height)
         rows = np.array(
             [(time, *state.junior, state.junior_heading, *state.opponent, state.opponent_heading) for time, state in told]
         )
@@ -203,12 +203,12 @@ class SumoPart:
         bouts = np.array([state.bout for _, state in told], dtype=np.float64)
         rows, bouts = rows[good], bouts[good]
         if not len(rows):
-            scene.place = None
+            scene.terrain = None
             return
         gap = (np.diff(bouts, prepend=bouts[0]) != 0).astype(np.float64)
         code = max((state.opponent_code for _, state in told[-1:]), default=0)
         for key, label, shape, at, felt in (
-            ("opponent", "Opponent", Shape(opponent_outline(code), 0.06), 4, {}),
+            ("opponent", "Opponent", BodyShape(opponent_outline(code), 0.06), 4, {}),
             ("junior", "Junior", junior_shape(), 1, senses),
         ):
             poses = {"t": rows[:, 0], "x": rows[:, at], "y": rows[:, at + 1], "heading": rows[:, at + 2], "gap": gap}
@@ -218,7 +218,9 @@ class SumoPart:
         clear = [np.minimum(one, height / 2 - np.abs(rows[:, at])) for one, at in zip(clear, (2, 5), strict=True)]
         values = tuple(np.where(gap > 0, np.nan, one) for one in clear)
         scene.traces.append(
-            Trace("Distance to the border", "m", ("Junior", "Opponent"), rows[:, 0], values, level=0.0, level_name="the border")
+            TimeCurves(
+                "Distance to the border", "m", ("Junior", "Opponent"), rows[:, 0], values, level=0.0, level_name="the border"
+            )
         )
 
     def _performed(self, last: float) -> Lane | None:
@@ -261,16 +263,16 @@ class SumoPart:
 
         eyes = columns([message.eye for message in messages])
         scene.traces.append(
-            Trace("Eyes", "counts", ("Left", "Right"), times, eyes, level=self._threshold, level_name="sees from here on")
+            TimeCurves("Eyes", "counts", ("Left", "Right"), times, eyes, level=self._threshold, level_name="sees from here on")
         )
         travel = columns([message.travel for message in messages])
-        scene.traces.append(Trace("Wheels", "m/s", ("Left", "Right"), times, _speeds(times, travel)))
+        scene.traces.append(TimeCurves("Wheels", "m/s", ("Left", "Right"), times, _speeds(times, travel)))
         scene.traces.append(
-            Trace("Floor sensors", "counts", ("Left", "Right"), times, columns([message.floor for message in messages]))
+            TimeCurves("Floor sensors", "counts", ("Left", "Right"), times, columns([message.floor for message in messages]))
         )
         slow = np.arange(0, len(times), max(1, len(times) // 2000))
         battery = np.array([message.battery for message in messages])[slow]
-        scene.traces.append(Trace("Battery", "V", ("Battery",), times[slow], (battery,)))
+        scene.traces.append(TimeCurves("Battery", "V", ("Battery",), times[slow], (battery,)))
         if any(order.speed != (0.0, 0.0) for _, order in self._wheels):
             scene.traces.append(_commands(self._wheels))
         scene.lanes += _seen(times, np.array([message.flags for message in messages], dtype=np.int64))
@@ -294,7 +296,7 @@ def _speeds(times: NDArray[np.float64], travel: tuple[NDArray[np.float64], ...])
     return tuple(found)
 
 
-def _commands(told: list[tuple[float, JuniorWheels]]) -> Trace:
+def _commands(told: list[tuple[float, JuniorWheels]]) -> TimeCurves:
     """What the wheels were told, each command until its time is over or the next one comes."""
     rows: list[tuple[float, ...]] = []
     for index, (time, order) in enumerate(told):
@@ -303,7 +305,7 @@ def _commands(told: list[tuple[float, JuniorWheels]]) -> Trace:
         if time + order.duration < following:
             rows.append((time + order.duration, 0.0, 0.0))
     times, left, right = np.array(rows).T
-    return Trace("Wheels were told", "share of full", ("Left", "Right"), times, (left, right), stepped=True)
+    return TimeCurves("Wheels were told", "share of full", ("Left", "Right"), times, (left, right), stepped=True)
 
 
 def _seen(times: NDArray[np.float64], flags: NDArray[np.int64]) -> list[Lane]:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from hil.look.scene import Mark, Scene, Trace, Track
+    from hil.look.scene import Mark, Scene, TimeCurves, Track
 
     Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _rows(table: dict[str, Array], ends: Array, interval: float) -> dict[str, Ar
     return {name: values[keep] for name, values in table.items()}
 
 
-def _trace(trace: Trace, interval: float) -> Trace:
+def _trace(trace: TimeCurves, interval: float) -> TimeCurves:
     """Of each stretch of time the rows in which a curve has its least and its greatest value."""
     kept = extremes(trace.times, trace.values, interval)
     return replace(trace, times=trace.times[kept], values=tuple(values[kept] for values in trace.values))

@@ -10,7 +10,7 @@ import numpy as np
 from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, RobotAck
 from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
-from hil.look.scene import Lane, Mark, Trace
+from hil.look.scene import Lane, Mark, TimeCurves
 from hil.mcaplog.records import BridgeStep, EventRecord, UnsentBytes
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def _stops(told: list[tuple[float, int]], who: str) -> list[Mark]:
     return found
 
 
-def _counts(robots: list[list[tuple[float, int]]]) -> Trace:
+def _counts(robots: list[list[tuple[float, int]]]) -> TimeCurves:
     """How many of many robots are in which state."""
     changes: dict[int, list[tuple[float, int]]] = {}
     for told in robots:
@@ -151,7 +151,7 @@ def _counts(robots: list[list[tuple[float, int]]]) -> Trace:
         summed = np.concatenate(([0.0], np.cumsum(by)))
         values.append(summed[np.searchsorted(when, times, side="right")])
     names = tuple(State(state).name.lower() if state in set(State) else f"state {state}" for state in sorted(changes))
-    return Trace("Robots in each state", "", names, times, tuple(values), stepped=True)
+    return TimeCurves("Robots in each state", "", names, times, tuple(values), stepped=True)
 
 
 def _lane(name: str, told: list[tuple[float, int]], last: float) -> Lane:

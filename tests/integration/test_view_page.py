@@ -262,7 +262,7 @@ def test_of_a_log_that_is_cut_it_plays_what_there_is(page: Page, tmp_path: Path)
 def test_where_nobody_knows_the_place_the_robot_is_drawn_by_itself(page: Page, tmp_path: Path) -> None:
     driving_log(tmp_path / "d.mcap", 5.0)
     page.open(write_view(tmp_path / "d.mcap")[0], READY)
-    assert page.ask("hilView.model.place.ground") == "none"
+    assert page.ask("hilView.model.terrain.ground") == "none"
     assert page.ask("document.querySelectorAll('#traces .uplot').length") >= 4
     assert page.seen.quiet, page.seen
 
@@ -270,7 +270,7 @@ def test_where_nobody_knows_the_place_the_robot_is_drawn_by_itself(page: Page, t
 def test_a_run_of_which_only_events_are_known_is_a_page_too(page: Page, tmp_path: Path) -> None:
     path = tmp_path / "e.html"
     scene = scene_of("plain")
-    scene.place = None
+    scene.terrain = None
     for name in ("tracks", "traces", "lanes", "chapters", "curves", "lessons"):
         setattr(scene, name, [])
     path.write_bytes(page_of(scene))

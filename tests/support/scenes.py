@@ -11,7 +11,22 @@ from report_logs import FRAME, Wire
 from firmware_protocol.messages import BoutOutcome, JuniorSensors, OpponentCode, ParamValue, Phase, RefereeState
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
-from hil.look.scene import Beam, Chapter, Curve, Ground, Lane, Lesson, Mark, Place, Scene, Shape, Spot, Step, Trace, Track
+from hil.look.scene import (
+    Beam,
+    BodyShape,
+    Chapter,
+    Ground,
+    Lane,
+    LearningCurves,
+    LearntManeuver,
+    LearntStep,
+    Mark,
+    Scene,
+    Spot,
+    Terrain,
+    TimeCurves,
+    Track,
+)
 from hil.mcaplog.records import AdviceRecord, EventRecord, StepRecord, SurroundStateRecord, TrialRecord
 from hil.recording.recorder import Recorder
 
@@ -41,7 +56,7 @@ def scene_of(text: str, other: str = "x") -> Scene:
     """
     times = np.arange(10.0)
     wave = np.sin(times)
-    shape = Shape(
+    shape = BodyShape(
         ((0.05, 0.0), (-0.05, 0.05), (-0.05, -0.05)), 0.05, (Beam(0, 0, 0, 0.3, 0.4, 1),), (Spot(text, ((0.0, 0.0),), 1),)
     )
     poses = {"t": times, "x": 0.1 * wave, "y": 0.1 * wave, "heading": wave}
@@ -56,17 +71,17 @@ def scene_of(text: str, other: str = "x") -> Scene:
         [(text, text)],
         0.0,
         9.0,
-        Place(Ground.TABLE, 1.0, 1.0),
+        Terrain(Ground.TABLE, 1.0, 1.0),
         [
             Track(text, text, "ranger", shape, {**seen, **poses}, {}, rays),
             Track(other, text, text, shape, poses, {"t": times, "flags": np.ones(10)}),
         ],
-        [Trace(text, text, (text, text), times, (wave, -wave), level=0.0, level_name=text)],
+        [TimeCurves(text, text, (text, text), times, (wave, -wave), level=0.0, level_name=text)],
         [Lane(text, times[:2], times[1:3], np.array([0.0, 1.0]), (text, text), (text, ""), ("even", text))],
         [Mark(1.0, text, text), Mark(2.0, "link", text)],
         [Chapter(text, text, 0.0, 5.0, text, text, text), Chapter(text, other, 5.0, 9.0, "lost", text, text)],
-        [Curve(text, text, text, (text, text), (times, times), (wave, wave))],
-        [Lesson(text, (Step(text, text, 1.0, -1.0),), 1.0, 3)],
+        [LearningCurves(text, text, text, (text, text), (times, times), (wave, wave))],
+        [LearntManeuver(text, (LearntStep(text, text, 1.0, -1.0),), text, text), LearntManeuver(text, (), text, text)],
     )
 
 

@@ -24,7 +24,7 @@ from hil.look.columns import LARGEST, Columns
 from hil.look.document import LONGEST_TEXT, document_of, step_of
 from hil.look.pages import LARGEST as LARGEST_PAGE
 from hil.look.pages import SCRIPTS, page_of
-from hil.look.scene import Ground, Mark, Place, Scene, Shape, Trace, Track
+from hil.look.scene import BodyShape, Ground, Mark, Scene, Terrain, TimeCurves, Track
 from hil.look.thinning import extremes
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def test_curves_are_told_finely_enough(values: list[float], step: float) -> None
 
 def test_times_are_told_from_the_beginning_whatever_the_log_s_clock() -> None:
     begin = 1.8e9
-    trace = Trace("a", "", ("b",), begin + np.arange(3.0), (np.arange(3.0),))
+    trace = TimeCurves("a", "", ("b",), begin + np.arange(3.0), (np.arange(3.0),))
     scene = Scene(begin=begin, end=begin + 2.0, traces=[trace], marks=[Mark(begin + 1.5, "link", "x")])
     document = document_of(scene)
     data = zlib.decompress(base64.b64decode(document["columns"]))
@@ -86,7 +86,7 @@ def test_times_are_told_from_the_beginning_whatever_the_log_s_clock() -> None:
 
 def test_a_log_of_a_year_keeps_its_times() -> None:
     times = np.arange(0.0, 3.2e7, 1e5)
-    document = document_of(Scene(end=times[-1], traces=[Trace("a", "", ("b",), times, (times,))]))
+    document = document_of(Scene(end=times[-1], traces=[TimeCurves("a", "", ("b",), times, (times,))]))
     found = unpacked(zlib.decompress(base64.b64decode(document["columns"])), document["traces"][0]["t"])
     np.testing.assert_allclose(found, times, atol=0.1)
 
@@ -210,12 +210,12 @@ def busy_scene(seconds: float) -> Scene:
     """A log of one robot that is too long, with bouts of 7.3 s."""
     rng = np.random.default_rng(2)
     times = np.arange(0.0, seconds, 0.02)
-    scene = Scene(end=seconds, place=Place(Ground.RING, 0.65, 0.42))
+    scene = Scene(end=seconds, terrain=Terrain(Ground.RING, 0.65, 0.42))
     poses = {"t": times, **{name: rng.uniform(-0.3, 0.3, len(times)) for name in ("x", "y", "heading")}}
-    scene.tracks.append(Track("junior", "Junior", "junior", Shape(), poses))
+    scene.tracks.append(Track("junior", "Junior", "junior", BodyShape(), poses))
     noise = tuple(rng.normal(size=(2, len(times))))
     noise[0][len(times) // 3] = 1000.0
-    scene.traces.append(Trace("Noise", "", ("a", "b"), times, noise))
+    scene.traces.append(TimeCurves("Noise", "", ("a", "b"), times, noise))
     scene.marks += [Mark(float(time), "link", "x") for time in np.arange(0.0, seconds, 11.1)]
     return scene
 

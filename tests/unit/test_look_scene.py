@@ -37,7 +37,7 @@ from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
 from hil.look.pages import page_of
 from hil.look.reading import read_scene
-from hil.look.scene import Ground
+from hil.look.scene import Ground, Terrain
 from hil.mcaplog.errors import LogError, UnreadableLogError
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ def test_bouts_are_chapters_with_their_outcomes(tmp_path: Path) -> None:
     assert [one.end - one.begin for one in scene.chapters] == pytest.approx([2.0, 3.0, 4.0])
     assert scene.title == "Junior’s bouts against flat-light"
     assert "1 of 3 won" in scene.said[0]
-    assert scene.place is not None
-    assert (scene.place.ground, scene.place.width, scene.place.height) == (Ground.RING, 0.65, 0.42)
+    assert scene.terrain == Terrain(Ground.RING, 0.65, 0.42)
     assert [track.kind for track in scene.tracks] == ["opponent", "junior"]
     assert np.count_nonzero(scene.tracks[1].poses["gap"]) == 2
 
@@ -136,8 +135,8 @@ def test_maneuvers_are_a_band_whose_words_say_how_they_ended(tmp_path: Path) -> 
 def test_driving_is_sensors_wheels_and_marks(tmp_path: Path) -> None:
     driving_log(tmp_path / "d.mcap", 8.0)
     scene = read_scene(tmp_path / "d.mcap")
-    assert scene.place is not None
-    assert scene.place.ground is Ground.NONE
+    assert scene.terrain is not None
+    assert scene.terrain.ground is Ground.NONE
     assert [trace.name for trace in scene.traces] == ["Eyes", "Wheels", "Floor sensors", "Battery", "Wheels were told"]
     assert "robot 1 is lost: silent for 3 s" in kinds(scene, "link")
     assert set(said(lane(scene, "Eyes see it"))) == {"left", "right", "both"}
@@ -224,8 +223,7 @@ def test_robots_of_several_networks_are_told_apart(tmp_path: Path) -> None:
         ("1.1", "ranger"), ("1.2", "wild"), ("2.1", "ranger"), ("2.2", "wild"),
     ]  # fmt: skip
     assert scene.tracks[2].poses["x"].tolist() == pytest.approx([0.1, 0.11, 0.12, 0.13, 0.14], abs=1e-3)
-    assert scene.place is not None
-    assert (scene.place.ground, scene.place.width, scene.place.height, scene.place.wall) == (Ground.TABLE, 2.0, 1.5, True)
+    assert scene.terrain == Terrain(Ground.TABLE, 2.0, 1.5, wall=True)
     rays = scene.tracks[3].rays
     assert [name for name in rays if name != "t"] == ["hits", "r0", "r1", "r2", "r3"]
     assert np.isnan(rays["r1"]).all()

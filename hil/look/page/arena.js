@@ -1,4 +1,4 @@
-// The arena, to scale, on a canvas: y up, and as much of it as fits.
+// The arena on a canvas: its ground, and on it the bodies with what they sense.
 
 const KINDS = {
   junior: { color: "--junior", mark: "J" },
@@ -18,7 +18,7 @@ class Arena {
     this.model = model;
     this.colors = colors;
     this.context = canvas.getContext("2d", { alpha: false });
-    this.ground = document.createElement("canvas");
+    this.ground = new Ground(model, colors);
     this.picked = null;
     this.poses = [];
     this.groups = [];
@@ -40,102 +40,28 @@ class Arena {
   }
 
   resize() {
-    const box = this.canvas.parentElement.getBoundingClientRect();
-    const place = this.model.place;
-    if (!place || !box.width) return;
-    const margin = place.ground === "ring" ? 0.1 : place.ground === "table" ? 0.06 * place.width : 0;
-    const across = place.width + 2 * margin;
-    const up = place.height + 2 * margin;
-    const most = Math.max(220, Math.min(window.innerHeight * 0.62, 720));
-    const scale = Math.min(box.width / across, most / up);
-    const ratio = Math.min(window.devicePixelRatio || 1, this.many ? 1.5 : 2);
-    this.width = box.width;
-    this.height = Math.round(up * scale);
-    this.ratio = ratio;
-    this.scale = scale;
+    const { width } = this.canvas.parentElement.getBoundingClientRect();
+    if (!this.model.terrain || !width) return;
+    this.ground.layOut(width, Math.min(window.devicePixelRatio || 1, this.many ? 1.5 : 2));
+    ({ width: this.width, height: this.height, scale: this.scale, ratio: this.ratio } = this.ground);
     this.canvas.style.height = this.height + "px";
-    this.canvas.width = this.ground.width = Math.round(this.width * ratio);
-    this.canvas.height = this.ground.height = Math.round(this.height * ratio);
-    this.drawGround();
+    this.canvas.width = this.ground.canvas.width;
+    this.canvas.height = this.ground.canvas.height;
   }
 
   at(x, y) {
-    return [this.width / 2 + x * this.scale, this.height / 2 - y * this.scale];
-  }
-
-  drawGround() {
-    const context = this.ground.getContext("2d", { alpha: false });
-    const { place } = this.model;
-    const color = this.colors;
-    context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    context.fillStyle = color("--beyond");
-    context.fillRect(0, 0, this.width + 1, this.height + 1);
-    if (place.ground === "none") {
-      context.fillStyle = color("--soft");
-      context.font = "13px " + color("--font");
-      context.textAlign = "center";
-      context.fillText("Where it is, nobody has measured: it is drawn in its own frame, its nose up.", this.width / 2, 20, this.width - 20);
-      return;
-    }
-    const [left, top] = this.at(-place.width / 2, place.height / 2);
-    const wide = place.width * this.scale;
-    const high = place.height * this.scale;
-    context.fillStyle = color("--ground");
-    context.fillRect(left, top, wide, high);
-    const grid = gridStep(60 / this.scale);
-    context.strokeStyle = color("--grid");
-    context.lineWidth = 1;
-    context.beginPath();
-    for (let x = Math.ceil(-place.width / 2 / grid) * grid; x <= place.width / 2; x += grid) {
-      const [at] = this.at(x, 0);
-      context.moveTo(Math.round(at) + 0.5, top);
-      context.lineTo(Math.round(at) + 0.5, top + high);
-    }
-    for (let y = Math.ceil(-place.height / 2 / grid) * grid; y <= place.height / 2; y += grid) {
-      const [, at] = this.at(0, y);
-      context.moveTo(left, Math.round(at) + 0.5);
-      context.lineTo(left + wide, Math.round(at) + 0.5);
-    }
-    context.stroke();
-    context.strokeStyle = color("--edge");
-    context.lineWidth = place.ground === "ring" ? 4 : place.wall ? 4 : 1.5;
-    context.setLineDash(place.ground === "table" && !place.wall ? [6, 5] : []);
-    context.strokeRect(left, top, wide, high);
-    context.setLineDash([]);
-    this.drawScale(context, grid);
-  }
-
-  drawScale(context, grid) {
-    const color = this.colors;
-    const long = grid * this.scale;
-    const [x, y] = [12, this.height - 12];
-    context.strokeStyle = context.fillStyle = color("--ink");
-    context.lineWidth = 2;
-    context.beginPath();
-    context.moveTo(x, y - 4);
-    context.lineTo(x, y);
-    context.lineTo(x + long, y);
-    context.lineTo(x + long, y - 4);
-    context.stroke();
-    context.font = "12px " + color("--font");
-    context.textAlign = "left";
-    context.textBaseline = "alphabetic";
-    const text = grid >= 1 ? grid + " m" : Math.round(grid * 100) + " cm";
-    context.lineWidth = 3;
-    context.strokeStyle = color("--beyond");
-    context.strokeText(text, x + long + 6, y);
-    context.fillText(text, x + long + 6, y);
+    return this.ground.at(x, y);
   }
 
   draw(time) {
     const { context, model } = this;
-    if (!model.place || !this.width) return;
+    if (!model.terrain || !this.width) return;
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.drawImage(this.ground, 0, 0);
+    context.drawImage(this.ground.canvas, 0, 0);
     context.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     for (const body of this.bodies) {
       body.there = poseAt(body.track, time, body.pose);
-      if (model.place.ground === "none") body.pose.heading = Math.PI / 2;
+      if (model.terrain.ground === "none") body.pose.heading = Math.PI / 2;
     }
     this.drawTrails(time);
     this.drawRays(time);
@@ -178,7 +104,7 @@ class Arena {
     const chapter = model.chapters[model.chapterAt(time)];
     const trails = this.many ? this.bodies.filter((body) => body.track.key === this.picked) : this.bodies;
     for (const { track, there } of trails) {
-      if (!there || model.place.ground === "none") continue;
+      if (!there || model.terrain.ground === "none") continue;
       const { t, x, y, gap } = track.poses;
       const last = rowAt(t, time);
       const since = Math.max(0, rowAt(t, chapter ? chapter.begin - 0.02 : time - 10) + 1);
@@ -422,10 +348,4 @@ class Arena {
     }
     return found;
   }
-}
-
-// A round length, in m, of at least so many.
-function gridStep(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= least * 0.999);
 }

@@ -27,8 +27,8 @@ class View {
   open() {
     const { model, player } = this;
     byId("main").hidden = byId("play").hidden = false;
-    byId("arena-box").hidden = !model.place;
-    document.body.classList.toggle("bare", !model.place);
+    byId("arena-box").hidden = !model.terrain;
+    document.body.classList.toggle("bare", !model.terrain);
     fillPage(model, this.colors);
     fillLegend(model);
     this.chips = fillBouts(model, (index) => {

@@ -56,7 +56,7 @@ class Model {
     this.about = [];
     this.begin = Infinity;
     this.end = -Infinity;
-    this.place = null;
+    this.terrain = null;
     this.tracks = new Map();
     this.traces = new Map();
     this.lanes = new Map();
@@ -72,9 +72,9 @@ class Model {
     const column = (place) => unpack(bytes, place);
     for (const name of ["title", "source"]) if (part[name]) this[name] = part[name];
     for (const name of ["said", "facts", "notes", "about", "lessons"]) if (part[name].length) this[name] = part[name];
-    if (part.place) {
-      const [ground, width, height, wall] = part.place;
-      this.place = { ground, width, height, wall };
+    if (part.terrain) {
+      const [ground, width, height, wall] = part.terrain;
+      this.terrain = { ground, width, height, wall };
     }
     this.begin = Math.min(this.begin, part.begin);
     this.end = Math.max(this.end, part.end);

@@ -45,7 +45,7 @@ function fillLegend(model) {
 
 function fillBouts(model, onPick) {
   const section = byId("bouts");
-  section.hidden = !model.chapters.length;
+  section.hidden = model.chapters.length < 2 && !model.chapters.some((one) => one.outcome);
   if (section.hidden) return [];
   section.querySelector("h2").textContent = model.chapters.some((one) => one.outcome) ? "Bouts" : "Runs";
   const counts = new Map();
@@ -78,10 +78,9 @@ function fillLessons(model, colors) {
   byId("lesson-list").replaceChildren(
     ...model.lessons.map((lesson) => {
       const box = element("article", undefined, "lesson");
-      box.append(element("h3", lesson.when), strip(lesson.steps, colors));
-      box.append(element("p", lesson.steps.map((step) => step[1]).join(", then ")));
-      const worth = lesson.fitness === null ? "worth not known" : `worth ${lesson.fitness.toFixed(2)}`;
-      box.append(element("p", `${worth}, tried ${lesson.tried} ${lesson.tried === 1 ? "time" : "times"}`, "soft small"));
+      box.append(element("h3", lesson.when));
+      if (lesson.steps.length) box.append(strip(lesson.steps, colors));
+      box.append(element("p", lesson.does), element("p", lesson.worth, "soft small"));
       return box;
     }),
   );

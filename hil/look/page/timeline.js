@@ -246,7 +246,7 @@ class Traces {
     this.parent.append(box);
     const steps = trace.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {};
     const [low, high] = rangeOf(trace);
-    trace.digits = digitsOf((high - low) / 100);
+    trace.digits = trace.values.every((values) => values.every((value) => !(value % 1))) ? 0 : digitsOf((high - low) / 100);
     const plot = new uPlot(
       {
         width: this.parent.clientWidth,
