@@ -9,8 +9,9 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
+from firmware_protocol.near import did_you_mean
 from firmware_protocol.wire.fields import CAN, MAVLINK
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.conformance import CHECKS, LAST, Check, CheckOutcome, Verdict
@@ -51,6 +52,7 @@ def check(
         str | None, typer.Option("--with", metavar="ADDRESS", help="Another robot on the link, for the checks that need two.")
     ] = None,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     out: common.OutOption = None,
@@ -72,6 +74,7 @@ def check(
     if listing:
         _list(chosen_checks(named) or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = link if link is not None else f"{DEFAULT_URL}?seed={seed}"
 
     def told(verdict: Verdict) -> None:
@@ -115,7 +118,8 @@ def _named(only: list[str] | None) -> tuple[str, ...]:
     try:
         chosen_checks(named)
     except ValueError as error:
-        raise common.UsageError(f"there is no check {str(error)!r}: hil check --list names them all") from error
+        meant = did_you_mean(str(error), [check.name for check in CHECKS])
+        raise common.UsageError(f"there is no check {str(error)!r}: hil check --list names them all{meant}") from error
     return named
 
 

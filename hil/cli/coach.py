@@ -12,7 +12,7 @@ import typer
 
 from hil import runs
 from hil.bridge.clock import MonotonicClock
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
@@ -95,6 +95,7 @@ def coach(
         Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -112,6 +113,7 @@ def coach(
     """
     if opponent is not None:
         common.check_opponent(opponent)
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)

@@ -14,12 +14,13 @@ import typer
 from rich.console import Console
 
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
+from firmware_protocol.near import did_you_mean
 from hil.cli.arguments import load_config
 from hil.files.json_text import json_text
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
 from hil.sumo.ring import OPPONENTS
-from hil.workers import WorkerError
+from hil.working.errors import WorkerError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -122,10 +123,15 @@ LinkArgument = Annotated[
     str | None,
     typer.Argument(
         metavar="LINK",
-        help="Address of the robot: serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
-        "sim://junior?opponent=flat-light. Left out: an emulated robot in this process.",
+        help="Address of the robot: /dev/ttyACM0, serial:///dev/ttyACM0:57600, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
+        "sim://junior?opponent=flat-light; auto: the one that answers. Left out: an emulated robot in this process.",
     ),
 ]
+RobotArgument = Annotated[
+    str,
+    typer.Argument(metavar="LINK", help="Address of the robot, as /dev/ttyACM0; auto: the one that answers."),
+]
+"""As `LinkArgument`, where an emulated robot in this process would be gone at once."""
 ConfigOption = Annotated[
     Path | None,
     typer.Option("--config", is_eager=True, callback=load_config, help="TOML file that sets any option.", metavar="FILE.toml"),
@@ -187,7 +193,7 @@ def check_opponent(name: str) -> str:
         UsageError: There is none of this name.
     """
     if name not in OPPONENTS:
-        raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
+        raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}{did_you_mean(name, OPPONENTS)}")
     return name
 
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.monitor import MonitorJob
@@ -30,6 +30,7 @@ def monitor(
     micro: Annotated[
         bool, typer.Option("--micro", help="The robots at LINK are micro-robots; those of sim://swarm are in any case.")
     ] = False,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -51,6 +52,7 @@ def monitor(
     Example: hil monitor serial:///dev/ttyACM0:115200
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = common.url_of(link, None, seed)
     job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro or bool(robot), robot=robot)
     with running(

@@ -166,4 +166,5 @@ def named(urls: Iterable[str]) -> list[Place]:
     Raises:
         AddressError: One of them is no address.
     """
-    return [Place(kind="address", device=parse_address(url).url, url=url) for url in urls]
+    parsed = [parse_address(url).url for url in urls]
+    return [Place(kind="address", device=url, url=url) for url in parsed]

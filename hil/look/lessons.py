@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus
 from hil.doors import DocumentError, parse_json
 from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
-from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundStateRecord, TrialRecord
+from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundGenerationRecord, SurroundStateRecord, TrialRecord
 from hil.report.learnt import Learnt, read_learnt
 from pal_advisor.surround import Tables, TablesError, rules
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hil.mcaplog.reading.reader import LogEntry
     from pal_advisor.maneuvers import AdviceEntry
 
-TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/state")
+TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/state", "/surround/generation")
 SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
 """How fast a wheel is drawn; the robot's parameters say how fast it turns."""
 MOST_CURVES: Final = 16
@@ -40,6 +40,7 @@ class LearningPart:
         self._fitness: list[float] = []
         self._advice = ""
         self._surround: list[SurroundStateRecord] = []
+        self._searched: list[SurroundGenerationRecord] = []
 
     def take(self, entry: LogEntry) -> None:
         """Take an entry."""
@@ -53,6 +54,8 @@ class LearningPart:
             self._advice = value.json
         elif isinstance(value, SurroundStateRecord):
             self._surround.append(value)
+        elif isinstance(value, SurroundGenerationRecord):
+            self._searched.append(value)
 
     def put(self, scene: Scene) -> None:
         """Put what was gathered into a scene."""
@@ -66,6 +69,8 @@ class LearningPart:
         if len(self._fitness) > 1:
             scene.curves.append(_trials(self._fitness))
         scene.curves += _surround(self._surround)
+        if len(self._searched) > 1:
+            scene.curves.append(_search(self._searched))
         tables = next((state.tables for state in reversed(self._surround) if state.tables), "")
         if tables:
             found, odd = rules_of(tables)
@@ -114,6 +119,13 @@ def _surround(states: list[SurroundStateRecord]) -> list[LearningCurves]:
         labels = tuple(f"seed {run[0].seed}" for run in runs)
         found.append(LearningCurves(name, unit, "steps", labels, x, y))
     return found
+
+
+def _search(generations: list[SurroundGenerationRecord]) -> LearningCurves:
+    """How a search among conditions went."""
+    rows = sorted((one.number, one.best, one.mean) for one in generations if 0 <= one.number <= GREATEST)
+    x, best, mean = np.array(rows, dtype=np.float64).reshape(-1, 3).T
+    return LearningCurves("Fitness of the conditions searched", "", "generation", ("best", "mean"), (x, x), (best, mean))
 
 
 def _or_none(value: float | None) -> float:

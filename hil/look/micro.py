@@ -183,7 +183,7 @@ class MicroPart:
             end = runs[number + 1][0][0] if number + 1 < len(runs) else last
             state = run[-1][1]
             story = _story(run[0][1], state)
-            found.append(Chapter(f"Run {number + 1}, seed {state.seed}", "surround", run[0][0], end, story=story))
+            found.append(Chapter(_run_name(number + 1, state), "surround", run[0][0], end, story=story))
         return found
 
     def _measured(self) -> list[TimeCurves]:
@@ -201,6 +201,10 @@ class MicroPart:
             when, counts = np.array(self._missing, dtype=np.float64).T
             found.append(TimeCurves("Robots without an answer", "", ("missing or refusing",), when, (counts,), stepped=True))
         return found
+
+
+def _run_name(number: int, state: SurroundStateRecord) -> str:
+    return f"Run {number}, seed {state.seed}" + (f", {state.case}" if state.case else "")
 
 
 def _story(first: SurroundStateRecord, last: SurroundStateRecord) -> str:

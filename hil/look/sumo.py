@@ -216,12 +216,11 @@ class SumoPart:
         scene.chapters += Bouts(told, self._series, senses, maneuvers).chapters()
         clear = [width / 2 - np.abs(rows[:, at]) for at in (1, 4)]
         clear = [np.minimum(one, height / 2 - np.abs(rows[:, at])) for one, at in zip(clear, (2, 5), strict=True)]
-        values = tuple(np.where(gap > 0, np.nan, one) for one in clear)
-        scene.traces.append(
-            TimeCurves(
-                "Distance to the border", "m", ("Junior", "Opponent"), rows[:, 0], values, level=0.0, level_name="the border"
-            )
-        )
+        begins = np.flatnonzero(gap > 0)  # a curve has a hole between two bouts
+        holed = tuple(np.insert(one, begins, np.nan) for one in clear)
+        times = np.insert(rows[:, 0], begins, rows[begins, 0])
+        name, labels = "Distance to the border", ("Junior", "Opponent")
+        scene.traces.append(TimeCurves(name, "m", labels, times, holed, level=0.0, level_name="the border"))
 
     def _performed(self, last: float) -> Lane | None:
         """The maneuvers as a band; the words are their actions."""

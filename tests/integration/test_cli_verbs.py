@@ -15,12 +15,13 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
-from hil.cli.app import app, run
+from hil.cli.app import Verbs, run
 from hil.connecting.connecting import connect_as
 from hil.mcaplog import LogReader
 from simdevice.serving.endpoints import PtyEndpoint
 
-VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
+GROUPS = {"emulate", "log", "swarm"}
+VERBS = sorted({verb.name for verb in Verbs.VERBS} - GROUPS)
 CHASE = ["bout", "--controller", "chase", "--trials", "5"]
 
 
@@ -232,7 +233,7 @@ def test_the_id_of_another_robot_is_loaded_only_when_asked_for(capsys: pytest.Ca
         (["SPD_FAST", "--save", "x.toml"], "not both"),
         (["--load", "bad.toml"], "bad.toml, line 1: SPD_FAST must be a number"),
         (["--load", "range.toml"], "range.toml, line 2: SPD_FAST must be 0 to 1, not 9"),
-        (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER: do you mean SPD_FAST?"),
+        (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER. Did you mean SPD_FAST?"),
         (["--all"], "--load"),
         (["--save", "/dev/null/x.toml"], "/dev/null/x.toml"),
     ],

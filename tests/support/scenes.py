@@ -27,7 +27,14 @@ from hil.look.scene import (
     TimeCurves,
     Track,
 )
-from hil.mcaplog.records import AdviceRecord, EventRecord, StepRecord, SurroundStateRecord, TrialRecord
+from hil.mcaplog.records import (
+    AdviceRecord,
+    EventRecord,
+    StepRecord,
+    SurroundGenerationRecord,
+    SurroundStateRecord,
+    TrialRecord,
+)
 from hil.recording.recorder import Recorder
 
 if TYPE_CHECKING:
@@ -119,5 +126,12 @@ def hostile_log(path: Path, text: str) -> None:
         entries = [{"previous": "any", "current": text, "actions": [text], "fitness": 1.0, "evaluations": 1}]
         recorder.record("/pal/advice", AdviceRecord(json.dumps({"objective": text, "opponent": text, "entries": entries})), 0.8)
         for step in (0, 1):
-            state_record = SurroundStateRecord(1, step, 1, 1.0, 2.0, 0.5, 0.0, (), (), (), (), text, text)
+            state_record = SurroundStateRecord(
+                seed=1, step=step, steps=1, distance=1.0, ranger_distance=2.0, share_surrounded=0.5, outside=0.0,
+                ranger_stimuli=(), ranger_behaviours=(), wild_stimuli=(), wild_behaviours=(), case=text, area=(2.0, 2.0),
+                body=0.02, ranger_positions=(), wild_positions=(), tables=text, digest=text, measures=text,
+            )  # fmt: skip
             recorder.record("/surround/state", state_record, 0.8 + 0.1 * step)
+            recorder.record(
+                "/surround/generation", SurroundGenerationRecord(1, step, 1.0, 0.5, text, (text,)), 0.9 + 0.1 * step
+            )
