@@ -191,6 +191,16 @@ def test_slider_chips_traces_and_events_go_there(page: Page, bouts: Path) -> Non
     assert page.ask(NOW) == page.ask("hilView.model.marks[0].time")
 
 
+def test_after_a_click_the_keys_are_the_player_s(page: Page, bouts: Path) -> None:
+    page.open(bouts, READY)
+    place = "(({ left, top }) => [left + 8, top + 8])(document.querySelectorAll('.chip')[1].getBoundingClientRect())"
+    page.click(*page.ask(place))
+    assert page.ask("hilView.player.playing")
+    page.press(" ")
+    assert not page.ask("hilView.player.playing")
+    assert text(page, "where") == "Bout 2"
+
+
 def test_how_a_bout_ended_is_said_in_words_and_by_a_sign(page: Page, bouts: Path) -> None:
     page.open(bouts, READY)
     assert [page.ask(f"document.querySelectorAll('.chip')[{index}].textContent[0]") for index in range(3)] == ["✓", "✗", "="]

@@ -126,7 +126,8 @@ class Arena {
 
   // Ranges round about, of all robots in two paths: those that hit something, and those that hit a robot.
   drawRays(time) {
-    const { context, scale, width, height } = this;
+    const { context, scale } = this;
+    const [midX, midY] = this.ground.middle;
     const [hit, robot] = [new Path2D(), new Path2D()];
     let any = false;
     for (const { track, pose, there } of this.bodies) {
@@ -135,7 +136,7 @@ class Arena {
       if (row < 0) continue;
       any = true;
       const count = track.fan.length;
-      const [x, y] = [width / 2 + pose.x * scale, height / 2 - pose.y * scale];
+      const [x, y] = [midX + pose.x * scale, midY - pose.y * scale];
       const hits = track.rays.hits[row];
       const start = track.shape.radius;
       for (let ray = 0; ray < count; ray++) {
@@ -157,14 +158,15 @@ class Arena {
   }
 
   drawCrowd(bodies, kind) {
-    const { context, scale, width, height } = this;
+    const { context, scale } = this;
+    const [midX, midY] = this.ground.middle;
     const fresh = new Path2D();
     const stale = new Path2D();
     const noses = new Path2D();
     for (const { track, pose, there } of bodies) {
       if (!there) continue;
       const radius = Math.max(track.shape.radius * scale, 2.5);
-      const [x, y] = [width / 2 + pose.x * scale, height / 2 - pose.y * scale];
+      const [x, y] = [midX + pose.x * scale, midY - pose.y * scale];
       const path = pose.age > STALE ? stale : fresh;
       if (kind === "wild") path.rect(x - 0.9 * radius, y - 0.9 * radius, 1.8 * radius, 1.8 * radius);
       else {

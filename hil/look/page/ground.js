@@ -12,9 +12,11 @@ class Ground {
     const across = place.width + 2 * margin;
     const up = place.height + 2 * margin;
     const most = Math.max(220, Math.min(window.innerHeight * 0.62, 720));
+    const foot = place.ground === "table" ? 26 : 0; // for the scale, where there is no margin to speak of
     this.width = width;
-    this.scale = Math.min(width / across, most / up);
-    this.height = Math.round(up * this.scale);
+    this.scale = Math.min(width / across, (most - foot) / up);
+    this.height = Math.round(up * this.scale) + foot;
+    this.middle = [width / 2, (this.height - foot) / 2];
     this.ratio = ratio;
     this.canvas.width = Math.round(width * ratio);
     this.canvas.height = Math.round(this.height * ratio);
@@ -22,7 +24,7 @@ class Ground {
   }
 
   at(x, y) {
-    return [this.width / 2 + x * this.scale, this.height / 2 - y * this.scale];
+    return [this.middle[0] + x * this.scale, this.middle[1] - y * this.scale];
   }
 
   draw() {

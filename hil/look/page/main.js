@@ -125,6 +125,9 @@ class View {
     });
     byId("traces").addEventListener("dblclick", () => player.setWhole(player.whole));
     document.addEventListener("keydown", (event) => this.key(event));
+    // Who clicks with a pointer goes on with the keys of the player, not with those of the button.
+    document.addEventListener("click", (event) => event.detail && event.target.closest("button")?.blur());
+    document.addEventListener("change", (event) => event.target.tagName === "SELECT" && event.target.blur());
   }
 
   step(by) {
@@ -137,7 +140,7 @@ class View {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const on = event.target.tagName;
     if (on === "SELECT" || (on === "BUTTON" && (event.key === " " || event.key === "Enter"))) return;
-    if (on === "SUMMARY" && event.key === " ") return;
+    if (event.key === " " && (on === "SUMMARY" || event.target.type === "checkbox")) return;
     const acts = {
       " ": () => player.toggle(),
       ArrowLeft: () => this.step(event.shiftKey ? -1 : -FRAME),

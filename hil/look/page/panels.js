@@ -177,7 +177,7 @@ function nowTerms(model, time, picked) {
   for (const trace of stands.slice(0, 3)) {
     const at = rowAt(trace.t, time);
     if (at < 0) continue;
-    const values = trace.labels.map((label, index) => `${trace.labels.length > 1 ? label + " " : ""}${Number.isNaN(trace.values[index][at]) ? "–" : shown(trace.values[index][at], trace.digits)}${trace.unit ? " " + trace.unit : ""}`);
+    const values = trace.labels.map((label, index) => `${trace.labels.length > 1 ? label + " " : ""}${Number.isNaN(trace.values[index][at]) ? "–" : shown(trace.values[index][at], trace.digits)}${trace.unit ? "\u00a0" + trace.unit : ""}`);
     terms.push([trace.name, values.join(", ")]);
   }
   return terms;

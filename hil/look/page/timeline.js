@@ -30,7 +30,7 @@ function element(tag, text, className) {
 }
 
 function seconds(value, digits = 1) {
-  if (Math.abs(value) < 100) return value.toFixed(digits) + " s";
+  if (Math.abs(value) < 100) return value.toFixed(digits) + "\u00a0s";
   const whole = Math.floor(value / 60);
   return whole + ":" + (value - 60 * whole).toFixed(digits).padStart(digits ? 3 + digits : 2, "0");
 }
