@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,6 +168,10 @@ class Lane:
     words: tuple[str, ...]
     meanings: tuple[str, ...]
     tones: tuple[str, ...]
+
+
+DECISION: Final = "decision"
+"""Kind of the marks of what a learner asked for: there is one for every maneuver."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from hil.look.scene import DECISION
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -53,13 +55,16 @@ def _rows_of(scene: Scene) -> int:
 
 def _sparser(scene: Scene, interval: float) -> Scene:
     ends = np.array([time for chapter in scene.chapters for time in (chapter.begin, chapter.end)] or [scene.begin, scene.end])
+    marks = [mark for mark in scene.marks if mark.kind != DECISION]
+    but = ", but for the learner’s decisions" if len(marks) < len(scene.marks) else ""
     note = (
         f"The log is long: places are shown every {interval:g} s, and curves by the least and the greatest value of every "
-        f"{interval:g} s. Beginnings and ends of bouts, and all events, are kept."
+        f"{interval:g} s. Beginnings and ends of bouts, and all events, are kept{but}."
     )
     return replace(
         scene,
         notes=[*scene.notes, note],
+        marks=marks,
         tracks=[_track(track, ends, interval) for track in scene.tracks],
         traces=[_trace(trace, interval) for trace in scene.traces],
     )

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, RobotAck
+from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, RobotAck, Statustext
 from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
 from hil.look.scene import Lane, Mark, TimeCurves
-from hil.mcaplog.records import BridgeStep, EventRecord, UnsentBytes
+from hil.mcaplog.records import BridgeStep, DecisionRecord, EventRecord, UnsentBytes
 
 if TYPE_CHECKING:
     from hil.look.scene import Scene
     from hil.mcaplog.reading.reader import LogEntry
 
-TOPICS: Final = ("/events", "/bridge/step", "/bridge/unsent", "/mavlink/heartbeat", "/robot/ack", "/robot/rejected")
+TOPICS: Final = (
+    "/events", "/bridge/step", "/wire/unsent", "/mavlink/heartbeat", "/mavlink/statustext", "/robot/ack", "/pal/decision",
+)  # fmt: skip
 MOST_MARKS: Final = 20_000
 """Of one kind; events beyond are counted."""
 MOST_LANES: Final = 4
@@ -74,6 +76,15 @@ class Timeline:
                 self._mark(time, "refused", f"robot {entry.sender[0]} refused a command: {why}")
         elif isinstance(value, EventRecord):
             self._mark(time, value.kind, value.text)
+        elif isinstance(value, Statustext):
+            self._mark(time, "robot", f"robot {entry.sender[0] if entry.sender else '?'}: {value.text}")
+        elif isinstance(value, DecisionRecord):
+            seen = value.current if value.previous == "any" else f"{value.current}, before: {value.previous}"
+            self._mark(
+                time,
+                "decision",
+                f"trial {value.trial}, eyes {seen}: {value.actions} ({value.motive}; arose by: {value.origin})",
+            )
         elif isinstance(value, UnsentBytes):
             self._mark(time, "link", f"bytes were not taken by the link: {value.error}")
 

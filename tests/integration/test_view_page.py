@@ -168,7 +168,7 @@ def test_the_keys_do_what_the_page_says(page: Page, bouts: Path) -> None:
 
 def test_from_event_to_event(page: Page, coached: Path) -> None:
     page.open(coached, READY)
-    later = page.ask(f"hilView.model.marks.find((mark) => mark.time > {NOW} + 0.001).time")
+    later = page.ask(f"hilView.events.shown.find((mark) => mark.time > {NOW} + 0.001).time")
     page.press(".")
     assert page.ask(NOW) == later
     page.press(".")

@@ -223,11 +223,14 @@ def busy_scene(seconds: float) -> Scene:
 @pytest.mark.slow
 def test_a_page_of_a_long_log_is_thinned_and_says_so() -> None:
     scene = busy_scene(20_000.0)
+    events = len(scene.marks)
+    scene.marks += [Mark(float(time), "decision", "y" * 100) for time in range(20_000)]
     page = page_of(scene)
     assert 1_000_000 < len(page) <= LARGEST_PAGE
     document = check_page(page)
     assert any("The log is long" in note for note in document["notes"])
-    assert len(document["marks"]) == len(scene.marks)
+    assert len(document["marks"]) == events
+    assert any("but for the learner’s decisions" in note for note in document["notes"])
     values = unpacked(zlib.decompress(base64.b64decode(document["columns"])), document["traces"][0]["values"][0])
     assert np.nanmax(values) == pytest.approx(1000.0, abs=1.0)
 

@@ -25,6 +25,7 @@ from firmware_protocol.messages import (
     RefereeState,
     RobotAck,
     RobotSession,
+    Statustext,
     SwarmObservation,
     SwarmRanges,
     SwarmSense,
@@ -171,6 +172,18 @@ def test_keys_e_stop_and_refusals_are_marks(tmp_path: Path) -> None:
     assert said(states) == ["disarmed", "ready", "stopped", "disarmed"]
     assert states.end[2] - states.begin[2] == pytest.approx(2.0)
     assert "The e-stop was engaged once." in scene.said
+
+
+def test_what_the_robot_says_and_the_learner_decides_are_marks(tmp_path: Path) -> None:
+    path = tmp_path / "c.mcap"
+    coaching_log(path, budget=60)
+    decided = kinds(read_scene(path), "decision")
+    assert len(decided) == 60
+    assert decided[0].startswith("trial 1, eyes ")
+    assert decided[0].endswith("(untried; arose by: random)")
+    with open_recorder(tmp_path / "t.mcap") as recorder:
+        Wire(recorder).up(Statustext(4, "EEPROM is worn"))
+    assert kinds(read_scene(tmp_path / "t.mcap"), "robot") == ["robot 1: EEPROM is worn"]
 
 
 def test_what_was_learnt_is_told_by_situation(tmp_path: Path) -> None:

@@ -116,7 +116,7 @@ function strip(steps, colors) {
 
 class Events {
   constructor(model, onSeek) {
-    Object.assign(this, { model, onSeek, hidden: new Set() });
+    Object.assign(this, { model, onSeek, hidden: new Set(["decision"]) }); // there is one for every maneuver
     byId("events").hidden = !model.marks.length;
     const counts = new Map();
     for (const { kind } of model.marks) counts.set(kind, (counts.get(kind) || 0) + 1);
@@ -125,7 +125,7 @@ class Events {
         const label = element("label", undefined, "kind");
         const box = document.createElement("input");
         box.type = "checkbox";
-        box.checked = true;
+        box.checked = !this.hidden.has(kind);
         box.addEventListener("change", () => {
           if (box.checked) this.hidden.delete(kind);
           else this.hidden.add(kind);

@@ -14,6 +14,8 @@ const MARKS = {
   link: { sign: "○", color: "--junior" },
   key: { sign: "▼", color: "--ink" },
   operator: { sign: "▼", color: "--ink" },
+  robot: { sign: "◇", color: "--fourth" },
+  decision: { sign: "·", color: "--soft" },
   series: { sign: "▸", color: "--ink" },
   bout: { sign: "●", color: "--soft" },
 };
@@ -89,6 +91,7 @@ class Overview {
       }
     }
     for (const mark of model.marks) {
+      if (mark.kind === "decision") continue; // there is one for every maneuver
       const { color } = own(MARKS, mark.kind) || OTHER_MARK;
       context.fillStyle = colors(color);
       context.fillRect(Math.round(this.x(mark.time)), 27, 1.5, mark.kind === "safety" || mark.kind === "fault" ? 10 : 6);
