@@ -27,7 +27,7 @@ def completed(words: str) -> dict[str, str]:
 
 
 FLOOR = "import typer"
-BOUNDED = ("hil --help", "hil TAB", "hil emulate TAB")
+BOUNDED = ("hil --help", "hil TAB", "hil emulate TAB", "hil coach --o TAB")
 CASES: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
     FLOOR: (("-c", "import typer"), {}),
     "hil --help": ((*HIL, "--help"), {}),

@@ -32,7 +32,7 @@ def open_link(url: str) -> Link:
     """
     address = parse_address(url)
     if address.scheme == "can":
-        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can is optional
+        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can takes a moment to load
 
         return open_can(address)
     address.only("system", "node")

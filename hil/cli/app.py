@@ -117,7 +117,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a name that the terminal has no letters for is no reason to fail
             stream.reconfigure(errors="backslashreplace")
-    app()
+    app(prog_name="hil")
 
 
 def run(arguments: list[str]) -> int:
@@ -130,7 +130,7 @@ def run(arguments: list[str]) -> int:
         The exit status.
     """
     try:
-        app(args=arguments)
+        app(args=arguments, prog_name="hil")
     except SystemExit as leaving:
         return leaving.code if isinstance(leaving.code, int) else 0
     return 0

@@ -42,7 +42,11 @@ def bout(
     ] = None,
     opponent: Annotated[
         str | None,
-        typer.Option("--opponent", help="Opponent to place; the advice's own, or the one that is there, if left out."),
+        typer.Option(
+            "--opponent",
+            autocompletion=common.opponents,
+            help="Opponent to place; the advice's own, or the one that is there, if left out.",
+        ),
     ] = None,
     trials: Annotated[int, typer.Option("--trials", min=1, max=100_000, help="Bouts to play.")] = 100,
     require: Annotated[

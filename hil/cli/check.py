@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -30,7 +31,14 @@ _COLOURS = {
 }
 _WIRE_NAMES = {MAVLINK: "MAVLink", CAN: "CAN"}
 _ADDRESS: Final = re.compile(r"(1\.)?(?P<id>[0-9]{1,3})")
+TABLE_WIDTH: Final = 140
+"""A terminal of fewer columns has no room for the table of checks."""
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
+
+
+def check_names() -> list[str]:
+    """Names of the checks, for a shell that completes."""
+    return [check.name for check in CHECKS]
 
 
 def check(
@@ -40,7 +48,8 @@ def check(
         bool, typer.Option("--moving", help="Also run the checks in which the wheels turn: give it room.")
     ] = False,
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="Run this check; may be given several times.")
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", autocompletion=check_names, help="Run this check; may be given several times."),
     ] = None,
     listing: Annotated[
         bool, typer.Option("--list", help="Print the checks and what each demands; no robot is needed.")
@@ -67,7 +76,7 @@ def check(
 
     No wheel turns without --moving. Exit status 1: a check failed.
 
-    Example: hil check serial:///dev/ttyACM0:115200 --moving
+    Example: hil check /dev/ttyACM0 --moving
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     named = _named(only)
@@ -157,13 +166,27 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
             ]
         )
         return
+    if console.width < TABLE_WIDTH:  # six columns would be a few letters each
+        for check in checks:
+            about = "; ".join(filter(None, [check.group, check.role, _over(check), _turning(check)]))
+            for text, indent in ((f"{check.name}  ({about})", ""), (check.demands, "    ")):
+                console.print(fill(text, console.width, initial_indent=indent, subsequent_indent="    "))
+        return
     table = Table(box=None)
     for head in ("check", "about", "for", "wheels turn", "over", "what the protocol demands"):
-        table.add_column(head)
+        table.add_column(head, no_wrap=head == "check")
     for check in checks:
-        over = _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
-        table.add_row(check.name, check.group, check.role, wheels_of(check), over, check.demands)
+        table.add_row(check.name, check.group, check.role, wheels_of(check), _over(check), check.demands)
     console.print(table)
+
+
+def _over(check: Check) -> str:
+    return _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
+
+
+def _turning(check: Check) -> str:
+    turn = wheels_of(check)
+    return f"wheels turn: {turn}" if turn else ""
 
 
 def _tell(console: Console, verdict: Verdict) -> None:

@@ -51,6 +51,7 @@ def coach(
         str | None,
         typer.Option(
             "--opponent",
+            autocompletion=common.opponents,
             help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
         ),
     ] = None,
@@ -109,7 +110,7 @@ def coach(
 ) -> int:
     """Let Pal coach Junior, and leave advice, log and report.
 
-    Examples: hil coach; hil coach serial:///dev/ttyACM0:115200 --objective contact
+    Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
     if opponent is not None:
         common.check_opponent(opponent)

@@ -56,7 +56,7 @@ def deploy(
 
     From then on the robot plays without a host: by --contest, or by its start module.
 
-    Example: hil deploy runs/20261128-130501-coach-flat-light serial:///dev/ttyACM0:115200 --contest
+    Example: hil deploy runs/20261128-130501-coach-flat-light /dev/ttyACM0 --contest
     """
     advice = runs.file_of(advice, runs.ADVICE)
     learnt = load_advice(advice)

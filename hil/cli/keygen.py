@@ -55,7 +55,7 @@ def key(
 
     The key passes the line as it is: do this over a cable, not by radio.
 
-    Example: hil key serial:///dev/ttyACM0:115200 --install robots.key
+    Example: hil key /dev/ttyACM0 --install robots.key
     """
     if (install is None) == (not remove):
         raise common.UsageError("say what to do: --install FILE or --remove")

@@ -123,9 +123,9 @@ def _print(found: LogOverview, console: Console) -> None:
 def _topics(found: LogOverview) -> Table:
     sized = any(one.size is not None for one in found.topics)
     table = Table()
-    table.add_column("topic", no_wrap=True, overflow="fold")
+    table.add_column("topic", overflow="fold")
     for head in ("entries", "a second", *(("bytes", "share") if sized else ())):
-        table.add_column(head, justify="right")
+        table.add_column(head, justify="right", no_wrap=True)
     total = sum(one.size or 0 for one in found.topics) or 1
     for one in found.topics:
         rate, size = _rate(found, one.entries), one.size

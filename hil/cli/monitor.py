@@ -49,7 +49,7 @@ def monitor(
     Of several robots on one link each has a line. They are only watched; the keys n and p choose one, and the first key that
     moves it stops and disarms it first. Of micro-robots likewise; with --robot one is shown in full.
 
-    Example: hil monitor serial:///dev/ttyACM0:115200
+    Example: hil monitor /dev/ttyACM0
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)

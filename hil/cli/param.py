@@ -49,7 +49,7 @@ def param(
 
     No log is written, unless --log or --out says where.
 
-    Example: hil param serial:///dev/ttyACM0:115200 EYE_L_ON 300
+    Example: hil param /dev/ttyACM0 EYE_L_ON 300
     """
     if name is not None and (save or load):
         raise common.UsageError("give a NAME, or --save or --load, not both")

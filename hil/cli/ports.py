@@ -9,6 +9,7 @@ import typer
 
 from firmware_protocol.address import DEFAULT_BAUD
 from hil.cli import common
+from hil.cli.completion import link_words
 from hil.cli.findings import lines_of
 from hil.connecting.discovery import Finding, Status, survey
 from hil.connecting.places import named, present
@@ -21,7 +22,11 @@ if TYPE_CHECKING:
 def ports(
     links: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[LINK]...", help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0."),
+        typer.Argument(
+            metavar="LINK",
+            autocompletion=link_words,
+            help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0.",
+        ),
     ] = None,
     *,
     probe: Annotated[bool, typer.Option("--probe/--no-probe", help="Open each and listen for a robot.")] = True,

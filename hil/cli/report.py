@@ -16,7 +16,7 @@ def report(
     log: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[RUN|LOG]", help="A run's folder or a log (.mcap), read up to its damage; the newest run if left out."
+            metavar="RUN|LOG", help="A run's folder or a log (.mcap), read up to its damage; the newest run if left out."
         ),
     ] = None,
     *,
@@ -45,6 +45,7 @@ def report(
     Examples: hil report runs/20261128-130501-coach-flat-light; hil report --from 0 --to 20
     """
     from hil.report import PAGE, write_report  # noqa: PLC0415 - drawing takes a second to load
+    from hil.report.style import INSTALL, can_draw  # noqa: PLC0415 - likewise
 
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
@@ -68,6 +69,8 @@ def report(
     files = write_report(found, folder, max_chunk=max_chunk, steps=steps)
     if files.health and not quiet:
         common.plain_console(stderr=True).print(f"{found} is {files.health}")
+    if not quiet and not can_draw():
+        common.plain_console(stderr=True).print(f"There are no pictures: {INSTALL} and hil report --overwrite add them.")
     if as_json:
         common.print_json({"page": str(files.page), "pictures": [str(path) for path in files.pictures]})
     elif quiet:

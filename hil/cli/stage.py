@@ -21,6 +21,7 @@ from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
 from hil.recording.process import RecorderProcess, begin_log
+from hil.report.style import INSTALL, can_draw
 from hil.signing.key_file import load_key
 from hil.terminal.interrupts import interrupts
 from hil.terminal.keys import pressed_keys
@@ -161,11 +162,13 @@ class LiveStage(Stage):
             LogError: The log can't be read, or the report can't be written.
         """
         page = self._recorder.report(folder) if isinstance(self._recorder, RecorderProcess) else None
-        if page is not None:
-            return page
-        from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
+        if page is None:
+            from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
 
-        return write_report(log, folder).page
+            page = write_report(log, folder).page
+        if self.tell is not None and not can_draw():
+            self.tell(f"The report has no pictures: {INSTALL} and hil report --overwrite add them.")
+        return page
 
     def close(self) -> None:
         """Nothing is asked for any more: the log is closed, and a process that would draw a report ends."""

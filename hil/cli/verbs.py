@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command
 
+from hil.cli.completion import described
 from hil.cli.help_page import HELP, HelpContext
 from hil.cli.loading import loading
 
@@ -84,6 +85,9 @@ class VerbGroup(TyperGroup):
         self.commands = {verb.name: Listed(verb) for verb in self.VERBS}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:  # noqa: ANN401 - typer brings a click of its own, or not
-        """Find the verb that is called, and import it."""
+        """Find the verb that is called, and import it; a shell that completes is told its options without that."""
         name, command, rest = super().resolve_command(ctx, args)
-        return name, command.verb.load() if isinstance(command, Listed) else command, rest
+        if not isinstance(command, Listed):
+            return name, command, rest
+        known = described(command.verb.home) if ctx.resilient_parsing else None
+        return name, known or command.verb.load(), rest

@@ -10,7 +10,7 @@ import numpy as np
 from firmware_protocol.messages import HOST_SYSTEM, Heartbeat, RobotAck, Statustext
 from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
-from hil.look.scene import Lane, Mark, TimeCurves
+from hil.look.scene import DECISION, Lane, Mark, TimeCurves
 from hil.mcaplog.records import BridgeStep, DecisionRecord, EventRecord, UnsentBytes
 
 if TYPE_CHECKING:
@@ -80,11 +80,8 @@ class Timeline:
             self._mark(time, "robot", f"robot {entry.sender[0] if entry.sender else '?'}: {value.text}")
         elif isinstance(value, DecisionRecord):
             seen = value.current if value.previous == "any" else f"{value.current}, before: {value.previous}"
-            self._mark(
-                time,
-                "decision",
-                f"trial {value.trial}, eyes {seen}: {value.actions} ({value.motive}; arose by: {value.origin})",
-            )
+            why = f"{value.motive}; arose by: {value.origin}"
+            self._mark(time, DECISION, f"trial {value.trial}, eyes {seen}: {value.actions} ({why})")
         elif isinstance(value, UnsentBytes):
             self._mark(time, "link", f"bytes were not taken by the link: {value.error}")
 

@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hil.report.report_table import shortened
-from hil.report.style import png
+from hil.report.style import can_draw, png
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -81,6 +81,8 @@ def add_picture(
         caption: What there is to see.
         drawn: Pictures that are drawn already, by name.
     """
+    if not can_draw():
+        return
     if name in drawn:
         section.pictures.append(Picture(name, drawn[name], caption))
         return

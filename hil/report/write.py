@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
@@ -20,7 +20,7 @@ from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Section, add_picture, render
 from hil.report.report_table import shortened
-from hil.report.style import styled
+from hil.report.style import INSTALL, can_draw, styled
 from hil.report.swarm.runs import see_steps, surround_runs
 from hil.report.swarm.search_words import search_numbers
 from hil.report.swarm.sections import search_sections, surround_sections
@@ -106,6 +106,8 @@ def early_pictures(data: RunData) -> dict[str, bytes]:
     Returns:
         PNG by the picture's name; without those that can't be drawn.
     """
+    if not can_draw():
+        return {}
     with styled():
         sections = (_learnt(data, {}), _learning(data, {}), _bouts(data, {}))
     return {picture.name: picture.data for section in sections for picture in section.pictures if picture.name in EARLY}
@@ -125,7 +127,7 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
     Raises:
         LogError: The report cannot be written.
     """
-    with styled():
+    with styled() if can_draw() else nullcontext():
         sections = _sections(data, drawn)
     said = summary(data)
     title = title_of(data)
@@ -158,6 +160,8 @@ def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
     if data.of_junior:
         found.insert(0, _sensed(data))
     about = Section("About this run")
+    if not can_draw():
+        about.text.append(f"There are no pictures here, since matplotlib is not installed: {INSTALL} adds them.")
     if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
         data.oddities.append("Trials of situations that this program does not know are counted, and not drawn.")
     events = event_table(data)

@@ -16,6 +16,7 @@ import pytest
 from processes import Program
 
 from hil.cli.app import run
+from hil.swarm.missions.evolving.checkpoint import EvolutionCheckpoint
 from hil.swarm.missions.surround_run import play
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.working import WorkerError, open_crew
@@ -112,6 +113,28 @@ def test_a_worker_killed_in_mid_run_costs_only_time_and_a_lost_scheduler_is_told
         with pytest.raises(WorkerError, match=r"is lost: \d+ of 200 tasks had been done") as caught:
             list(again)
     assert caught.value.status == 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_an_evolution_is_the_same_though_a_worker_is_killed(
+    cluster: Cluster, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ("--evolve", "contact", "--generations", "2", "--repeats", "1")
+    here = outcome(capsys, *asked, "--workers", "4", "--out", "here")
+    told = EvolutionCheckpoint.to_bytes
+
+    def to_bytes(saved: EvolutionCheckpoint) -> bytes:
+        if saved.evaluations == 7:  # the first generation is over
+            cluster.workers[0].send(signal.SIGKILL)
+        return told(saved)
+
+    monkeypatch.setattr(EvolutionCheckpoint, "to_bytes", to_bytes)
+    there = outcome(capsys, *asked, "--scheduler", cluster.url, "--out", "there")
+    assert there["generations"] == here["generations"]
+    assert there["best"] == here["best"]
+    assert (Path("there") / "checkpoint.json").read_bytes() == (Path("here") / "checkpoint.json").read_bytes()
+    assert sorted(path.name for path in Path("there").iterdir()) == ["checkpoint.json", "log.mcap", "run.json"]
+    assert run(["log", "diff", "here", "there"]) == 0
 
 
 def test_a_task_that_always_kills_its_worker_is_given_up(cluster: Cluster) -> None:

@@ -10,9 +10,11 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING
 
 import pytest
+from completion_table import PLACE, table
 
 import hil
 from hil.cli.app import Verbs, run
+from hil.cli.completion import described
 from hil.cli.emulating import Emulated
 from hil.cli.help_page import NARROW
 from hil.cli.log_app import LogVerbs
@@ -87,7 +89,14 @@ def test_the_list_of_verbs_imports_none() -> None:
     said = asked("--help")
     assert "coach" in said
     loaded = {line for line in said.splitlines() if line.startswith("#")}
-    assert loaded == {"#hil.cli", "#hil.cli.app", "#hil.cli.help_page", "#hil.cli.loading", "#hil.cli.verbs"}
+    assert loaded == {
+        "#hil.cli",
+        "#hil.cli.app",
+        "#hil.cli.completion",
+        "#hil.cli.help_page",
+        "#hil.cli.loading",
+        "#hil.cli.verbs",
+    }
 
 
 @pytest.mark.slow
@@ -98,6 +107,11 @@ def test_the_list_of_verbs_imports_none() -> None:
         ("hil re", ["replay", "report"]),
         ("hil emulate ", ["junior", "swarm"]),
         ("hil log d", ["diff"]),
+        ("hil coach --o", ["--opponent", "--objective", "--out", "--overwrite"]),
+        ("hil coach --opponent f", ["flat-light", "flat-heavy"]),
+        ("hil coach --opponent f --no-r", ["--no-report"]),
+        ("hil emulate swarm --wa", ["--wall"]),
+        ("hil monitor a", ["auto"]),
     ],
 )
 def test_a_shell_completes_names_of_verbs_and_none_is_imported(words: str, offered: list[str]) -> None:
@@ -105,6 +119,14 @@ def test_a_shell_completes_names_of_verbs_and_none_is_imported(words: str, offer
     lines = said.splitlines()
     assert [line for line in lines if not line.startswith("#")] == offered
     assert not {line for line in lines if line.startswith(("#hil.jobs", "#hil.connecting", "#hil.cli.common"))}
+
+
+def test_the_options_that_a_shell_is_told_are_those_of_the_verbs() -> None:
+    assert PLACE.read_text(encoding="utf-8") == table(), "python tests/support/completion_table.py writes them anew"
+
+
+def test_the_table_says_so_where_it_does_not_know_a_verb() -> None:
+    assert described("hil.cli.coach:dance") is None
 
 
 def test_a_verb_that_is_nearly_right_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hil.cli import common
+from hil.cli.completion import link_words
 from hil.swarm.placing import StartPlace
 from hil.working import Crew, open_crew
 from hil.working.cluster import scheduler_address
@@ -29,7 +30,8 @@ class RingName(StrEnum):
 LinksArgument = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[LINK]...",
+        metavar="LINK",
+        autocompletion=link_words,
         help="Addresses of the links that the robots are on: /dev/ttyUSB0, tcp://127.0.0.1:5760, "
         "sim://swarm?rangers=25&wilds=8; auto: the one link on which robots answer. "
         "Left out: an emulated table in this process.",

@@ -66,7 +66,7 @@ def identify(
 def _table(robots: list[RobotOverview]) -> Table:
     table = Table(box=None)
     for head in ("address", "unique id", "class", "ring", "battery", "fix", "fence", "armed"):
-        table.add_column(head)
+        table.add_column(head, overflow="fold")
     for one in robots:
         fence = "" if one.fence is None else "none" if not any(one.fence) else f"{2 * one.fence[0]:g} x {2 * one.fence[1]:g} m"
         table.add_row(

@@ -5,9 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
 
 from firmware_protocol.vocabulary import RobotClass
 from hil.report.style import BLUE, GREY, INK, VERMILLION, figure
@@ -68,6 +65,8 @@ def trajectories(run: SurroundRun, *, chosen: bool = False) -> Figure | None:
     Returns:
         The picture; None where there are fewer than two states, or nobody is known to be anywhere.
     """
+    from matplotlib.collections import LineCollection  # noqa: PLC0415 - as in `hil.report.style`
+
     stretches = [stretch for stretch in _stretches(run, chosen=chosen) if len(stretch) > 1 and _somebody(run, stretch)]
     if not stretches:
         return None
@@ -129,6 +128,8 @@ def _view(run: SurroundRun, states: Sequence[SurroundStateRecord]) -> NDArray[np
 
 def _ground(axes: Axes, run: SurroundRun, view: NDArray[np.float64]) -> None:
     """The area with its wall, or its border where there is none."""
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - as in `hil.report.style`
+
     width, height = run.area
     border = Rectangle((-width / 2, -height / 2), width, height, fill=False, zorder=1, **_border(run))
     axes.add_patch(border)
@@ -151,6 +152,8 @@ def _robots(axes: Axes, places: NDArray[np.float64], body: float, kind: RobotCla
     Returns:
         How many are out of the picture.
     """
+    from matplotlib.collections import EllipseCollection  # noqa: PLC0415 - as in `hil.report.style`
+
     there = places[~np.isnan(places).any(axis=1)]
     inside = (np.abs(there) <= view).all(axis=1)
     if inside.any():
@@ -170,6 +173,8 @@ def _titled(axes: Axes, title: str, out: int) -> None:
 
 
 def _legend(drawn: Figure, run: SurroundRun) -> None:
+    from matplotlib.lines import Line2D  # noqa: PLC0415 - as in `hil.report.style`
+
     handles = [
         Line2D([], [], marker="o", linestyle="", color=COLORS[kind], markeredgecolor=EDGES[kind], label=f"{kind.name}s")
         for kind in RobotClass

@@ -5,8 +5,6 @@ from __future__ import annotations
 from math import cos, pi, sin
 from typing import TYPE_CHECKING, Final
 
-from matplotlib.patches import Circle, FancyArrowPatch, Wedge
-
 from firmware_protocol.vocabulary import RobotClass
 from hil.report.style import AMBER, BLUE, GREY, INK, PALE, bare, figure
 from pal_advisor.surround import rules
@@ -87,6 +85,8 @@ def _ground(axes: Axes) -> None:
 
 def _ring(axes: Axes, pattern: str, behaviours: tuple[int, ...], color: str) -> None:
     """A ring of sectors, the nose up: sector 1 begins there, and they are counted to the left."""
+    from matplotlib.patches import Circle, FancyArrowPatch, Wedge  # noqa: PLC0415 - as in `hil.report.style`
+
     sectors = len(pattern)
     width = 360.0 / sectors
     for sector, bit in enumerate(pattern):
