@@ -24,6 +24,10 @@ def view(
             "--out", "-o", metavar="FILE.html", help="Where the page goes; view.html in the run's folder if left out."
         ),
     ] = None,
+    robot: Annotated[
+        int | None,
+        typer.Option("--robot", metavar="ID", min=1, max=254, help="Of several sumo robots in a log, the one to show."),
+    ] = None,
     open_page: Annotated[
         bool | None,
         typer.Option("--open/--no-open", help="Show it in the web browser [default: on a terminal of a desktop]."),
@@ -44,7 +48,7 @@ def view(
 
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=quiet)
-    page, scene = write_view(found, out, limits=lifted(max_chunk), overwrite=overwrite)
+    page, scene = write_view(found, out, limits=lifted(max_chunk), overwrite=overwrite, robot=robot)
     if not quiet:
         for note in scene.notes:
             common.plain_console(stderr=True).print(note)

@@ -11,7 +11,7 @@ from hil.look.micro import MicroPart
 from hil.look.scene import Scene
 from hil.look.sumo import SumoPart
 from hil.look.timeline import Timeline
-from hil.mcaplog.errors import UnreadableLogError
+from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import SERIES, EventRecord
@@ -25,22 +25,23 @@ MOST_TOPICS: Final = 12
 """Of what a foreign log holds instead, so many are named."""
 
 
-def read_scene(path: Path, limits: ReadLimits = ReadLimits()) -> Scene:  # noqa: B008 - frozen
+def read_scene(path: Path, limits: ReadLimits = ReadLimits(), robot: int | None = None) -> Scene:  # noqa: B008 - frozen
     """Gather what a log shows.
 
     Args:
         path: The log.
         limits: What it may unpack to.
+        robot: System id of the sumo robot to show, of several; None: the one that was taken first.
 
     Returns:
         The scene, up to damage.
 
     Raises:
-        LogError: It cannot be opened, is not a log, or nothing of it could be read.
+        LogError: It cannot be opened, is not a log, nothing of it could be read, or it has no such robot.
         UnreadableLogError: It holds nothing of ours; the text says what it holds instead.
     """
     reader = LogReader(path, limits)
-    run, junior, swarm, learner = Timeline(), SumoPart(), MicroPart(), LearningPart()
+    run, junior, swarm, learner = Timeline(), SumoPart(robot), MicroPart(), LearningPart()
     scene = Scene(source=f"{path.absolute().parent.name}/{path.name}" if path.name == LOG else path.name)
     first, last = math.inf, -math.inf
     for entry in reader.entries(TOPICS):
@@ -52,6 +53,9 @@ def read_scene(path: Path, limits: ReadLimits = ReadLimits()) -> Scene:  # noqa:
             part.take(entry)
     if first > last:
         _refuse(path, limits)
+    if robot is not None and robot not in junior.robots:
+        there = ", ".join(map(str, junior.robots)) or "none at all"
+        raise LogError(f"there is no sumo robot {robot} in {path}: there is {there}")
     scene.begin, scene.end = first, last
     if not reader.whole:
         scene.notes.append(f"The log is {reader.health()}. Everything here is of the part that could be read.")

@@ -100,10 +100,16 @@ def junior_shape() -> BodyShape:
 
 
 class SumoPart:
-    """Takes the entries of a log that are of a sumo robot: of several, those of the `Protagonist`."""
+    """Takes the entries of a log that are of a sumo robot.
 
-    def __init__(self) -> None:
+    Args:
+        robot: System id of the one to show, of several; None: the `Protagonist`.
+    """
+
+    def __init__(self, robot: int | None = None) -> None:
         self._robot = Protagonist()
+        if robot is not None:
+            self._robot.taken(robot)
         self._heard: dict[int, list[tuple[float, JuniorSensors]]] = {}
         self._states: dict[int, list[tuple[float, RefereeState]]] = {}
         self._wheels: list[tuple[float, JuniorWheels]] = []
@@ -147,6 +153,11 @@ class SumoPart:
                 if value.param_id == "EYE_L_ON":
                     self._threshold = value.param_value
 
+    @property
+    def robots(self) -> list[int]:
+        """System ids of the sumo robots that have said something of themselves."""
+        return sorted(self._heard.keys() | self._states.keys())
+
     def put(self, scene: Scene) -> None:
         """Put what was gathered into a scene whose beginning and end are set."""
         for readings in self._heard.values():  # a log that somebody else has put together may have them in any order
@@ -160,10 +171,9 @@ class SumoPart:
         states = self._states.get(system, []) if system is not None else []
         if not heard and not states:
             return
-        if len(self._heard) > 1:
-            scene.notes.append(
-                f"There are {len(self._heard)} sumo robots in the log: this is robot {system}, the first that was taken."
-            )
+        if len(self.robots) > 1:
+            which = f"this is robot {system} (--robot ID shows another)"
+            scene.notes.append(f"There are {len(self.robots)} sumo robots in the log: {which}.")
         senses = self._senses(heard)
         maneuvers = self._performed(scene.end)
         if states:

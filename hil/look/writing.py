@@ -37,6 +37,7 @@ def write_view(
     *,
     limits: ReadLimits = ReadLimits(),  # noqa: B008 - frozen
     overwrite: bool = False,
+    robot: int | None = None,
 ) -> tuple[Path, Scene]:
     """Write the page of a log.
 
@@ -47,6 +48,7 @@ def write_view(
         out: Where to; None: `default_path`.
         limits: What the log may unpack to.
         overwrite: A file that exists is replaced.
+        robot: System id of the sumo robot to show, of several; None: the one that was taken first.
 
     Returns:
         Where it is, and what it shows.
@@ -58,7 +60,7 @@ def write_view(
     path = out or default_path(log)
     replaces = overwrite or (out is None and is_view(path))
     check_output(path, overwrite=replaces)
-    scene = read_scene(log, limits)
+    scene = read_scene(log, limits, robot)
     try:
         write_output(path, page_of(scene), overwrite=replaces)
     except OSError as error:

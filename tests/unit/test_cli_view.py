@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import webbrowser
 from typing import TYPE_CHECKING
@@ -93,6 +94,12 @@ def test_a_place_that_is_named_is_not_written_over(log: Path, tmp_path: Path) ->
     assert run(["view", str(log), "-o", str(out)]) == 0
     assert run(["view", str(log), "-o", str(out)]) == 2
     assert run(["view", str(log), "-o", str(out), "--overwrite"]) == 0
+
+
+def test_nothing_that_draws_pictures_is_needed() -> None:
+    program = "import sys, hil.look.writing; print({'matplotlib', 'foxglove', 'PIL'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)  # noqa: S603 - ours
+    assert done.stdout.strip() == "set()"
 
 
 def test_it_is_shown_where_that_is_asked_for(log: Path, opened: list[str]) -> None:

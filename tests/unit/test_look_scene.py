@@ -145,6 +145,20 @@ def test_driving_is_sensors_wheels_and_marks(tmp_path: Path) -> None:
     assert np.nanmedian(speeds) == pytest.approx(0.1, abs=0.02)
 
 
+def test_of_several_robots_one_is_shown(tmp_path: Path) -> None:
+    with open_recorder(tmp_path / "r.mcap") as recorder:
+        for number in range(6):
+            for system in (3, 5):
+                sensors = JuniorSensors(0.1 * number, (0.0, 0.0), (100 * system, 0), (1, 2), 7.4, 0)
+                recorder.received(Received(sensors, system, 1, number, 0.1 * number, FRAME))
+    assert read_scene(tmp_path / "r.mcap").traces[0].values[0][0] == 300
+    scene = read_scene(tmp_path / "r.mcap", robot=5)
+    assert scene.traces[0].values[0][0] == 500
+    assert "There are 2 sumo robots in the log: this is robot 5" in scene.notes[0]
+    with pytest.raises(LogError, match=r"no sumo robot 4 in .*: there is 3, 5"):
+        read_scene(tmp_path / "r.mcap", robot=4)
+
+
 def test_keys_e_stop_and_refusals_are_marks(tmp_path: Path) -> None:
     with open_recorder(tmp_path / "k.mcap") as recorder:
         wire = Wire(recorder)
