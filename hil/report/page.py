@@ -72,7 +72,7 @@ def add_picture(
     caption: str,
     drawn: Mapping[str, bytes] = MappingProxyType({}),
 ) -> None:
-    """Add a picture, or say why there is none: what a log holds never costs the report.
+    """Add a picture, or say why there is none: what a log holds never costs the report. Where nothing draws none is added.
 
     Args:
         section: What it is added to.

@@ -68,7 +68,7 @@ def open_cluster(address: str) -> Iterator[ClusterHands]:
     try:
         from distributed import Client  # noqa: PLC0415 - optional, and takes a second to load
     except ImportError as error:
-        raise WorkerError("--scheduler needs Dask. Install it: pip install 'junior-hil[distributed]'", 2) from error
+        raise WorkerError("--scheduler needs Dask. Install it: pip install 'distributed>=2024.12'", 2) from error
     logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what it would say is raised here, in words
     try:
         client = Client(url, timeout=FINDING, set_as_default=False)

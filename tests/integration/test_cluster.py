@@ -49,7 +49,7 @@ class Cluster:
     """
 
     def __init__(self, folder: Path, stack: ExitStack) -> None:
-        pytest.importorskip("distributed", reason="Dask is not installed: pip install 'junior-hil[distributed]'")
+        pytest.importorskip("distributed", reason="Dask is not installed: pip install 'distributed>=2024.12'")
         self._folder = folder
         self._stack = stack
         self.url = f"tcp://127.0.0.1:{free_port()}"
@@ -164,7 +164,7 @@ def test_a_worker_of_another_version_that_joins_is_refused(cluster: Cluster) -> 
 
 
 def test_nobody_there_is_told_with_what_to_do(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    pytest.importorskip("distributed", reason="Dask is not installed: pip install 'junior-hil[distributed]'")
+    pytest.importorskip("distributed", reason="Dask is not installed: pip install 'distributed>=2024.12'")
     url = f"tcp://127.0.0.1:{free_port()}"
     assert run([*ASKED, "--scheduler", url, "--out", str(tmp_path / "run")]) == 3
     said = capsys.readouterr().err
@@ -178,5 +178,5 @@ def test_dask_that_is_not_installed_is_asked_for(
 ) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert run([*ASKED, "--scheduler", "tcp://127.0.0.1:8786", "--out", str(tmp_path / "run")]) == 2
-    assert "pip install 'junior-hil[distributed]'" in capsys.readouterr().err
+    assert "pip install 'distributed>=2024.12'" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

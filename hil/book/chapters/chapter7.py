@@ -106,6 +106,12 @@ def _mutation(results: StoredResults, name: str, column: str, sign: int) -> Meas
     return found.told(told)
 
 
+def _pushed(results: StoredResults, name: str) -> Measurement:
+    found = results.runs(name).column("pushed")
+    share = share_of(found > 0)
+    return share.told(f"{share}; {found.mean():.2g} times on average")
+
+
 def _settles(results: StoredResults) -> Measurement:
     return mean_column(results, "b2d3l1", "settle_step")
 
@@ -199,15 +205,22 @@ CLAIMS: Final = (
         asked="more than 0",
         why=_NO_OPTIMA,
     ),
-    Claim(
-        name="pushing",
-        place="7.2.2.3, Fig. 7.11, 7.12",
-        says="Two RANGERs or more push a WILD together.",
-        measured="runs of 100 steps in which that happens, B1D3",
-        needs=("b1d3l1",),
-        measure=lambda results: share_of(results.runs("b1d3l1").column("pushed") > 0),
-        limit=Limit(low=0.5),
-        asked="most runs",
+    *(
+        Claim(
+            name=f"pushing-{name}",
+            place="7.2.2.3, Fig. 7.11, 7.12",
+            says="RANGERs push a WILD together.",
+            measured=f"runs of 100 steps in which two do so, {name.upper()}",
+            needs=(f"{name}l1",),
+            measure=partial(_pushed, name=f"{name}l1"),
+            limit=Limit(low=0.5),
+            asked="most runs",
+            why=(
+                "A move ends where it meets somebody: who comes upon a WILD shifts it by some millimetres and stops, so that a "
+                "push is over before a second RANGER joins in."
+            ),
+        )
+        for name in ("b1d3", "b2d3")
     ),
     Claim(
         name="bears-loss",

@@ -104,12 +104,29 @@ def _stationary(other: int) -> Claim:
     return Claim(
         name=f"contact-stationary-{'learning' if other == 1 else 'random'}",
         place="9.3",
-        says=f"CONTACT is best with WILDs that stand still (here: not {'learn' if other == 1 else 'move at random'}).",
+        says=f"CONTACT is best with WILDs that stand still (here: than that {'learn' if other == 1 else 'move at random'}).",
         measured=f"by how much it is greater for B2 than for B{other}",
         needs=(_TABLE,),
         measure=_groups(lambda case: case.wild_motion == 2, lambda case: case.wild_motion == other, "contact"),
         limit=Limit(low=MORE_THAN_0) if other == 1 else None,
         asked="more than 0" if other == 1 else "",
+    )
+
+
+def _stationary_seen() -> Claim:
+    return Claim(
+        name="contact-stationary-seen",
+        place="9.3",
+        says="CONTACT is best with WILDs that stand still (here: than that learn, where RANGERs have sensors of short range).",
+        measured="by how much it is greater for B2S1 than for B1S1",
+        needs=(_TABLE,),
+        measure=_groups(
+            lambda case: case.wild_motion == 2 and not case.long_range,
+            lambda case: case.wild_motion == 1 and not case.long_range,
+            "contact",
+        ),
+        limit=Limit(low=MORE_THAN_0),
+        asked="more than 0",
     )
 
 
@@ -165,6 +182,7 @@ CLAIMS: Final = (
     _prefers("chase", centralised=True),
     _stationary(1),
     _stationary(3),
+    _stationary_seen(),
     *(_moving(fitness) for fitness in ("surround", "chase", "focus")),
     _learning("contact", 1, "CONTACT is best with smoothed weights and selection by probability."),
     _learning("surround", 3, "SURROUND is best with original weights and selection by probability."),
