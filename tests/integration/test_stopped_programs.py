@@ -250,7 +250,7 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
     with served() as (robot, url), Shell(tmp_path) as shell:
         shell.until("ready> ")
         shell.types(f"{sys.executable} -c 'from hil.cli import main; main()' monitor {url} --no-log\n")
-        shell.until("a arm   d disarm")
+        shell.until("emergency stop")
         for _ in range(2):
             press(shell, "a", robot, State.READY)
             drive(shell, robot)
@@ -266,7 +266,7 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
             assert robot.listened <= silent + UNDER_WAY
             assert robot.state is State.DISARMED
             shell.types("fg\n")
-            shell.until("a arm   d disarm")
+            shell.until("emergency stop")
             assert robot.state is State.DISARMED
         press(shell, "a", robot, State.READY)
         drive(shell, robot)
