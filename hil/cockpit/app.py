@@ -34,6 +34,8 @@ CALMLY: Final = 2
 """Of more robots than `FEW` a new picture is drawn at every second tick."""
 STYLES: Final = {Tone.CALM: "", Tone.GOOD: "green", Tone.WARNING: "bold yellow", Tone.ALARM: "bold white on red"}
 MARKS: Final = {Tone.CALM: " ", Tone.GOOD: " ", Tone.WARNING: "!", Tone.ALARM: "!!"}
+INDENT: Final = " " * 12
+"""What is said begins behind the time."""
 BAR: Final = 10
 """Characters of a bar."""
 HELP: Final = """\
@@ -122,7 +124,7 @@ class Cockpit(App[None]):
         self._say = say
         self._braille = braille
         self._picture: Snapshot | None = None
-        self._heard: Sequence[str] = ()
+        self._heard: tuple[Sequence[str], int] = ((), 0)
         self._chosen = 0
         self._ticks = 0
         self._scrolls = "robots"
@@ -171,9 +173,12 @@ class Cockpit(App[None]):
         if picture is not None and picture is not self._picture:
             self._draw(picture)
         said = self._said()
-        if said != self._heard:
-            self._heard = said
-            self.query_one("#events", Listing).put([Text(line, no_wrap=True) for line in said])
+        events_list = self.query_one("#events", Listing)
+        heard = (said, events_list.size.width)
+        if heard != self._heard:
+            self._heard = heard
+            wrapped = [part for line in said for part in wrap(line, max(20, heard[1]), subsequent_indent=INDENT)]
+            events_list.put([Text(line, no_wrap=True) for line in wrapped])
         if picture is None or len(picture.rows) <= FEW or self._ticks % CALMLY == 0:
             self._shown()
 
@@ -235,7 +240,8 @@ def _facts(facts: Sequence[Fact], width: int, *, braille: bool) -> Text:
     lines = []
     names = max((len(fact.name) for fact in facts), default=0)
     for fact in facts:
-        line = Text(f"{fact.name:{names}} ", "dim", no_wrap=True)
+        line = Text(no_wrap=True)
+        line.append(f"{fact.name:{names}} ", "dim")
         room = width - names - 1
         if fact.share is not None and room >= BAR + 6:
             full = round(min(1.0, max(0.0, fact.share)) * BAR)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from rich.segment import Segment
 from textual.geometry import Region, Size
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
@@ -72,8 +73,9 @@ class Listing(ScrollView):
         return self._strip(self._lines[index], width) if index < len(self._lines) else Strip.blank(width)
 
     def _strip(self, text: Text, width: int) -> Strip:
-        segments = text.render(self.app.console)
-        return Strip([segment for segment in segments if segment.text != "\n"]).adjust_cell_length(width)
+        console = self.app.console
+        segments = Segment.apply_style(text.render(console, end=""), console.get_style(text.style))
+        return Strip(segments).adjust_cell_length(width)
 
     def watch_scroll_y(self, old_value: float, new_value: float) -> None:
         """Draw all of it anew when it was scrolled; for Textual."""

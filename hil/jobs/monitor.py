@@ -44,6 +44,7 @@ BOUT: Final = "b"
 LOCKSTEP_DURATION: Final = 10.0
 """How much is shown of what runs faster than time, in s."""
 IN_LOCKSTEP: Final = "An emulated robot in this process runs faster than time: shown are its first 10 s."
+ONLY_WATCHED: Final = "The robots are only watched: the first key that arms or moves one takes it, which stops and disarms it"
 LINE_EVERY: Final = 1.0
 """Without a display a line is printed this often, in s."""
 LEAVING: Final = 1.0
@@ -210,6 +211,9 @@ class _View:
         elif lockstep and duration is None:
             duration = LOCKSTEP_DURATION
             stage.console.print(IN_LOCKSTEP)
+        if self._window is not None:
+            ours = any(robot.peer.taken for robot in robots)
+            stage.say("It is disarmed: a arms it, arrows drive it, ? tells of all keys" if ours else ONLY_WATCHED)
         end = None if duration is None else robots.now() + duration
         with keys_taken_in(stage, watch.aim):
             while end is None or robots.now() < end:

@@ -238,3 +238,17 @@ def test_another_picture_is_wanted_when_one_was_shown_and_of_many_less_often() -
     for watched, least in ((few, 4), (lots, 2)):
         watched.run(look)
         assert watched.wanted >= least
+
+
+def test_the_chosen_robot_stands_out_in_the_table() -> None:
+    shown = Shown(many(3, chosen=1))
+
+    async def look(_: Pilot[Any]) -> None:
+        strips = shown.app.screen._compositor.render_strips()
+        lines = {strip.text[:4]: next(iter(strip)).style for strip in strips}
+        chosen, other = lines[">  2"], lines["   3"]
+        assert chosen is not None
+        assert chosen.reverse
+        assert other is None or not other.reverse
+
+    shown.run(look)

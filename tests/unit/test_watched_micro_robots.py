@@ -53,7 +53,7 @@ def test_keys_move_the_chosen_robot_and_no_other(robots: Micros) -> None:
     for key, seconds in (("a", 0.2), ("^", 1.2), ("<", 1.2), (" ", 1.0)):
         overview.press(key)
         live(robots, overview, seconds)
-    assert told == []
+    assert told == ["robot 2.2 is armed"]
     after: Any = overview.document()
     assert after["armed"] is True
     assert after["position"] == pytest.approx([before["position"][0] + STEP, before["position"][1]], abs=0.004)

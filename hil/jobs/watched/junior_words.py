@@ -135,6 +135,7 @@ def facts(junior: Junior) -> tuple[Fact, ...]:
     if junior.stale:
         age = Fact("readings", f"{junior.age:.1f} s old", tone=Tone.WARNING)
     flags = SensorFlag(sensors.flags)
+    opponent = () if junior.referee is None else (Fact("opponent", OpponentCode(junior.referee.latest.opponent_code).label),)
     return (
         Fact("senses", sensed(sensors.flags), tone=Tone.WARNING if flags & _OFF_RING else Tone.CALM),
         Fact("eye left", str(sensors.eye[0]), sensors.eye[0] / _COUNTS),
@@ -144,6 +145,7 @@ def facts(junior: Junior) -> tuple[Fact, ...]:
         Fact("travel", f"{sensors.travel[0] * 1000:.0f} {sensors.travel[1] * 1000:.0f} mm"),
         Fact("battery", f"{sensors.battery:.2f} V"),
         age,
+        *opponent,
     )
 
 
@@ -166,7 +168,6 @@ def ring(word: RefereeState, trail: tuple[tuple[float, float], ...]) -> Ground:
         caption = f"bout {word.bout}, {word.elapsed:.1f} s"
     elif word.phase == Phase.OVER:
         caption = f"bout {word.bout} {OUTCOMES.get(BoutOutcome(word.outcome), 'over')}; b: another"
-    caption += f" ({OpponentCode(word.opponent_code).label})"
     return Ground(bodies, ring=hypot(*word.opponent) + word.clearance, trail=trail, caption=caption)
 
 

@@ -126,11 +126,11 @@ class JuniorsWatch:
             case "E":
                 self._robots.call_emergency_stop()
                 for each in self.members:
-                    self._stop(each, lambda each=each: answered(each.ask_emergency_stop()))  # type: ignore[misc]
+                    self._stop(each, partial(self._stopping, each))
             case "e":
-                self._stop(junior, lambda: answered(junior.ask_emergency_stop()))
+                self._stop(junior, partial(self._stopping, junior))
             case "d":
-                self._stop(junior, lambda: answered(junior.ask_disarm()))
+                self._stop(junior, partial(self._disarming, junior))
             case " ":
                 self._stop_all()
             case "a":
@@ -177,6 +177,14 @@ class JuniorsWatch:
             self._driving[junior].release()
         self._orders[junior].instead(order)
 
+    def _stopping(self, junior: Junior) -> Iterator[None]:
+        yield from answered(junior.ask_emergency_stop())
+        self._say(f"robot {junior.peer.system} has stopped, and says so: emergency stop")
+
+    def _disarming(self, junior: Junior) -> Iterator[None]:
+        yield from answered(junior.ask_disarm())
+        self._say(f"robot {junior.peer.system} is disarmed")
+
     def _standing(self, junior: Junior) -> Iterator[None]:
         yield from taken(junior)
         yield from answered(drive(junior.peer, 0.0, 0.0, 0.0))
@@ -184,6 +192,7 @@ class JuniorsWatch:
     def _arming(self, junior: Junior) -> Iterator[None]:
         yield from taken(junior)
         yield from junior.arming()
+        self._say(f"robot {junior.peer.system} is armed")
 
     def _beginning(self, junior: Junior, seed: int) -> Iterator[None]:
         yield from taken(junior)
@@ -192,8 +201,11 @@ class JuniorsWatch:
     def _say_refused(self, error: HilError) -> None:
         if self._refused is not None:
             self._refused(error)
+        self._say(str(error))
+
+    def _say(self, text: str) -> None:
         if self._tell is not None:
-            self._tell(str(error))
+            self._tell(text)
 
     def _tell_of_bout(self) -> None:
         """Say how a bout has ended."""

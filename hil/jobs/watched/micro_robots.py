@@ -157,20 +157,33 @@ class MicroRobotsWatch:
             case "E":
                 self._robots.call_emergency_stop()
                 for each in self.members:
-                    self._orders[each].instead(partial(_stopping, each))
+                    self._orders[each].instead(partial(self._stopping, each))
             case "e":
-                self._orders[robot].instead(partial(_stopping, robot))
+                self._orders[robot].instead(partial(self._stopping, robot))
             case "d":
-                self._orders[robot].instead(lambda: answered(robot.ask_disarm()))
+                self._orders[robot].instead(partial(self._disarming, robot))
             case " ":
                 for each in self.members:
                     if each.peer.taken or each is robot:
                         self._orders[each].instead(partial(self._begin, each, STAND))
             case "a":
-                self._orders[robot].give(partial(_arming, robot))
+                self._orders[robot].give(partial(self._arming, robot))
             case _ if key in MOVES:
                 self._orders[robot].give(partial(self._begin, robot, MOVES[key]))
         self._go_on()
+
+    def _stopping(self, robot: MicroRobot) -> Iterator[None]:
+        yield from answered(robot.ask_emergency_stop())
+        self._say(f"robot {self.name(robot)} has stopped, and says so: emergency stop")
+
+    def _disarming(self, robot: MicroRobot) -> Iterator[None]:
+        yield from answered(robot.ask_disarm())
+        self._say(f"robot {self.name(robot)} is disarmed")
+
+    def _arming(self, robot: MicroRobot) -> Iterator[None]:
+        yield from taken(robot)
+        yield from robot.arming()
+        self._say(f"robot {self.name(robot)} is armed")
 
     def _begin(self, robot: MicroRobot, what: Move) -> Iterator[None]:
         """Have it move, unless the key is no longer pressed by then; how that ends is seen later."""
@@ -207,8 +220,11 @@ class MicroRobotsWatch:
     def _say_refused(self, error: HilError) -> None:
         if self._refused is not None:
             self._refused(error)
+        self._say(str(error))
+
+    def _say(self, text: str) -> None:
         if self._tell is not None:
-            self._tell(str(error))
+            self._tell(text)
 
     # --- what there is to see ----------------------------------------------------------------------------------------
 
@@ -316,15 +332,6 @@ class MicroRobotsWatch:
         """What `--json` prints: one robot, or a list of all."""
         found = [self.plain(robot) for robot in self.shown]
         return found[0] if self._alone else found
-
-
-def _stopping(robot: MicroRobot) -> Iterator[None]:
-    yield from answered(robot.ask_emergency_stop())
-
-
-def _arming(robot: MicroRobot) -> Iterator[None]:
-    yield from taken(robot)
-    yield from robot.arming()
 
 
 def _box(seen: SwarmObservation) -> tuple[Fact, ...]:
