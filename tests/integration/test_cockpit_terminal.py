@@ -104,7 +104,6 @@ def test_without_a_link_an_emulated_robot_is_driven_in_real_time_and_the_log_rep
         shell.types("a")
         shell.until("is armed")
         shell.types(UP)
-        shell.until("DRIVING")
         shell.types("b")
         shell.until("bout 2")
         shell.types("?")

@@ -8,6 +8,7 @@ import queue
 import subprocess
 import sys
 import threading
+import time
 from typing import TYPE_CHECKING, Final, Self
 
 from processes import PATIENCE
@@ -65,10 +66,10 @@ class Shell:
 
     def until(self, *texts: str) -> str:
         """Wait until one of the texts is on the screen; what was there before does not count the next time."""
-        came = ""
+        came, deadline = "", time.monotonic() + PATIENCE
         while not any(text in came for text in texts):
             try:
-                came += self._came.get(timeout=PATIENCE)
+                came += self._came.get(timeout=max(0.0, deadline - time.monotonic()))
             except queue.Empty:
                 raise AssertionError(f"none of {texts} came in:\n{came}") from None
         return came

@@ -70,6 +70,7 @@ class JuniorsWatch:
         self._driving: dict[Junior, DeadMan] = {}
         self._quality: defaultdict[Junior, Quality] = defaultdict(Quality)
         self._trail: list[tuple[float, float]] = []
+        self._trail_of = 0
         self._bout_told: tuple[int, int] = (0, 0)
 
     # --- who is there ------------------------------------------------------------------------------------------------
@@ -269,6 +270,9 @@ class JuniorsWatch:
         """Where it is, by the referee's word; else what it senses."""
         if junior.referee is not None and junior.referee.latest is not NOBODY:
             word = junior.referee.latest
+            if word.bout != self._trail_of:
+                self._trail_of = word.bout
+                self._trail.clear()
             self._trail = [*self._trail[-_TRAIL:], (word.junior[0], word.junior[1])]
             return junior_words.ring(word, tuple(self._trail))
         return None if junior.latest is None else junior_words.senses(junior.latest)
