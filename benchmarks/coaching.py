@@ -24,7 +24,7 @@ from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
-from hil.workers import in_order
+from hil.working import open_crew
 from pal_advisor.maneuvers import PalSettings
 
 if TYPE_CHECKING:
@@ -104,10 +104,11 @@ def judged(runs: Sequence[Run], bouts: int, workers: int) -> list[Tally]:
         bouts: Bouts for each of them.
         workers: Processes.
     """
-    learnt = list(zip(runs, in_order(coached, runs, workers), strict=True))
     ranges = [range(first, min(first + PART, bouts + 1)) for first in range(1, bouts + 1, PART)]
-    parts = [Part(run, advice, numbers) for run, advice in learnt for numbers in ranges]
-    results = list(in_order(played, parts, workers))
+    with open_crew(workers) as crew:
+        learnt = list(zip(runs, crew.in_order(coached, runs), strict=True))
+        parts = [Part(run, advice, numbers) for run, advice in learnt for numbers in ranges]
+        results = list(crew.in_order(played, parts))
     each = [results[first : first + len(ranges)] for first in range(0, len(results), len(ranges))]
     return [Tally.of(run.opponent, list(chain.from_iterable(results))) for run, results in zip(runs, each, strict=True)]
 

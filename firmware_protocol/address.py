@@ -1,13 +1,15 @@
-"""Addresses of links: URLs, taken apart and checked, with nothing opened."""
+"""Addresses of links: URLs, taken apart and checked, with nothing opened. A bare port, as `/dev/ttyACM0`, is one too."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 from urllib.parse import parse_qsl, urlsplit
 
 from firmware_protocol.errors import AddressError
+from firmware_protocol.near import did_you_mean, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,6 +18,7 @@ EXAMPLES = (
     "serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, udpout://127.0.0.1:14550, "
     "can://socketcan/can0 or sim://junior"
 )
+SCHEMES: Final = ("serial", "tcp", "udpin", "udpout", "can", "sim", "replay")
 DEFAULT_BAUD = 115200
 FASTEST_BAUD = 2**31 - 1
 """No rate is greater, in bit/s: a system call takes no more."""
@@ -23,6 +26,16 @@ MAY_REPEAT = frozenset({"room"})
 """Options that may be given several times."""
 REPEATED = "\n"
 """Between the values of one that is."""
+_BARE: Final = re.compile(r"(?P<port>/dev/[^?]+|(?:\\\\\.\\)?COM[0-9]+(?::[^?/]*)?)(?P<options>\?.*)?", re.IGNORECASE)
+"""A serial port, and perhaps its rate, without a scheme."""
+_RATE: Final = re.compile(r":\w+$")
+"""A rate at the end of it, or what was meant as one: names of ports that have colons end otherwise."""
+_MEANT: Final = (
+    (re.compile(r"(?:tty|cu\.|rfcomm)[\w.-]*(?::[0-9]+)?"), "/dev/{}"),
+    (re.compile(r"v?can[0-9]+"), "can://socketcan/{}"),
+    (re.compile(r"(?:[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*|\[[0-9A-Fa-f:]+\]):[0-9]+"), "tcp://{}"),
+)
+"""What is written without a scheme, and how it is written with one."""
 
 
 def whole_number(text: str, most: int) -> int | None:
@@ -101,14 +114,15 @@ class Address:
         for name in self.options:
             if name not in known:
                 expected = f"Known are: {', '.join(known)}" if known else "It takes none"
-                raise AddressError(self.url, f"unknown option {name!r}", expected)
+                raise AddressError(self.url, f"unknown option {name!r}", f"{expected}{did_you_mean(name, known)}")
 
 
 def parse_address(url: str) -> Address:
     """Take a URL apart.
 
     Args:
-        url: For instance `serial:///dev/ttyACM0:115200` or `sim://junior?opponent=flat-heavy&seed=1`.
+        url: For instance `serial:///dev/ttyACM0:115200` or `sim://junior?opponent=flat-heavy&seed=1`. A bare serial port, with
+            or without a rate, as `/dev/ttyACM0`, `COM3` or `COM3:57600`, is the URL of it.
 
     Returns:
         Its parts; whether the target suits the scheme is checked where it is used.
@@ -116,12 +130,15 @@ def parse_address(url: str) -> Address:
     Raises:
         AddressError: It has no scheme, no target, or an option without a value or given twice.
     """
+    if bare := _BARE.fullmatch(url):
+        rate = "" if _RATE.search(bare["port"]) else f":{DEFAULT_BAUD}"
+        url = f"serial://{bare['port']}{rate}{bare['options'] or ''}"
     try:
         parts = urlsplit(url)
     except ValueError as error:
         raise AddressError(url, str(error)) from error
     if not parts.scheme or "://" not in url:
-        raise AddressError(url, "not an address of a link", f"Write for instance {EXAMPLES}")
+        raise AddressError(url, "not an address of a link", _meant(url) or f"Write for instance {EXAMPLES}")
     if not parts.netloc + parts.path:
         raise AddressError(url, "nothing follows the scheme", f"Write for instance {EXAMPLES}")
     try:
@@ -134,3 +151,28 @@ def parse_address(url: str) -> Address:
             raise AddressError(url, "an option is given twice")
         options[name] = f"{options[name]}{REPEATED}{value}" if name in options else value
     return Address(url, parts.scheme.lower(), parts.netloc + parts.path, MappingProxyType(options))
+
+
+def unknown_scheme(address: Address) -> AddressError:
+    """What is said of a URL whose scheme nobody knows.
+
+    Args:
+        address: The URL, taken apart.
+    """
+    found = nearest(address.scheme, SCHEMES)
+    rest = address.url.partition("://")[2]
+    remedy = f"Did you mean {found}://{rest}?" if found and found != address.scheme else f"Write for instance {EXAMPLES}"
+    return AddressError(address.url, f"no link is called {address.scheme!r}", remedy)
+
+
+def _meant(text: str) -> str:
+    """What was probably meant by a text that is no URL, as a question; empty where nobody knows."""
+    for pattern, written in _MEANT:
+        if pattern.fullmatch(text):
+            return f"Did you mean {written.format(text)}?"
+    word, colon, rest = text.partition(":")
+    if colon and (scheme := nearest(word, SCHEMES)):
+        rest = rest.lstrip("/")
+        return f"Did you mean {scheme}://{'/' if rest.startswith('dev/') else ''}{rest}?" if rest else ""
+    name, mark, options = text.partition("?")
+    return f"Did you mean sim://{found}{mark}{options}?" if (found := nearest(name, ("junior", "swarm"))) else ""

@@ -32,6 +32,17 @@ from __future__ import annotations
 class HilError(Exception):
     """Base of every error raised on purpose; its text is fit to be shown to a person."""
 
+    def __reduce__(self) -> tuple[object, ...]:
+        """It goes from one process to another as it is, whatever it was made of."""
+        return _remade, (type(self), self.args, self.__dict__)
+
+
+def _remade(kind: type[HilError], args: tuple[object, ...], state: dict[str, object]) -> HilError:
+    error = kind.__new__(kind)
+    error.args = args
+    error.__dict__.update(state)
+    return error
+
 
 class LinkError(HilError):
     """Something about a link.

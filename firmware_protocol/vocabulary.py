@@ -23,6 +23,9 @@ MAX_RANGES: Final = 32
 LONGEST_MOVE: Final = 60.0
 """Longest way of one move of a micro-robot, in m."""
 
+MICRO_ROBOT_RADIUS: Final = 0.02
+"""Radius of a micro-robot's body, a disc, in m."""
+
 ANY_STIMULUS: Final = 255
 """In a memory slot, "whatever the previous stimulus was"."""
 

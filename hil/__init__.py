@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    __version__: str
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.vocabulary import Action, Maneuver, Move, MoveOption, Outcome, Stimulus
     from hil.bridge.networks import RobotAddress
@@ -65,6 +66,7 @@ __all__ = [
     "Stimulus",
     "Swarm",
     "SwarmMoves",
+    "__version__",
     "connect",
     "connect_all",
     "connect_swarm",
@@ -74,6 +76,15 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """Load a public name (PEP 562)."""
+    if name == "__version__":
+        from importlib import metadata  # noqa: PLC0415 - it takes a moment to load
+
+        return metadata.version("junior-hil")
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    """The public names, loaded or not."""
+    return sorted(__all__)

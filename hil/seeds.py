@@ -18,6 +18,7 @@ class Branch(IntEnum):
     CONTROLLER = 6
     SURROUND = 7
     START_PLACES = 8
+    SEARCH = 9
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

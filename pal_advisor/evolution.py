@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from numpy.typing import NDArray
 
@@ -19,19 +19,35 @@ Genes: TypeAlias = "NDArray[np.int64]"
 """Genes: shape (genes,) for one genome, (individuals, genes) for a population."""
 
 
-def tournament(scores: NDArray[np.float64], size: int, rng: np.random.Generator) -> int:
+def tournament(scores: NDArray[np.float64], rng: np.random.Generator, size: int) -> int:
     """Select one individual: the best of `size` drawn with replacement.
 
     Args:
         scores: Fitness of every individual, shape (individuals,).
-        size: How many compete.
         rng: Source of chance.
+        size: How many compete.
 
     Returns:
         Index of the winner; the first drawn of equals.
     """
     drawn = rng.integers(len(scores), size=size)
     return int(drawn[np.argmax(scores[drawn])])
+
+
+def roulette(scores: NDArray[np.float64], rng: np.random.Generator) -> int:
+    """Select one individual with a probability in proportion to its fitness.
+
+    Args:
+        scores: Fitness of every individual, none negative, shape (individuals,).
+        rng: Source of chance.
+
+    Returns:
+        Index of the one selected; where all are 0, any with the same probability.
+    """
+    sums = np.cumsum(scores)
+    if sums[-1] <= 0.0:
+        return int(rng.integers(len(scores)))
+    return int(np.searchsorted(sums, rng.random() * sums[-1], side="right"))
 
 
 def one_point_crossover(first: Genes, second: Genes, rng: np.random.Generator) -> Genes:
@@ -53,10 +69,10 @@ def one_point_crossover(first: Genes, second: Genes, rng: np.random.Generator) -
 
 def mutate(
     genome: Genes,
-    rate: float,
-    alphabet: Genes,
     rng: np.random.Generator,
     *,
+    rate: float,
+    alphabet: Genes,
     families: Mapping[int, Genes] | None = None,
     in_family: float = 0.0,
 ) -> Genes:
@@ -64,9 +80,9 @@ def mutate(
 
     Args:
         genome: Genome to change, shape (genes,); left as it is.
+        rng: Source of chance.
         rate: Probability that a gene is replaced.
         alphabet: Values a gene may have.
-        rng: Source of chance.
         families: For every value, the values of its family (subsets of the alphabet); None for no families.
         in_family: Share of replacements drawn from the family.
 
@@ -82,32 +98,40 @@ def mutate(
     return mutant
 
 
+def flip(genome: Genes, rng: np.random.Generator, rate: float) -> Genes:
+    """Turn each bit over, with a probability.
+
+    Args:
+        genome: Genome of bits, shape (genes,); left as it is.
+        rng: Source of chance.
+        rate: Probability that a bit is turned over.
+
+    Returns:
+        The mutant.
+    """
+    return np.where(rng.random(len(genome)) < rate, 1 - genome, genome)
+
+
 def breed(
     population: Genes,
     scores: NDArray[np.float64],
     rng: np.random.Generator,
     *,
     elite: int,
-    tournament_size: int,
+    select: Callable[[NDArray[np.float64], np.random.Generator], int],
     crossover: float,
-    mutation: float,
-    alphabet: Genes,
-    families: Mapping[int, Genes] | None = None,
-    in_family: float = 0.0,
+    vary: Callable[[Genes, np.random.Generator], Genes],
 ) -> tuple[Genes, NDArray[np.int64]]:
-    """Make the next generation: the elite unchanged, the rest by selection, crossover and mutation.
+    """Make the next generation: the elite unchanged, the rest by selection, one-point crossover and mutation.
 
     Args:
         population: Genomes, shape (individuals, genes).
         scores: Their fitness, shape (individuals,).
         rng: Source of chance.
         elite: How many of the best survive unchanged; they come first, best first.
-        tournament_size: How many compete to become a parent.
+        select: Selects a parent by the scores, as `tournament` and `roulette` do.
         crossover: Probability that a child has two parents.
-        mutation: Probability that a gene of a child is replaced.
-        alphabet: Values a gene may have.
-        families: See `mutate`.
-        in_family: See `mutate`.
+        vary: Makes of a child its mutant, as `mutate` and `flip` do.
 
     Returns:
         The new population, same shape, and the two parents of each of its individuals, shape (individuals, 2):
@@ -117,11 +141,11 @@ def breed(
     children = [population[index] for index in order]
     parents = [(int(index), int(index)) for index in order]
     while len(children) < len(population):
-        mother = father = tournament(scores, tournament_size, rng)
+        mother = father = select(scores, rng)
         child = population[mother]
         if rng.random() < crossover:
-            father = tournament(scores, tournament_size, rng)
+            father = select(scores, rng)
             child = one_point_crossover(child, population[father], rng)
-        children.append(mutate(child, mutation, alphabet, rng, families=families, in_family=in_family))
+        children.append(vary(child, rng))
         parents.append((mother, father))
     return np.stack(children), np.array(parents, dtype=np.int64)

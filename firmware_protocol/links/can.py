@@ -14,24 +14,17 @@ from collections import deque
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Final
 
+import can
 import serial
+from can.interfaces.slcan import slcanBus
 
 from firmware_protocol.address import whole_number
 from firmware_protocol.errors import AddressError, LinkClosedError, LinkOpenError, LinkTimeoutError
 from firmware_protocol.link import Link
+from firmware_protocol.links.can_multicast import MulticastBus
 from firmware_protocol.wire.can.frame import CanFrame, split_records
 from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
-
-try:
-    import can
-    from can.interfaces.slcan import slcanBus
-
-    from firmware_protocol.links.can_multicast import MulticastBus
-except ImportError as _missing:  # the extra is not installed: `open_can` says so
-    _MISSING: ImportError | None = _missing
-else:
-    _MISSING = None
 
 if TYPE_CHECKING:
     from firmware_protocol.address import Address
@@ -294,14 +287,12 @@ def open_can(address: Address) -> CanLink:
     Raises:
         AddressError: No interface or channel is named, an option that the interface does not have, or a robot that can be
             on no bus.
-        LinkOpenError: python-can is not installed, or cannot open the bus.
+        LinkOpenError: python-can cannot open the bus.
     """
     url = address.url
     interface, _, channel = address.target.partition("/")
     if not interface or not channel:
         raise AddressError(url, "the address is not can://INTERFACE/CHANNEL", "Write for instance can://socketcan/can0")
-    if _MISSING is not None:
-        raise LinkOpenError(url, "CAN needs python-can", "Install it: pip install 'junior-hil[can]'") from _MISSING
     options: dict[str, Any] = {name: _value(text) for name, text in address.options.items() if name not in _NOT_OURS}
     if interface not in can.VALID_INTERFACES:
         known = ", ".join(sorted(can.VALID_INTERFACES))
@@ -381,7 +372,5 @@ def _remedy(interface: str, channel: str, error: BaseException) -> str:
             return "You may not use this port: add yourself to the group dialout, then log in again"
         return f"Is the adapter plugged in, at {channel}, and no other program using it? hil ports lists the ports"
     if interface == "udp_multicast":
-        if "msgpack" in str(error):
-            return "Install it: pip install 'junior-hil[can]'"
         return "The channel is an IPv4 multicast group, as 239.74.163.2; with hop_limit, the machine needs a network as well"
     return f"python-can's documentation tells what its interface {interface} needs"

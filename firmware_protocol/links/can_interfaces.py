@@ -7,15 +7,12 @@ import logging
 import shutil
 import subprocess
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-HAS_PYTHON_CAN: Final = find_spec("can") is not None
-"""The extra is installed."""
 NET: Final = Path("/sys/class/net")
 _ARPHRD_CAN: Final = "280"
 """Type of a network interface that is a CAN bus (linux/if_arp.h)."""
@@ -125,9 +122,7 @@ def _number(text: str) -> int:
 
 
 def list_can_adapters() -> list[CanAdapter]:
-    """The CAN adapters that python-can's drivers find without the kernel; none where python-can is not installed."""
-    if not HAS_PYTHON_CAN:
-        return []
+    """The CAN adapters that python-can's drivers find without the kernel."""
     import can  # noqa: PLC0415 - it loads much that nobody needs who asks for no adapters
 
     logger = logging.getLogger("can")

@@ -26,7 +26,7 @@ import sys
 from typing import Any, Final
 
 import can
-from can.interfaces.udp_multicast.utils import is_msgpack_installed, pack_message, unpack_message
+from can.interfaces.udp_multicast.utils import pack_message, unpack_message
 
 PORT: Final = 43113
 """python-can's own."""
@@ -52,11 +52,9 @@ class MulticastBus(can.BusABC):
 
     Raises:
         can.CanInitializationError: It is no group, or cannot be joined.
-        can.CanInterfaceNotImplementedError: msgpack is not installed.
     """
 
     def __init__(self, channel: str, port: int = PORT, hop_limit: int = 0, **kwargs: object) -> None:  # noqa: ARG002
-        is_msgpack_installed()
         try:
             group = ipaddress.ip_address(channel)
         except ValueError as error:

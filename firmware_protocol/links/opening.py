@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.address import EXAMPLES, parse_address
-from firmware_protocol.errors import AddressError
+from firmware_protocol.address import parse_address, unknown_scheme
 from firmware_protocol.links.serial import SerialLink
 from firmware_protocol.links.tcp import TcpLink
 from firmware_protocol.links.udp import UdpLink
@@ -20,8 +19,8 @@ def open_link(url: str) -> Link:
     The options `system` and `node`, which select a robot, are allowed and mean nothing here.
 
     Args:
-        url: `serial://PORT:BAUD`, `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak first),
-            `udpout://HOST:PORT` or `can://INTERFACE/CHANNEL?bitrate=RATE`. `sim://` and `replay://` are the business of
+        url: `serial://PORT:BAUD` (or the bare port), `tcp://HOST:PORT`, `udpin://HOST:PORT` (waits for the robot to speak
+            first), `udpout://HOST:PORT` or `can://INTERFACE/CHANNEL?bitrate=RATE`. `sim://` and `replay://` are the business of
             `hil.connect`.
 
     Returns:
@@ -33,18 +32,18 @@ def open_link(url: str) -> Link:
     """
     address = parse_address(url)
     if address.scheme == "can":
-        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can is optional
+        from firmware_protocol.links.can import open_can  # noqa: PLC0415 - python-can takes a moment to load
 
         return open_can(address)
     address.only("system", "node")
     match address.scheme:
         case "serial":
-            return SerialLink(url, *address.port_baud())
+            return SerialLink(address.url, *address.port_baud())
         case "tcp":
             return TcpLink(url, *address.host_port())
         case "udpin":
             return UdpLink(url, *address.host_port(), listen=True)
         case "udpout":
             return UdpLink(url, *address.host_port(), listen=False)
-        case scheme:
-            raise AddressError(url, f"no link is called {scheme!r}", f"Write for instance {EXAMPLES}")
+        case _:
+            raise unknown_scheme(address)

@@ -39,9 +39,10 @@ class LinkOpener:
     """
 
     def __init__(self, url: str, ports: Callable[[], Sequence[SerialPort]] = list_ports) -> None:
-        self._url = url
+        address = parse_address(url)
+        self._url = address.url
         self._ports = ports
-        self._device = _device(parse_address(url))
+        self._device = _device(address)
         self._hardware: SerialPort | None = None
         self._tried = 0
         self._leads: tuple[int, ...] | None = None

@@ -1,22 +1,21 @@
-"""The console script `hil`: one file per sub-command."""
+"""The console script `hil`: one file per sub-command, imported when it is called."""
 
 from __future__ import annotations
 
-import gc
 import os
 import sys
+
+from hil.cli.loading import loading
 
 
 def main() -> None:
     """Run the command line and leave the process."""
     open_standard_streams()
-    gc.disable()  # what is loaded stays: to look through it for rubbish takes a fifth of the time
     try:
-        from hil.cli.app import main as run  # noqa: PLC0415 - loading takes a moment, in which Ctrl-C may come
+        with loading():
+            from hil.cli.app import main as run  # noqa: PLC0415 - loading takes a moment, in which Ctrl-C may come
     except KeyboardInterrupt:
         sys.exit(130)
-    gc.freeze()
-    gc.enable()
     run()
 
 

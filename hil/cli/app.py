@@ -1,4 +1,4 @@
-"""Collects the sub-commands and turns every ending into an exit status.
+"""Lists the sub-commands and turns every ending into an exit status.
 
 Exit status: 0 done, 1 the job ran and fell short, 2 wrong usage or configuration, 3 no robot or link lost for good,
 4 a file could not be read or written, 130 interrupted.
@@ -7,49 +7,99 @@ Exit status: 0 done, 1 the job ran and fell short, 2 wrong usage or configuratio
 from __future__ import annotations
 
 import sys
-from importlib import metadata
 from io import TextIOWrapper
 from typing import Annotated
 
 import typer
 
-from hil.cli import common
-from hil.cli.arguments import Subcommand
-from hil.cli.bout import bout
-from hil.cli.check import check
-from hil.cli.coach import coach
-from hil.cli.deploy import deploy
-from hil.cli.emulating import app as emulate_app
-from hil.cli.keygen import key, keygen
-from hil.cli.log import app as log_app
-from hil.cli.monitor import monitor
-from hil.cli.param import param
-from hil.cli.ports import ports
-from hil.cli.replay import replay
-from hil.cli.report import report
-from hil.cli.runs import runs
-from hil.cli.swarm.app import app as swarm_app
+from hil.cli.help_page import HELP
+from hil.cli.verbs import Verb, VerbGroup
+
+
+class Verbs(VerbGroup):
+    """The verbs of `hil`."""
+
+    VERBS = (
+        Verb("coach", "hil.cli.coach:coach", "Let Pal coach Junior, and leave advice, log and report."),
+        Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, or by a yardstick, and count them."),
+        Verb(
+            "deploy",
+            "hil.cli.deploy:deploy",
+            "Write an advice into the robot's memory, read it back and verify it; it survives power-off.",
+        ),
+        Verb(
+            "check",
+            "hil.cli.check:check",
+            "Check that a robot, physical or emulated, keeps the protocol.",
+        ),
+        Verb(
+            "monitor",
+            "hil.cli.monitor:monitor",
+            "Show what a robot senses and how good the link is; drive it by keys.",
+        ),
+        Verb(
+            "param",
+            "hil.cli.param:param",
+            "List, read, write, save or load a robot's parameters.",
+        ),
+        Verb(
+            "ports",
+            "hil.cli.ports:ports",
+            "List serial ports and CAN interfaces, and say which answer as a robot.",
+        ),
+        Verb(
+            "keygen",
+            "hil.cli.keygen:keygen",
+            "Make a signing key: a file that only you can read.",
+        ),
+        Verb(
+            "key",
+            "hil.cli.keygen:key",
+            "Give a robot a signing key, change it, or take it away.",
+        ),
+        Verb(
+            "replay",
+            "hil.cli.replay:replay",
+            "Do again what a log has recorded, on what it has recorded, and compare what is decided, up to the first "
+            "difference.",
+        ),
+        Verb("report", "hil.cli.report:report", "Make one self-contained HTML page and PNG pictures of a log."),
+        Verb(
+            "runs",
+            "hil.cli.runs:runs",
+            "List the runs in ./runs, the newest first: when, what, with what result, how large.",
+        ),
+        Verb(
+            "emulate",
+            "hil.cli.emulating:app",
+            "Serve emulated robots in real time: a Junior, where nothing else is named, or a swarm of micro-robots.",
+        ),
+        Verb(
+            "log",
+            "hil.cli.log_app:app",
+            "Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
+        ),
+        Verb("swarm", "hil.cli.swarm.app:app", "Micro-robots: let a swarm of them, emulated or real, learn a task."),
+    )
+
 
 app = typer.Typer(
     name="hil",
+    cls=Verbs,
     help="Hardware-in-the-loop bridge for small robots: connect to a robot, real or emulated, let Pal coach it, read the log.",
     no_args_is_help=True,
-    add_completion=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=HELP,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     epilog="Exit status: 0 done, 1 fell short, 2 wrong usage, 3 no robot or link lost, 4 a file failed, 130 interrupted.",
 )
-for command in (coach, bout, deploy, check, monitor, param, ports, keygen, key, replay, report, runs):
-    app.command(cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
-app.add_typer(emulate_app, name="emulate")
-app.add_typer(log_app, name="log")
-app.add_typer(swarm_app, name="swarm")
 
 
 def _version(value: bool) -> None:  # noqa: FBT001 - typer's callback protocol
     if value:
-        sys.stdout.write(f"hil {metadata.version('junior-hil')}\n")
+        from hil import __version__  # noqa: PLC0415 - importlib.metadata takes a moment to load
+
+        sys.stdout.write(f"hil {__version__}\n")
         raise typer.Exit
 
 
@@ -66,7 +116,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a name that the terminal has no letters for is no reason to fail
             stream.reconfigure(errors="backslashreplace")
-    app()
+    app(prog_name="hil")
 
 
 def run(arguments: list[str]) -> int:
@@ -79,7 +129,7 @@ def run(arguments: list[str]) -> int:
         The exit status.
     """
     try:
-        app(args=arguments)
+        app(args=arguments, prog_name="hil")
     except SystemExit as leaving:
-        return leaving.code if isinstance(leaving.code, int) else common.EXIT_DONE
-    return common.EXIT_DONE
+        return leaving.code if isinstance(leaving.code, int) else 0
+    return 0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import typer
 from typer.core import TyperCommand
 
+from hil.cli.help_page import HelpContext
 from hil.files import config_file
 
 if TYPE_CHECKING:
@@ -22,6 +23,18 @@ _TABLES: Final = {"junior": "emulate", "swarm": "emulate-swarm"}
 
 class Subcommand(TyperCommand):
     """A sub-command whose arguments may be negative numbers."""
+
+    context_class = HelpContext
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:  # noqa: ARG002, ANN401 - typer brings a click of its own, or not
+        """Name the arguments as a user reads them: one that may be left out in brackets."""
+        pieces = ["[OPTIONS]"]
+        for parameter in self.params:
+            if parameter.param_type_name == "argument":
+                name = parameter.metavar or str(parameter.name).upper()
+                name = name if parameter.required else f"[{name}]"
+                pieces.append(name if parameter.nargs == 1 else f"{name}...")
+        return pieces
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer brings a click of its own, or not
         """Take the command line apart; a number with a minus sign is no option."""

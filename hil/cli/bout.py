@@ -9,14 +9,14 @@ import typer
 from rich.table import Table
 
 from hil import runs
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
 from hil.jobs.bout import BoutJob, ControllerName
 from hil.sumo.advice_file import load_advice
 from hil.sumo.ring import OPPONENTS
-from hil.workers import MOST_WORKERS
+from hil.working.processes import MOST_WORKERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -42,7 +42,11 @@ def bout(
     ] = None,
     opponent: Annotated[
         str | None,
-        typer.Option("--opponent", help="Opponent to place; the advice's own, or the one that is there, if left out."),
+        typer.Option(
+            "--opponent",
+            autocompletion=common.opponents,
+            help="Opponent to place; the advice's own, or the one that is there, if left out.",
+        ),
     ] = None,
     trials: Annotated[int, typer.Option("--trials", min=1, max=100_000, help="Bouts to play.")] = 100,
     require: Annotated[
@@ -59,6 +63,7 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -76,6 +81,7 @@ def bout(
     """
     if opponent is not None:
         common.check_opponent(opponent)
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
         check_side_by_side(link, log)
     console = common.consoles(as_json=as_json, quiet=quiet)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from textwrap import fill
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 from rich.table import Table
 from rich.text import Text
 
+from firmware_protocol.near import did_you_mean
 from firmware_protocol.wire.fields import CAN, MAVLINK
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.conformance import CHECKS, LAST, Check, CheckOutcome, Verdict
@@ -29,7 +31,14 @@ _COLOURS = {
 }
 _WIRE_NAMES = {MAVLINK: "MAVLink", CAN: "CAN"}
 _ADDRESS: Final = re.compile(r"(1\.)?(?P<id>[0-9]{1,3})")
+TABLE_WIDTH: Final = 140
+"""A terminal of fewer columns has no room for the table of checks."""
 _NAME_WIDTH = max(len(check.name) for check in (*CHECKS, LAST))
+
+
+def check_names() -> list[str]:
+    """Names of the checks, for a shell that completes."""
+    return [check.name for check in CHECKS]
 
 
 def check(
@@ -39,7 +48,8 @@ def check(
         bool, typer.Option("--moving", help="Also run the checks in which the wheels turn: give it room.")
     ] = False,
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NAME", help="Run this check; may be given several times.")
+        list[str] | None,
+        typer.Option("--only", metavar="NAME", autocompletion=check_names, help="Run this check; may be given several times."),
     ] = None,
     listing: Annotated[
         bool, typer.Option("--list", help="Print the checks and what each demands; no robot is needed.")
@@ -51,6 +61,7 @@ def check(
         str | None, typer.Option("--with", metavar="ADDRESS", help="Another robot on the link, for the checks that need two.")
     ] = None,
     timeout: Annotated[float, typer.Option("--timeout", min=0.1, max=60, help="How long to wait for a robot, in s.")] = 5.0,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     out: common.OutOption = None,
@@ -65,13 +76,14 @@ def check(
 
     No wheel turns without --moving. Exit status 1: a check failed.
 
-    Example: hil check serial:///dev/ttyACM0:115200 --moving
+    Example: hil check /dev/ttyACM0 --moving
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
     named = _named(only)
     if listing:
         _list(chosen_checks(named) or list(CHECKS), console, as_json=as_json)
         return common.EXIT_DONE
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = link if link is not None else f"{DEFAULT_URL}?seed={seed}"
 
     def told(verdict: Verdict) -> None:
@@ -115,7 +127,8 @@ def _named(only: list[str] | None) -> tuple[str, ...]:
     try:
         chosen_checks(named)
     except ValueError as error:
-        raise common.UsageError(f"there is no check {str(error)!r}: hil check --list names them all") from error
+        meant = did_you_mean(str(error), [check.name for check in CHECKS])
+        raise common.UsageError(f"there is no check {str(error)!r}: hil check --list names them all{meant}") from error
     return named
 
 
@@ -153,13 +166,27 @@ def _list(checks: list[Check], console: Console, *, as_json: bool) -> None:
             ]
         )
         return
+    if console.width < TABLE_WIDTH:  # six columns would be a few letters each
+        for check in checks:
+            about = "; ".join(filter(None, [check.group, check.role, _over(check), _turning(check)]))
+            for text, indent in ((f"{check.name}  ({about})", ""), (check.demands, "    ")):
+                console.print(fill(text, console.width, initial_indent=indent, subsequent_indent="    "))
+        return
     table = Table(box=None)
     for head in ("check", "about", "for", "wheels turn", "over", "what the protocol demands"):
-        table.add_column(head)
+        table.add_column(head, no_wrap=head == "check")
     for check in checks:
-        over = _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
-        table.add_row(check.name, check.group, check.role, wheels_of(check), over, check.demands)
+        table.add_row(check.name, check.group, check.role, wheels_of(check), _over(check), check.demands)
     console.print(table)
+
+
+def _over(check: Check) -> str:
+    return _WIRE_NAMES.get(check.wire, "") + (", with a key" if check.keyed else "")
+
+
+def _turning(check: Check) -> str:
+    turn = wheels_of(check)
+    return f"wheels turn: {turn}" if turn else ""
 
 
 def _tell(console: Console, verdict: Verdict) -> None:

@@ -12,7 +12,7 @@ import typer
 
 from hil import runs
 from hil.bridge.clock import MonotonicClock
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
@@ -51,6 +51,7 @@ def coach(
         str | None,
         typer.Option(
             "--opponent",
+            autocompletion=common.opponents,
             help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
         ),
     ] = None,
@@ -95,6 +96,7 @@ def coach(
         Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -108,10 +110,11 @@ def coach(
 ) -> int:
     """Let Pal coach Junior, and leave advice, log and report.
 
-    Examples: hil coach; hil coach serial:///dev/ttyACM0:115200 --objective contact
+    Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
     if opponent is not None:
         common.check_opponent(opponent)
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import os
 import sys
 from contextvars import ContextVar
 from pathlib import Path
@@ -14,12 +15,14 @@ import typer
 from rich.console import Console
 
 from firmware_protocol.errors import AddressError, HilError, LinkError, PeerError, RefusedError
+from firmware_protocol.near import did_you_mean
 from hil.cli.arguments import load_config
+from hil.cli.completion import link_words
 from hil.files.json_text import json_text
 from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
 from hil.sumo.ring import OPPONENTS
-from hil.workers import WorkerError
+from hil.working.errors import WorkerError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -32,6 +35,10 @@ EXIT_USAGE = 2
 EXIT_NO_ROBOT = 3
 EXIT_FILE = 4
 EXIT_INTERRUPTED = 130
+
+
+UNBOUNDED = 10_000
+"""Columns of what is no terminal: a row of a table is a line, and no name in it is broken."""
 
 
 class UsageError(Exception):
@@ -122,15 +129,29 @@ LinkArgument = Annotated[
     str | None,
     typer.Argument(
         metavar="LINK",
-        help="Address of the robot: serial:///dev/ttyACM0:115200, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
-        "sim://junior?opponent=flat-light. Left out: an emulated robot in this process.",
+        autocompletion=link_words,
+        help="Address of the robot: /dev/ttyACM0, serial:///dev/ttyACM0:57600, tcp://127.0.0.1:5760, udpin://127.0.0.1:14550, "
+        "sim://junior?opponent=flat-light; auto: the one that answers. Left out: an emulated robot in this process.",
     ),
 ]
+RobotArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="LINK",
+        autocompletion=link_words,
+        help="Address of the robot, as /dev/ttyACM0; auto: the one that answers.",
+    ),
+]
+"""As `LinkArgument`, where an emulated robot in this process would be gone at once."""
 ConfigOption = Annotated[
     Path | None,
     typer.Option("--config", is_eager=True, callback=load_config, help="TOML file that sets any option.", metavar="FILE.toml"),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object to stdout, everything else to stderr.")]
+JsonLinesOption = Annotated[
+    bool,
+    typer.Option("--json", help="Print JSON lines to stdout: what is served; at the end what was late, if anything was."),
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print the result only.")]
 SeedOption = Annotated[int, typer.Option("--seed", min=0, max=2**31 - 1, help="Seed of every random choice.")]
 LogOption = Annotated[
@@ -174,6 +195,11 @@ def _check_numbers(options: dict[str, Any]) -> None:
             raise UsageError(f"{name.replace('_', '-')}: expected a number, not {value}")
 
 
+def opponents() -> list[str]:
+    """Names of the opponents, for a shell that completes."""
+    return list(OPPONENTS)
+
+
 def check_opponent(name: str) -> str:
     """See that there is such an opponent.
 
@@ -187,7 +213,7 @@ def check_opponent(name: str) -> str:
         UsageError: There is none of this name.
     """
     if name not in OPPONENTS:
-        raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
+        raise UsageError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}{did_you_mean(name, OPPONENTS)}")
     return name
 
 
@@ -222,13 +248,23 @@ def plain_console(*, stderr: bool, quiet: bool = False) -> Console:
         stderr: It prints to stderr, not to stdout.
         quiet: It prints nothing.
     """
-    return Console(stderr=stderr, quiet=quiet, highlight=False, soft_wrap=True, markup=False, emoji=False)
+    console = Console(stderr=stderr, quiet=quiet, highlight=False, soft_wrap=True, markup=False, emoji=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:  # then nobody's screen ends a line
+        console.width = UNBOUNDED
+    return console
 
 
 def print_json(document: dict[str, Any] | list[Any]) -> None:
     """Print one JSON document to stdout, where there is one; JSON has no word for NaN and infinity: they are null."""
     if sys.stdout is not None:
         sys.stdout.write(json_text(document))
+    flush()
+
+
+def print_json_line(document: dict[str, Any]) -> None:
+    """Print one JSON document to a line of stdout of its own, where there is one, and see that it is out."""
+    if sys.stdout is not None:
+        sys.stdout.write(json_text(document, indent=None))
     flush()
 
 

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from firmware_protocol.address import parse_address
 from hil import runs
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.deploy import DeployJob
@@ -30,7 +30,7 @@ ENDINGS = {
 
 def deploy(
     advice: Annotated[Path, typer.Argument(metavar="RUN|ADVICE", help="Advice file, or the run of hil coach that made it.")],
-    link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],
+    link: common.RobotArgument,
     *,
     contest: Annotated[
         bool, typer.Option("--contest", help="Then start a contest: the robot plays from its memory. Ctrl-C stops it.")
@@ -41,6 +41,7 @@ def deploy(
     leave: Annotated[
         bool, typer.Option("--leave", help="With --contest: do not look on, leave the robot playing by itself.")
     ] = False,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     out: common.OutOption = None,
@@ -55,12 +56,13 @@ def deploy(
 
     From then on the robot plays without a host: by --contest, or by its start module.
 
-    Example: hil deploy runs/20261128-130501-coach-flat-light serial:///dev/ttyACM0:115200 --contest
+    Example: hil deploy runs/20261128-130501-coach-flat-light /dev/ttyACM0 --contest
     """
     advice = runs.file_of(advice, runs.ADVICE)
     learnt = load_advice(advice)
     if leave and not contest:
         raise common.UsageError("--leave goes with --contest: without it nothing moves")
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if leave and parse_address(link).scheme == "sim":
         raise common.UsageError("--leave makes no sense with sim://: that robot ends with this program (hil emulate stays)")
     console = common.consoles(as_json=as_json, quiet=quiet)

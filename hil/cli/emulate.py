@@ -48,7 +48,9 @@ def emulate(
     count: Annotated[
         int, typer.Option("--count", min=1, max=254, help="So many robots on the one link, with system or node ids from 1.")
     ] = 1,
-    opponent: Annotated[str, typer.Option("--opponent", help=f"One of {', '.join(common.OPPONENTS)}.")] = "flat-light",
+    opponent: Annotated[
+        str, typer.Option("--opponent", autocompletion=common.opponents, help=f"One of {', '.join(common.OPPONENTS)}.")
+    ] = "flat-light",
     board: Annotated[
         BoardName, typer.Option("--board", help="host: the firmware in this process; avr: its ELF on an emulated ATmega328P.")
     ] = BoardName.HOST,
@@ -80,7 +82,7 @@ def emulate(
         ),
     ] = False,
     seed: common.SeedOption = 1,
-    as_json: common.JsonOption = False,
+    as_json: common.JsonLinesOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
 ) -> None:
@@ -129,7 +131,7 @@ def emulate(
         server = Server(served, endpoint, MonotonicClock(), speed=speed)
         if as_json:
             document = {"robot": "junior", "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}
-            common.print_json(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
+            common.print_json_line(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
         else:
             who = "Junior is" if count == 1 else f"{count} Juniors, system ids 1 to {count}, are"
             console.print(f"{who} at {endpoint.url}", markup=False)
@@ -144,7 +146,9 @@ def emulate(
             endpoint.close()
             if memory is not None:
                 replace_file(memory, world.nvm)
-            if server.overruns and not quiet:
+            if server.overruns and as_json:
+                common.print_json_line({"overruns": server.overruns, "late": server.late})
+            elif server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
 
 

@@ -90,7 +90,7 @@ def swarm(
     ] = None,
     public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
     seed: common.SeedOption = 1,
-    as_json: common.JsonOption = False,
+    as_json: common.JsonLinesOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing
 ) -> None:
@@ -140,7 +140,7 @@ def swarm(
         poses = None if target is None else opened.enter_context(closing(_Poses(world, target)))
         urls = [endpoint.url for endpoint in endpoints]
         if as_json:
-            common.print_json(
+            common.print_json_line(
                 {
                     "robot": "swarm",
                     "urls": urls,
@@ -166,7 +166,9 @@ def swarm(
         try:
             server.run(threading.Event().is_set)
         finally:
-            if server.overruns and not quiet:
+            if server.overruns and as_json:
+                common.print_json_line({"overruns": server.overruns, "late": server.late})
+            elif server.overruns and not quiet:
                 console.print(f"This machine was too slow {server.overruns} times: {server.late} control periods were late.")
 
 

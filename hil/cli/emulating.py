@@ -5,31 +5,48 @@ from __future__ import annotations
 from typing import Any
 
 import typer
-from typer.core import TyperGroup
 
-from hil.cli import common
-from hil.cli.arguments import Subcommand
-from hil.cli.emulate import emulate
-from hil.cli.emulate_swarm import swarm
+from hil.cli.help_page import HELP
+from hil.cli.verbs import Verb, VerbGroup
 
 JUNIOR = "junior"
 
 
-class _Emulated(TyperGroup):
+class Emulated(VerbGroup):
     """A group whose first sub-command is meant where none is named."""
+
+    VERBS = (
+        Verb(
+            JUNIOR,
+            "hil.cli.emulate:emulate",
+            "Serve an emulated robot until interrupted: to any program that speaks MAVLink, or CAN, at the pace of real time.",
+        ),
+        Verb(
+            "swarm",
+            "hil.cli.emulate_swarm:swarm",
+            "Serve emulated micro-robots on one table until interrupted, each with its firmware, at the pace of real time.",
+        ),
+    )
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer brings a click of its own, or not
         """Take the command line apart; one that begins with an option is a Junior's."""
-        if not args or (args[0].startswith("-") and args[0] not in ctx.help_option_names):
+        begun = not args and not ctx.resilient_parsing  # a shell that completes is told the names
+        if begun or (args and args[0].startswith("-") and args[0] not in ctx.help_option_names):
             args = [JUNIOR, *args]
         return super().parse_args(ctx, args)
 
 
 app = typer.Typer(
-    cls=_Emulated,
+    name="emulate",
+    cls=Emulated,
     help="Serve emulated robots in real time: a Junior, where nothing else is named, or a swarm of micro-robots.",
+    context_settings=HELP,
+    add_completion=False,
     rich_markup_mode=None,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    pretty_exceptions_enable=False,
 )
-for name, command in ((JUNIOR, emulate), ("swarm", swarm)):
-    app.command(name, cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))
+
+
+@app.callback()
+def _emulate() -> None:
+    """Take what comes before the sub-command: nothing."""

@@ -9,7 +9,7 @@ import typer
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import NoRobotError, RefusedError
-from hil.cli import common
+from hil.cli import common, links
 from hil.connecting.connecting import connect_as
 from hil.connecting.handle import RobotHandle
 from hil.signing.key_file import create_key, load_key
@@ -37,12 +37,13 @@ def keygen(
 
 
 def key(
-    link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],
+    link: common.RobotArgument,
     *,
     install: Annotated[
         Path | None, typer.Option("--install", metavar="FILE", help="Give the robot this key (hil keygen makes one).")
     ] = None,
     remove: Annotated[bool, typer.Option("--remove", help="Take its key away: it believes everybody again.")] = False,
+    yes: links.YesOption = False,
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="The key that the robot has now, if it has one.")
     ] = None,
@@ -54,10 +55,11 @@ def key(
 
     The key passes the line as it is: do this over a cable, not by radio.
 
-    Example: hil key serial:///dev/ttyACM0:115200 --install robots.key
+    Example: hil key /dev/ttyACM0 --install robots.key
     """
     if (install is None) == (not remove):
         raise common.UsageError("say what to do: --install FILE or --remove")
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if parse_address(link).scheme == "sim":
         raise common.UsageError("a robot at sim:// ends with this program: there give --signing-key to the command itself")
     new = load_key(install) if install else None

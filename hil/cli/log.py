@@ -8,9 +8,7 @@ import typer
 from rich.table import Table
 
 from hil.cli import common
-from hil.cli.arguments import Subcommand
 from hil.cli.log_arguments import SHOWN, LogArgument, MaxChunkOption, OutLogOption, OverwriteOption, find
-from hil.cli.log_tables import csv, diff
 from hil.files.outputs import check_output
 from hil.mcaplog.checking import check_log
 from hil.mcaplog.errors import UnreadableLogError
@@ -32,14 +30,6 @@ if TYPE_CHECKING:
 
 LONGEST = 300
 """Letters of what is wrong with a log."""
-
-app = typer.Typer(
-    name="log",
-    help="Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
 
 
 def info(
@@ -133,9 +123,9 @@ def _print(found: LogOverview, console: Console) -> None:
 def _topics(found: LogOverview) -> Table:
     sized = any(one.size is not None for one in found.topics)
     table = Table()
-    table.add_column("topic", no_wrap=True, overflow="fold")
+    table.add_column("topic", overflow="fold")
     for head in ("entries", "a second", *(("bytes", "share") if sized else ())):
-        table.add_column(head, justify="right")
+        table.add_column(head, justify="right", no_wrap=True)
     total = sum(one.size or 0 for one in found.topics) or 1
     for one in found.topics:
         rate, size = _rate(found, one.entries), one.size
@@ -282,14 +272,3 @@ def _tell(made: CopiedLog, console: Console, *, as_json: bool, quiet: bool) -> N
         files = f"{made.metadata} metadata records, {made.attachments} attachments"
         console.print(f"Was:  {made.health}")
         console.print(f"New:  {made.path}: {made.entries:,} entries, {files}, {made.size:,} bytes")
-
-
-for name, command in (
-    ("info", info),
-    ("check", check),
-    ("recover", recover_log),
-    ("slim", slim_log),
-    ("csv", csv),
-    ("diff", diff),
-):
-    app.command(name, cls=Subcommand, context_settings={"help_option_names": ["-h", "--help"]})(common.guarded(command))

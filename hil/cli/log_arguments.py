@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 LogArgument = Annotated[
     Path | None,
-    typer.Argument(metavar="[RUN|LOG]", help="A run's folder or a log (.mcap); the newest run if left out."),
+    typer.Argument(metavar="RUN|LOG", help="A run's folder or a log (.mcap); the newest run if left out."),
 ]
 OutLogOption = Annotated[Path, typer.Option("--out", "-o", metavar="FILE.mcap", help="Where the new log goes.")]
 OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace one that exists, when the new one is whole.")]

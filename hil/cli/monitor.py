@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hil.cli import common
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cockpit.window import can_show
@@ -29,6 +29,7 @@ def monitor(
         str, typer.Option("--robot", metavar="ADDRESS", help="Of a swarm this micro-robot alone, in full: ID, or NETWORK.ID.")
     ] = "",
     micro: Annotated[bool, typer.Option("--micro", help="Micro-robots alone, where others are at LINK, too.")] = False,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
     seed: common.SeedOption = 1,
@@ -50,9 +51,10 @@ def monitor(
     Of several robots on one link each has a line. They are only watched; the keys n and p choose one, and the first key that
     moves it stops and disarms it first. Of micro-robots likewise; with --robot one is shown in full.
 
-    Example: hil monitor serial:///dev/ttyACM0:115200
+    Example: hil monitor /dev/ttyACM0
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = common.url_of(link, None, seed)
     live = not (as_json or quiet) and can_show()
     job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro, robot=robot, live=live)

@@ -11,7 +11,8 @@ import typer
 from rich.table import Table
 
 from firmware_protocol.errors import RefusedError
-from hil.cli import common
+from firmware_protocol.near import did_you_mean
+from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import OutputError, check_output, write_output
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def param(
-    link: Annotated[str, typer.Argument(metavar="LINK", help="Address of the robot, as serial:///dev/ttyACM0:115200.")],
+    link: common.RobotArgument,
     name: Annotated[str | None, typer.Argument(metavar="NAME", help="Which parameter; all of them if left out.")] = None,
     value: Annotated[float | None, typer.Argument(metavar="VALUE", help="New value.")] = None,
     *,
@@ -36,6 +37,7 @@ def param(
         typer.Option("--load", metavar="FILE.toml", help="Set parameters from a file: all of them, or, if one fails, none."),
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="With --load: the robot's own SYS_ID too.")] = False,
+    yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     out: common.OutOption = None,
     log: common.LogOption = None,
@@ -47,12 +49,13 @@ def param(
 
     No log is written, unless --log or --out says where.
 
-    Example: hil param serial:///dev/ttyACM0:115200 EYE_L_ON 300
+    Example: hil param /dev/ttyACM0 EYE_L_ON 300
     """
     if name is not None and (save or load):
         raise common.UsageError("give a NAME, or --save or --load, not both")
     if everything and load is None:
         raise common.UsageError("--all goes with --load")
+    link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if save:
         check_output(save, overwrite=overwrite)
     wanted = read_parameters(load, everything=everything) if load else None
@@ -75,7 +78,8 @@ def param(
         try:
             result = job.perform(stage)
         except RefusedError as error:
-            raise common.UsageError(str(error)) from error
+            meant = did_you_mean(name, KNOWN) if name is not None and name not in KNOWN else ""
+            raise common.UsageError(f"{error}{meant}") from error
         run.finish({"parameters": result})
     if save:
         _save(result, save, console, overwrite=overwrite, quiet=quiet)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,20 +9,24 @@ import typer
 
 from firmware_protocol.address import DEFAULT_BAUD
 from hil.cli import common
+from hil.cli.completion import link_words
+from hil.cli.findings import lines_of
 from hil.connecting.discovery import Finding, Status, survey
-from hil.connecting.listening import Signed
 from hil.connecting.places import named, present
 from hil.signing.key_file import load_key
 
 if TYPE_CHECKING:
-    from hil.connecting.listening import HeardRobot
     from hil.connecting.places import Place
 
 
 def ports(
     links: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[LINK]...", help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0."),
+        typer.Argument(
+            metavar="LINK",
+            autocompletion=link_words,
+            help="Addresses to look at instead: tcp://127.0.0.1:5760, can://socketcan/can0.",
+        ),
     ] = None,
     *,
     probe: Annotated[bool, typer.Option("--probe/--no-probe", help="Open each and listen for a robot.")] = True,
@@ -55,7 +58,7 @@ def ports(
         common.print_json([_plain(finding) for finding in findings])
     else:
         for finding in findings:
-            for line in _lines(finding, signing_key):
+            for line in lines_of(finding, signing_key):
                 console.print(line, markup=False)
         if not findings:
             console.print(
@@ -71,35 +74,6 @@ def _unprobed(place: Place) -> Finding:
     if place.obstacle:
         return Finding(place, Status.UNAVAILABLE, place.url, reason=place.obstacle, remedy=place.remedy)
     return Finding(place, Status.NOT_PROBED, place.url)
-
-
-def _lines(finding: Finding, signing_key: Path | None) -> list[str]:
-    """A place and what is there, for a person."""
-    place = finding.place
-    ids = ":".join(str(part) for key in ("vendor_id", "product_id") if (part := place.details.get(key)))
-    extra = [f"serial number {place.serial_number}"] if place.serial_number else []
-    hardware = "  ".join(part for part in (place.description, ids and f"({', '.join((ids, *extra))})") if part)
-    lines = [f"{place.device}  {hardware}".rstrip()]
-    lines += [_robot(finding, robot, signing_key) for robot in finding.robots]
-    if finding.reason:
-        lines.append(f"    {finding.reason}")
-    if finding.remedy:
-        lines.append(f"    {finding.remedy}")
-    return lines
-
-
-def _robot(finding: Finding, robot: HeardRobot, signing_key: Path | None) -> str:
-    if not robot.usable:
-        return f"    {robot}"
-    address = finding.url if robot.micro else finding.address(robot)
-    which = f" --robot {robot.system}" if robot.micro else ""
-    key = f" --signing-key {shlex.quote(str(signing_key))}" if robot.signed is Signed.OUR_KEY else ""
-    return f"    {robot}: hil monitor {_quoted(address)}{which}{key}"
-
-
-def _quoted(address: str) -> str:
-    """As a shell takes it."""
-    return f"'{address}'" if set("?&*; ") & set(address) else address
 
 
 def _plain(finding: Finding) -> dict[str, object]:

@@ -25,7 +25,7 @@ def replay(
     log: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[RUN|LOG]", help="A run's folder or a log (.mcap), also one cut off; the newest run if left out."
+            metavar="RUN|LOG", help="A run's folder or a log (.mcap), also one cut off; the newest run if left out."
         ),
     ] = None,
     *,

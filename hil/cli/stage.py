@@ -9,7 +9,7 @@ import time
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib import metadata
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.links.opening import open_link
@@ -21,6 +21,7 @@ from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
 from hil.recording.process import RecorderProcess, begin_log
+from hil.report.style import INSTALL, can_draw
 from hil.signing.key_file import load_key
 from hil.terminal.interrupts import interrupts
 from hil.terminal.keys import pressed_keys
@@ -28,7 +29,7 @@ from hil.terminal.pacing import Pacer
 from hil.versions import versions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from contextlib import AbstractContextManager
     from pathlib import Path
 
@@ -41,6 +42,11 @@ if TYPE_CHECKING:
     from hil.connecting.connecting import NetworkOpener
     from hil.jobs.stage import Window
     from hil.recording.recorder import Recorder
+    from hil.working import Crew
+    from hil.working.recorded import Recorded
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class LiveStage(Stage):
@@ -49,7 +55,7 @@ class LiveStage(Stage):
     Args:
         run: The run that this is: where its log goes, and who is told when something can't be written.
         job: What was asked for, for the log.
-        url: Address of the robot.
+        url: Address of the robot; empty where the job has none of its own.
         console: Where words and displays go.
         quiet: Nothing but results is wanted.
         signing_key: Key file that robot and host sign with.
@@ -58,6 +64,7 @@ class LiveStage(Stage):
         beside: The log is written by a process of its own.
         gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
         live: What happens is shown by a window on the terminal, in real time.
+        crew: Does what is done by other processes.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -77,6 +84,7 @@ class LiveStage(Stage):
         beside: bool = True,
         gather: float = 0.0,
         live: bool = False,
+        crew: Crew | None = None,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -91,6 +99,7 @@ class LiveStage(Stage):
         self._live = live
         self._window: CockpitWindow | None = None
         self._pacer = Pacer(self._clock)
+        self._crew = crew
 
     @contextmanager
     def window(self) -> Iterator[Window | None]:
@@ -145,18 +154,23 @@ class LiveStage(Stage):
             self._openers = AddressOpeners(key=self.key, clock=self._clock, gather=self._gather)
         return self._openers.opener_of(address)
 
+    def results(self, function: Callable[[T], R], tasks: Sequence[T], recorded: Recorded[R], before: int) -> Iterator[R]:  # noqa: ARG002
+        """What comes of tasks that the crew does."""
+        assert self._crew is not None, "a job that has tasks done elsewhere has a crew"
+        return self._crew.in_order(function, tasks)
+
     def begin_log(self) -> Recorder | None:
         """Begin the log, with what was asked for."""
         run, job = self._run, self._job
         if run.log is None:
             return None
-        address = parse_address(self.url)
+        address = parse_address(self.url) if self.url else None
         recorder = begin_log(
             run.log,
             run=self._about(run.log),
             config=described(job, address, signed=self.key is not None),
-            link=networks_of(address)[0].url,
-            lockstep=address.scheme == "sim",
+            link="" if address is None else networks_of(address)[0].url,
+            lockstep=self._lockstep,
             overwrite=run.overwrite,
             on_failure=run.log_failed,
             on_loss=run.failed,
@@ -165,7 +179,7 @@ class LiveStage(Stage):
         )
         self._recorder = recorder
         files = job.files()
-        if (faults := fault_file(address)) is not None:
+        if address is not None and (faults := fault_file(address)) is not None:
             files["faults.toml"] = faults
         if self._options is not None:
             files["options.toml"] = self._options.read_bytes()
@@ -187,11 +201,13 @@ class LiveStage(Stage):
             LogError: The log can't be read, or the report can't be written.
         """
         page = self._recorder.report(folder) if isinstance(self._recorder, RecorderProcess) else None
-        if page is not None:
-            return page
-        from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
+        if page is None:
+            from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
 
-        return write_report(log, folder).page
+            page = write_report(log, folder).page
+        if self.tell is not None and not can_draw():
+            self.tell(f"The report has no pictures: {INSTALL} and hil report --overwrite add them.")
+        return page
 
     def close(self) -> None:
         """Nothing is asked for any more: the log is closed, and a process that would draw a report ends."""
@@ -202,7 +218,7 @@ class LiveStage(Stage):
 
     def _about(self, log: Path) -> dict[str, str]:
         """Whatever differs between two runs of the same job; the wall clock (s since 1970) and the log's, read together."""
-        wall, now = time.time(), 0.0 if parse_address(self.url).scheme == "sim" else self._clock.now()
+        wall, now = time.time(), 0.0 if self._lockstep else self._clock.now()
         return {
             "command": shlex.join(["hil", *sys.argv[1:]]),
             "log": str(log),
@@ -213,26 +229,31 @@ class LiveStage(Stage):
             "log_clock": f"{now:.6f}",
         }
 
+    @property
+    def _lockstep(self) -> bool:
+        """Time is the robots' alone: they are of this process, or of processes that this one has tasks done by."""
+        return not self.url or parse_address(self.url).scheme == "sim"
+
     def describe(self, **values: Any) -> None:  # noqa: ANN401 - fields of the run's record
         """Say more of the run in its record."""
         self._run.describe(**values)
 
 
-def described(job: Job, address: Address, *, signed: bool) -> dict[str, str]:
+def described(job: Job, address: Address | None, *, signed: bool) -> dict[str, str]:
     """What a log says of what was asked for: `options` and `versions` are JSON, and so are numbers and truth values.
 
     Args:
         job: What was asked for.
-        address: Address of the robot.
+        address: Address of the robot; None: the job has none.
         signed: Frames are signed, by a key that the log does not hold.
 
     Raises:
         AddressError: The address asks for faults, and something of them is wrong.
     """
-    faults = fault_option(address)
+    faults = None if address is None else fault_option(address)
     found = {
         "verb": job.VERB,
-        "link": address.url,
+        "link": "" if address is None else address.url,
         "seed": str(job.seed),
         "options": json.dumps(job.options(), sort_keys=True),
         "signed": json.dumps(signed),

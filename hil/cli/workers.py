@@ -15,7 +15,7 @@ from hil.cli.stage import LiveStage
 from hil.jobs.bout import counting
 from hil.sumo.bouts import Tally
 from hil.terminal.interrupts import interrupts
-from hil.workers import WorkerError, in_order
+from hil.working import WorkerError, interruptible, open_crew
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,7 +91,7 @@ def play_part(part: Part) -> Played:
     Args:
         part: What.
     """
-    run = ActiveRun(None, part.log, overwrite=False)
+    run = ActiveRun(None, part.log, overwrite=True)  # in the run's own folder: left behind by a worker that has died
     console = common.plain_console(stderr=True, quiet=True)
     try:
         stage = _PartStage(
@@ -104,7 +104,7 @@ def play_part(part: Part) -> Played:
             options=part.options,
             beside=False,  # the workers keep the cores busy, and a part takes little longer than a process to start
         )
-        with closing(stage):
+        with interruptible(), closing(stage):
             opponent, bouts = part.job.play(stage)
     except (HilError, OSError) as error:
         return Played(log=run.log, failures=tuple(run.failures), error=common.in_words(error), status=common.status_of(error))
@@ -167,7 +167,8 @@ def play_side_by_side(
     with (
         interrupts(),
         counting(console, job.trials, quiet=quiet) as count,
-        closing(in_order(play_part, parts, workers)) as results,
+        open_crew(workers) as crew,
+        closing(crew.in_order(play_part, parts)) as results,
     ):
         for played in results:
             run.failures.extend(played.failures)

@@ -13,6 +13,7 @@ from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
+from firmware_protocol.near import nearest
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
@@ -23,7 +24,7 @@ from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
 from hil.connecting.lines import capacity_of, pace_of
-from hil.connecting.swarm_address import is_swarm, network_of, swarm_settings
+from hil.connecting.swarm_address import SWARM, is_swarm, network_of, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -504,7 +505,9 @@ def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: Signin
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
     if address.target != "junior":
-        raise AddressError(address.url, f"there is no emulated {address.target!r}", "Write sim://junior or sim://swarm")
+        meant = nearest(address.target, ("junior", SWARM))
+        remedy = f"Did you mean sim://{meant}?" if meant else "Write sim://junior or sim://swarm"
+        raise AddressError(address.url, f"there is no emulated {address.target!r}", remedy)
     address.only(*SIM_OPTIONS)
     referee = address.options.get("referee", "1")
     if referee not in {"0", "1"}:

@@ -99,6 +99,14 @@ class RobotHandle(Serving):
             self.bridge.operator.interrupted()
         self.close()
 
+    def __repr__(self) -> str:
+        """Who it is, where, and how it stands, as far as that is known: nothing is asked."""
+        kind = type(self).__name__
+        if not hasattr(self, "peer"):
+            return f"<{kind} at {self.bridge.link.url}: not found yet>"
+        stands = "left" if self._closed else "lost" if self.armed is None else self.state.name.lower()
+        return f"<{kind} {self.peer.system} at {self.bridge.link.url}: {stands}>"
+
     # --- connecting --------------------------------------------------------------------------------------------------
 
     def find(self, system: int | None = None, timeout: float = 5.0) -> None:

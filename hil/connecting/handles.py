@@ -86,6 +86,13 @@ class RobotHandles(Serving, Generic[H]):
 
     # --- who is there ------------------------------------------------------------------------------------------------
 
+    def __repr__(self) -> str:
+        """How many robots there are, and on how many networks."""
+        there, missing = self.addresses, self.missing
+        where = len({address.network for address in (*there, *missing)})
+        on = f" on {where} networks" if where > 1 else ""
+        return f"<{type(self).__name__}: {len(there)} there{f', {len(missing)} missing' if missing else ''}{on}>"
+
     def __iter__(self) -> Iterator[H]:
         return iter([handle for _, handle in sorted(self.members.items()) if handle.peer.ready])
 

@@ -83,16 +83,13 @@ def serial_places(
     return places
 
 
-def can_places(
-    interfaces: Iterable[CanInterface], adapters: Iterable[CanAdapter], *, has_python_can: bool = can_interfaces.HAS_PYTHON_CAN
-) -> list[Place]:
+def can_places(interfaces: Iterable[CanInterface], adapters: Iterable[CanAdapter]) -> list[Place]:
     """Places on CAN buses.
 
     Args:
         interfaces: Those of the kernel.
         adapters: Those that python-can's drivers have found. They are not opened: that takes a bit rate, and a wrong one
             disturbs the bus.
-        has_python_can: It is installed.
     """
     places = []
     for interface in interfaces:
@@ -106,8 +103,6 @@ def can_places(
         elif interface.state == "bus-off":
             obstacle = "the controller is bus-off: check wiring, terminating resistors and bit rate"
             remedy = f"sudo ip link set {interface.name} down, then {can_interfaces.up_command(interface)}"
-        elif not has_python_can:
-            obstacle, remedy = "CAN needs python-can", "pip install 'junior-hil[can]'"
         places.append(
             Place(
                 kind="can",
@@ -166,4 +161,5 @@ def named(urls: Iterable[str]) -> list[Place]:
     Raises:
         AddressError: One of them is no address.
     """
-    return [Place(kind="address", device=parse_address(url).url, url=url) for url in urls]
+    parsed = [parse_address(url).url for url in urls]
+    return [Place(kind="address", device=url, url=url) for url in parsed]

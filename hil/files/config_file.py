@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
+from firmware_protocol.near import did_you_mean
 from hil.doors import Door
 
 if TYPE_CHECKING:
@@ -47,8 +48,9 @@ def load_config(path: Path, verb: str, options: Mapping[str, Callable[[object], 
         for key, value in values.items():
             name = key.replace("-", "_")
             if name not in options or name == "config":
-                known = ", ".join(sorted(name.replace("_", "-") for name in options if name != "config"))
-                raise document.wrong(inside + key, f"unknown option {key[:40]!r}; known are {known}")
+                known = sorted(name.replace("_", "-") for name in options if name != "config")
+                meant = did_you_mean(key, known)
+                raise document.wrong(inside + key, f"unknown option {key[:40]!r}; known are {', '.join(known)}{meant}")
             try:
                 found[name] = options[name](value)
             except ValueError as error:

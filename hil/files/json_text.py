@@ -7,13 +7,14 @@ import math
 from typing import Any
 
 
-def json_text(document: Any) -> str:  # noqa: ANN401 - whatever JSON holds
-    """One document, indented, with a new line at its end; what JSON does not know is written as text.
+def json_text(document: Any, *, indent: int | None = 2) -> str:  # noqa: ANN401 - whatever JSON holds
+    """One document with a new line at its end; what JSON does not know is written as text.
 
     Args:
         document: What it holds.
+        indent: Columns by which what is inside is indented; None: all is on one line.
     """
-    return json.dumps(_finite(document), indent=2, allow_nan=False, default=str) + "\n"
+    return json.dumps(_finite(document), indent=indent, allow_nan=False, default=str) + "\n"
 
 
 def _finite(value: Any) -> Any:  # noqa: ANN401 - whatever JSON holds

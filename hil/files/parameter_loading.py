@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.errors import HilError, RefusedError
+from firmware_protocol.near import did_you_mean
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.doors import Door
 from hil.files.field_lines import line_of
@@ -192,9 +192,7 @@ def load(robot: RobotHandle, wanted: Wanted, *, tell: Callable[[str], None], war
     before = robot.parameters()
     for name in wanted.values:
         if name not in before:
-            near = difflib.get_close_matches(name, before, n=1)
-            hint = f": do you mean {near[0]}?" if near else ""
-            raise ParameterLoadError(f"{wanted.where(name)}: the robot has no parameter {name}{hint}")
+            raise ParameterLoadError(f"{wanted.where(name)}: the robot has no parameter {name}{did_you_mean(name, before)}")
     _tell_left_out(wanted, before, tell)
     changes = [Change(name, before[name], value) for name, value in wanted.values.items() if not _same(before[name], value)]
     if not changes:

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from hil.bridge.operator import KEY, Operator, OperatorInput
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
     from typing import Self
 
@@ -26,7 +26,11 @@ if TYPE_CHECKING:
     from hil.cockpit.snapshot import Snapshot
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
+    from hil.working.recorded import Recorded
     from pal_advisor.fields import Fields
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class Job(Protocol):
@@ -178,6 +182,24 @@ class Stage(ABC):
 
         Args:
             address: The address.
+        """
+
+    @abstractmethod
+    def results(self, function: Callable[[T], R], tasks: Sequence[T], recorded: Recorded[R], before: int) -> Iterator[R]:
+        """What comes of tasks that know nothing of each other, and are done by other processes, or on other machines.
+
+        Args:
+            function: Does a task; of a module, as are the tasks' types and the results'.
+            tasks: The tasks.
+            recorded: How a log tells of their results.
+            before: How many results of this kind the log tells of before them.
+
+        Yields:
+            The results, in the order of the tasks.
+
+        Raises:
+            WorkerError: Some can't be had.
+            KeyboardInterrupt: The operator asked for it.
         """
 
     @abstractmethod

@@ -189,6 +189,9 @@ class SurroundStateRecord:
     """How the surround task stands after a step; lengths are in the book's units."""
 
     seed: Annotated[int, "seed of the run"]
+    case: Annotated[str, "the case that is played, by the book's name"]
+    area: Annotated[tuple[float, ...], "sides of the area, about the origin"]
+    body: Annotated[float, "radius of a robot"]
     step: Annotated[int, "number of the step; 0 is the start"]
     steps: Annotated[int, "how many there are to be"]
     distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD"]
@@ -199,13 +202,58 @@ class SurroundStateRecord:
     ranger_behaviours: Annotated[tuple[int, ...], "how many RANGERs performed each behaviour, B1 first"]
     wild_stimuli: Annotated[tuple[int, ...], "how many WILDs met each stimulus"]
     wild_behaviours: Annotated[tuple[int, ...], "how many WILDs performed each behaviour"]
+    ranger_positions: Annotated[tuple[float, ...], "x, y of each RANGER as it said last, in turn; NaN: it never has"]
+    wild_positions: Annotated[tuple[float, ...], "x, y of each WILD, likewise"]
     tables: Annotated[str, "what has been learnt, as JSON, every ten steps and at the end; else empty"]
+    measures: Annotated[str, "what is told of the run so far, as JSON, as often; else empty"]
     digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
+
+
+@dataclass(frozen=True)
+class SurroundEvaluationRecord:
+    """What came of a run that a search among conditions has asked for."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    number: Annotated[int, "number of the evaluation in its search, from 1"]
+    generation: Annotated[int, "number of the generation, from 1; 0: none, as of conditions that are run again for their means"]
+    case: Annotated[str, "the conditions, by the book's name"]
+    seed: Annotated[int, "seed of the run"]
+    contact: Annotated[float | None, "fitness CONTACT (Eq. 9.3)"]
+    surround: Annotated[float | None, "fitness SURROUND (Eq. 9.5)"]
+    chase: Annotated[float | None, "fitness CHASE (Eq. 9.7)"]
+    focus: Annotated[float | None, "fitness FOCUS (Eq. 9.8)"]
+    distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD at the end, in the book's units"]
+    share_surrounded: Annotated[float | None, "share of WILDs surrounded at the end"]
+    seconds: Annotated[float, "robot time of the run, in s"]
+
+
+@dataclass(frozen=True)
+class SurroundGenerationRecord:
+    """What came of a generation of a genetic search among conditions."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    number: Annotated[int, "number of the generation, from 1"]
+    best: Annotated[float, "greatest fitness"]
+    mean: Annotated[float, "mean fitness"]
+    elite: Annotated[str, "the condition of the best, by the book's name"]
+    cases: Annotated[tuple[str, ...], "its individuals, by the book's names"]
+
+
+@dataclass(frozen=True)
+class SurroundConditionRecord:
+    """What several runs with the same seeds say of a condition, when a search is over."""
+
+    search_seed: Annotated[int, "seed of the search"]
+    case: Annotated[str, "the condition, by the book's name"]
+    mean: Annotated[float, "mean of the fitness that was searched for"]
+    sd: Annotated[float, "standard deviation of single runs"]
+    runs: Annotated[int, "how many"]
 
 
 RECORDS: Final = (
     WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
     CheckpointRecord, TrialRecord, StepRecord,
-    AdviceRecord, SwarmRoundRecord, SurroundStateRecord,
+    AdviceRecord, SwarmRoundRecord, SurroundStateRecord, SurroundEvaluationRecord, SurroundGenerationRecord,
+    SurroundConditionRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

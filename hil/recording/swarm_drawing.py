@@ -6,6 +6,7 @@ from math import cos, pi, sin
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import ParamValue, SwarmObservation
+from firmware_protocol.vocabulary import MICRO_ROBOT_RADIUS as BODY
 from firmware_protocol.vocabulary import RobotClass
 from firmware_protocol.wire.rows import column
 from hil.mcaplog.writing.drawing import SCENE, TRANSFORMS, Placed, Shape, encode_scene, encode_transforms
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
     from hil.mcaplog.writing.sink import LogSink
 
-BODY: Final = 0.02
-"""Radius of a micro-robot, in m."""
 CORNERS: Final = 12
 COLORS: Final = {RobotClass.RANGER: (0.0, 0.45, 0.70, 0.9), RobotClass.WILD: (0.84, 0.37, 0.0, 0.9)}
 """By class, as colour-blind people tell them apart."""

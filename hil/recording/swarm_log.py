@@ -11,13 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hil.mcaplog.records import SurroundStateRecord, SwarmRoundRecord
+from hil.mcaplog.records import (
+    SurroundConditionRecord,
+    SurroundEvaluationRecord,
+    SurroundGenerationRecord,
+    SurroundStateRecord,
+    SwarmRoundRecord,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from hil.swarm.missions.evolving.evolution import Evolution
     from hil.swarm.missions.surround import SurroundState
     from hil.swarm.rounds import Round
+    from pal_advisor.surround.search import Generation
 
 
 class SwarmLog(ABC):
@@ -62,6 +70,9 @@ class SwarmLog(ABC):
         """
         record = SurroundStateRecord(
             seed=state.seed,
+            case=state.case,
+            area=state.area,
+            body=state.body,
             step=state.step,
             steps=state.steps,
             distance=state.distance,
@@ -72,7 +83,55 @@ class SwarmLog(ABC):
             ranger_behaviours=state.behaviours[0],
             wild_stimuli=state.stimuli[1],
             wild_behaviours=state.behaviours[1],
+            ranger_positions=tuple(state.positions[0].ravel().tolist()),
+            wild_positions=tuple(state.positions[1].ravel().tolist()),
             tables="" if state.tables is None else json.dumps(state.tables, sort_keys=True),
+            measures="" if state.measures is None else json.dumps(state.measures, sort_keys=True),
             digest=state.digest,
         )
         self.record("/surround/state", record, self.now)
+
+    def evaluated(self, evolution: Evolution) -> None:
+        """An evaluation has been made for a search, the last one that it has done.
+
+        Args:
+            evolution: The search.
+        """
+        done = evolution.done[-1]
+        record = SurroundEvaluationRecord(
+            search_seed=evolution.seed,
+            number=len(evolution.done),
+            generation=done.generation,
+            case=str(evolution.case_of(done.evaluation.condition)),
+            seed=done.evaluation.seed,
+            **vars(done.result),
+        )
+        self.record("/surround/evaluation", record, self.now)
+
+    def search_generation(self, evolution: Evolution, generation: Generation) -> None:
+        """A generation of a search is over.
+
+        Args:
+            evolution: The search.
+            generation: The generation.
+        """
+        record = SurroundGenerationRecord(
+            search_seed=evolution.seed,
+            number=generation.number,
+            best=generation.best,
+            mean=generation.mean,
+            elite=str(evolution.case_of(generation.elite)),
+            cases=tuple(str(evolution.case_of(condition)) for condition in generation.conditions),
+        )
+        self.record("/surround/generation", record, self.now)
+
+    def search_over(self, evolution: Evolution) -> None:
+        """A search is over: what the runs with the same seeds say.
+
+        Args:
+            evolution: The search.
+        """
+        for found in evolution.means.values():
+            case = str(evolution.case_of(found.condition))
+            record = SurroundConditionRecord(evolution.seed, case, found.mean, found.sd, found.n)
+            self.record("/surround/condition", record, self.now)

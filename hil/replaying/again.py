@@ -15,11 +15,13 @@ def why_not_again(tape: Tape, url: str) -> str:
 
     Args:
         tape: Its log.
-        url: Address of its robot.
+        url: Address of its robot; empty where it has none.
 
     Raises:
         AddressError: That is none.
     """
+    if not url:
+        return f"{tape.path} is of a search, whose runs others have played: each of them can be done again by its case and seed"
     address = parse_address(url)
     if address.scheme != "sim":
         return f"{tape.path} is of a robot at {url}: only an emulated robot in the same process does the same again"

@@ -17,6 +17,7 @@ from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
+from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
@@ -36,9 +37,11 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, MonitorJob, ParamJob, SurroundJob)
+    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob)
 }
 """Verbs whose logs can be replayed."""
+UNLINKED: Final = frozenset((EvolveJob.VERB,))
+"""Those that have no link of their own: others do the work, and the log tells what came of it."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +150,7 @@ def replay(
     signed = tape.config.get("signed") == "true"
     if signed and signing_key is None:
         raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
-    tape.first_step()
-    try:
-        wire = tape.opening(url).wire
-    except ReplayEndedError as error:
-        raise ReplayError(f"{log} is said to be of {url[:200]}, and has no such network") from error
+    wire = _wire_of(tape, url) if url else ""
     comparison = Comparison(tape, wire, strict=strict)
     stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
     tape.on_read = progress
@@ -168,8 +167,21 @@ def replay(
         cut_off=tape.ended and tape.cut_off,
         versions=_other_versions(tape),
         recovered=tape.recovered,
-        again=not (tape.recovered or why_not_again(tape, url)),
+        again=bool(url) and not (tape.recovered or why_not_again(tape, url)),
     )
+
+
+def _wire_of(tape: Tape, url: str) -> str:
+    """What the link of the robot carries.
+
+    Raises:
+        ReplayError: The log has no step of it.
+    """
+    tape.first_step()
+    try:
+        return tape.opening(url).wire
+    except ReplayEndedError as error:
+        raise ReplayError(f"{tape.path} is said to be of {url[:200]}, and has no such network") from error
 
 
 def _replayed(tape: Tape, difference: Difference | None) -> float:
@@ -219,8 +231,8 @@ def why_not(log: Path, limits: ReadLimits = ReadLimits()) -> str:  # noqa: B008 
     """
     try:
         tape = Tape(log, limits, compared=False)
-        recorded_job(tape)
-        tape.first_step()
+        if recorded_job(tape)[1]:
+            tape.first_step()
     except ReplayError as error:
         return str(error).removeprefix(f"{log}: ").removeprefix(f"{log} ")
     return ""
@@ -254,7 +266,7 @@ def recorded_job(tape: Tape) -> tuple[Job, str, FaultSpec | None]:
         options = Fields(json.loads(config["options"]))
         job = JOBS[verb].of_log(options, files)
         options.done()
-        url = networks_of(parse_address(link))[0].url
+        url = networks_of(parse_address(link))[0].url if link or job.VERB not in UNLINKED else ""
         faults = FaultSpec.parse(config["faults"]) if "faults" in config else None
     except (HilError, ValueError, RecursionError) as error:
         text = str(error)[:300]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager, nullcontext
 from io import StringIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.console import Console
 
@@ -14,7 +14,7 @@ from hil.recording.recorder import Recorder
 from hil.replaying.network import ReplayOpener
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from contextlib import AbstractContextManager
 
     from firmware_protocol.address import Address
@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from hil.connecting.connecting import NetworkOpener
     from hil.replaying.comparison import Comparison
     from hil.replaying.tape import Tape
+    from hil.working.recorded import Recorded
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 class ReplayStage(Stage):
@@ -65,15 +69,20 @@ class ReplayStage(Stage):
         """What opens a network of the log."""
         return ReplayOpener(self._tape, address.url, self._faults)
 
+    def results(self, function: Callable[[T], R], tasks: Sequence[T], recorded: Recorded[R], before: int) -> Iterator[R]:  # noqa: ARG002
+        """What came of the tasks then."""
+        for number in range(len(tasks)):
+            yield self._tape.result(recorded, before + number)
+
     def begin_log(self) -> Recorder | None:
         """A recorder whose entries are compared."""
-        network = parse_address(self.url).url
+        network = parse_address(self.url).url if self.url else ""
         return Recorder(
             self._tape.path,
             run={},
             config={},
             link=network,
-            lockstep=self._tape.opening(network).lockstep,
+            lockstep=not network or self._tape.opening(network).lockstep,
             writer=self._comparison,
         )
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 from firmware_protocol.errors import HilError
 from hil.bridge.operator import INTERRUPT
@@ -14,12 +15,18 @@ from hil.mcaplog.reading.reader import LogReader, RawEntry
 from hil.mcaplog.records import EVENTS, BridgeOpening, BridgeStep, EventRecord, SessionDrawn, UnsentBytes, WireBytes
 from hil.mcaplog.writing.writer import CONFIG, CUT
 from hil.replaying.bounds import what_can_not_be
+from hil.working import WorkerError
+from hil.working.recorded import CUT_SHORT
+from pal_advisor.fields import FieldError, Fields
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from hil.mcaplog.limits import ReadLimits
+    from hil.working.recorded import Recorded
+
+R = TypeVar("R")
 
 OPEN: Final = "/bridge/open"
 SESSION: Final = "/bridge/session"
@@ -131,6 +138,7 @@ class Tape:
         self._raw = self.reader.raw_entries(None if compared else tuple(_KINDS))
         self._entries: deque[RawEntry] = deque()
         self._networks: dict[str, _NetworkTape] = {}
+        self._results: dict[str, list[Any]] = {}
         self.ended = False
         self.interrupted = False
         self.gaps = ""
@@ -224,6 +232,47 @@ class Tape:
             if not self._read_on():
                 return None
         return step.writes.popleft() if step.writes else None
+
+    def result(self, recorded: Recorded[R], number: int) -> R:
+        """What came of something that other processes did.
+
+        Args:
+            recorded: How the log tells of it.
+            number: How many of its kind the log tells of before it.
+
+        Raises:
+            ReplayEndedError: The log tells of no further one.
+            ReplayError: It is not as this version tells of it.
+            WorkerError: No further one came then.
+            KeyboardInterrupt: The run was interrupted then.
+        """
+        results = self._results.get(recorded.topic)
+        if results is None:
+            reader = LogReader(self.path, self.reader.limits)
+            results = self._results[recorded.topic] = [reader.decoded(entry) for entry in reader.raw_entries((recorded.topic,))]
+        if number >= len(results):
+            self._raise_what_cut_it_short(recorded.topic)
+        found = recorded.result_of(results[number])
+        if found is None:
+            raise ReplayError(f"{self.path}: an entry of {recorded.topic} is not as this version writes them")
+        return found
+
+    def _raise_what_cut_it_short(self, topic: str) -> NoReturn:
+        reader = LogReader(self.path, self.reader.limits)
+        for entry in reader.entries([EVENTS]):
+            event = entry.value
+            if isinstance(event, EventRecord) and event.kind == CUT_SHORT:
+                try:
+                    particulars = Fields(json.loads(event.fields))
+                    self.interrupted = particulars.flag("interrupted")
+                    status = particulars.integer("status", 0, 255)
+                except (FieldError, ValueError, RecursionError) as error:
+                    raise ReplayError(f"{self.path} does not say properly what cut the run short: {error}") from error
+                raise KeyboardInterrupt if self.interrupted else WorkerError(event.text, status)
+        if reader.truncated or reader.damage or self._cut:
+            self._entries.clear()
+            self.ended = True
+        raise ReplayEndedError(f"{self.path} has no further entry of {topic}")
 
     def next_entry(self) -> RawEntry | None:
         """The next entry, in the order of the log; None at its end."""

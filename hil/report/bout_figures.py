@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.colors import to_rgba
-from matplotlib.patches import Polygon, Rectangle
 
 from firmware_protocol.messages import BoutOutcome
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
@@ -93,6 +91,9 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
 
 
 def _draw_bout(axes: Axes, bout: BoutPath) -> None:
+    from matplotlib.colors import to_rgba  # noqa: PLC0415 - as in `hil.report.style`
+    from matplotlib.patches import Polygon, Rectangle  # noqa: PLC0415 - likewise
+
     axes.set_axis_off()
     width, height = ring_size()
     axes.add_patch(

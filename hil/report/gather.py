@@ -29,6 +29,9 @@ from hil.mcaplog.records import (
     EventRecord,
     RejectedInput,
     StepRecord,
+    SurroundConditionRecord,
+    SurroundEvaluationRecord,
+    SurroundGenerationRecord,
     SurroundStateRecord,
     SwarmRoundRecord,
     TrialRecord,
@@ -163,6 +166,12 @@ class Gatherer:
             data.generations.append(value)
         elif isinstance(value, SurroundStateRecord):
             data.surround.append(value)
+        elif isinstance(value, SurroundEvaluationRecord):
+            data.evaluations.append(value)
+        elif isinstance(value, SurroundGenerationRecord):
+            data.search_generations.append(value)
+        elif isinstance(value, SurroundConditionRecord):
+            data.conditions.append(value)
         elif isinstance(value, SwarmRoundRecord):
             data.rounds.append(value)
         elif isinstance(value, AdviceRecord):
@@ -298,7 +307,7 @@ class Gatherer:
         data.oddities += [f"{count:,} times: {text}." for text, count in self._odd.most_common(MOST_ODDITIES)]
         data.link = self._watcher.quality
         data.start, data.end = (self._first, self._last) if self._first <= self._last else (0.0, 0.0)
-        if not data.learnt and not data.bouts and not data.surround:
+        if data.of_junior:
             data.sensors = _sensors(LogReader(data.path, reader.limits), self.robot.system, self.wheels)
         data.metadata, data.health, data.whole = reader.metadata, reader.health(), reader.whole
         data.parameters = _parameters(reader.metadata, data.parameters)

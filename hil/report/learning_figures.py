@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from matplotlib.patches import Rectangle
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus
@@ -117,6 +116,8 @@ def maneuver_strips(data: RunData) -> Figure | None:
     Returns:
         The picture; None without advice.
     """
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - as in `hil.report.style`
+
     if data.advice is None or not data.advice.entries:
         return None
     entries = sorted(data.advice.entries, key=lambda entry: sort_key(situation(entry)))[:MOST_STRIPS]
@@ -135,6 +136,8 @@ def maneuver_strips(data: RunData) -> Figure | None:
 
 
 def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: float, longest: int) -> None:
+    from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
+
     bare(axes)
     lanes = {"L": 1.1, "R": -1.1}
     for lane, middle in lanes.items():

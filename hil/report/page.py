@@ -7,12 +7,21 @@ from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
+
+from hil.report.report_table import shortened
+from hil.report.style import can_draw, png
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
+
+    from matplotlib.figure import Figure
 
     from hil.report.report_table import ReportTable
+
+UNDRAWABLE: Final = (ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError, ValueError)
+"""What matplotlib raises on numbers that make no picture."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +63,36 @@ class Section:
     def empty(self) -> bool:
         """Nothing to show."""
         return not (self.text or self.pictures or self.tables or self.folded)
+
+
+def add_picture(
+    section: Section,
+    name: str,
+    draw: Callable[[], Figure | None],
+    caption: str,
+    drawn: Mapping[str, bytes] = MappingProxyType({}),
+) -> None:
+    """Add a picture, or say why there is none: what a log holds never costs the report. Where nothing draws none is added.
+
+    Args:
+        section: What it is added to.
+        name: Its name.
+        draw: Draws it; None where there is nothing to draw.
+        caption: What there is to see.
+        drawn: Pictures that are drawn already, by name.
+    """
+    if not can_draw():
+        return
+    if name in drawn:
+        section.pictures.append(Picture(name, drawn[name], caption))
+        return
+    try:
+        made = draw()
+        picture = None if made is None else Picture(name, png(made), caption)
+    except UNDRAWABLE as error:
+        section.text.append(f"The picture “{name}” can’t be drawn from what the log holds: {shortened(str(error), 200)}.")
+    else:
+        section.pictures += [picture] if picture else []
 
 
 def render(

@@ -16,7 +16,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from hil.mcaplog.records import EventRecord, StepRecord, SurroundStateRecord, SwarmRoundRecord, TrialRecord
+    from hil.mcaplog.records import (
+        EventRecord,
+        StepRecord,
+        SurroundConditionRecord,
+        SurroundEvaluationRecord,
+        SurroundGenerationRecord,
+        SurroundStateRecord,
+        SwarmRoundRecord,
+        TrialRecord,
+    )
     from hil.report.learnt import Learnt
 
 
@@ -102,6 +111,10 @@ class RunData:
         trials: Maneuvers performed for the learner, in order.
         trial_times: Their log times, in s.
         surround: Steps of the surround task, each run's in order, one run after the other.
+        evaluations: What was evaluated for searches among conditions, in order.
+        search_generations: Generations of genetic ones, in order.
+        conditions: What was said of conditions when searches were over.
+        steps: First and last of its steps that are shown; None for the last: to the end; None: all.
         rounds: Rounds of a swarm, in order.
         advice: The advice as last recorded; None where there was none that could be read.
         bouts: Bouts, in order.
@@ -122,6 +135,10 @@ class RunData:
     trials: list[TrialRecord] = field(default_factory=list)
     trial_times: list[float] = field(default_factory=list)
     surround: list[SurroundStateRecord] = field(default_factory=list)
+    evaluations: list[SurroundEvaluationRecord] = field(default_factory=list)
+    search_generations: list[SurroundGenerationRecord] = field(default_factory=list)
+    conditions: list[SurroundConditionRecord] = field(default_factory=list)
+    steps: tuple[int, int | None] | None = None
     rounds: list[SwarmRoundRecord] = field(default_factory=list)
     advice: Learnt | None = None
     bouts: list[BoutPath] = field(default_factory=list)
@@ -135,6 +152,11 @@ class RunData:
     def duration(self) -> float:
         """Log time from the first entry to the last, in s."""
         return self.end - self.start
+
+    @property
+    def of_junior(self) -> bool:
+        """What a Junior sensed is all that there is to tell of."""
+        return not (self.learnt or self.bouts or self.surround or self.evaluations)
 
     @property
     def learnt(self) -> bool:

@@ -1,23 +1,23 @@
-"""How the pictures look, once: colours that colour-blind people tell apart (Okabe & Ito 2008), sizes, line styles."""
+"""How the pictures look, once: colours that colour-blind people tell apart (Okabe & Ito 2008), sizes, line styles.
+
+matplotlib draws them, and is loaded when it does: a report can be made without it, and has no pictures then.
+"""
 
 from __future__ import annotations
 
 import math
 import warnings
 from contextlib import contextmanager
+from importlib.util import find_spec
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
-
-import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 BLUE: Final = "#0072B2"
 VERMILLION: Final = "#D55E00"
@@ -69,8 +69,15 @@ _RC: Final[dict[Any, Any]] = {
 DPI: Final = 160
 COMPRESSION: Final = 3
 """How hard zlib tries: a tenth more bytes than with its usual 6, in two thirds of the time."""
+INSTALL: Final = "pip install 'matplotlib>=3.9'"
+"""The command that installs what draws: of the extra `report`, and good for a clone as well."""
 LARGEST: Final = 1e9
 """No number farther from 0 is drawn."""
+
+
+def can_draw() -> bool:
+    """What draws is installed."""
+    return find_spec("matplotlib") is not None
 
 
 @contextmanager
@@ -79,6 +86,8 @@ def styled() -> Iterator[None]:
 
     What a log holds may be odd, and matplotlib warns of much that a reader of the report can see for himself.
     """
+    import matplotlib as mpl  # noqa: PLC0415 - it takes half a second to load, and may not be installed
+
     with mpl.rc_context(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mpl.rcdefaults()
@@ -97,6 +106,8 @@ def drawable(values: Iterable[float]) -> list[float]:
 
 def whole_numbers(axis: Axis) -> None:
     """Ticks at whole numbers only."""
+    from matplotlib.ticker import MaxNLocator  # noqa: PLC0415 - as above
+
     axis.set_major_locator(MaxNLocator("auto", integer=True))
 
 
@@ -107,6 +118,8 @@ def figure(width: float, height: float) -> Figure:
         width: In inches.
         height: In inches.
     """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - as above
+
     return Figure(figsize=(width, height), dpi=DPI, layout="constrained")
 
 
@@ -116,6 +129,8 @@ def png(drawn: Figure) -> bytes:
     Args:
         drawn: The picture.
     """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 - as above
+
     buffer = BytesIO()
     # `savefig` would draw everything twice: once to lay it out, though drawing does that itself.
     write: Callable[..., None] = FigureCanvasAgg(drawn).print_png

@@ -11,7 +11,9 @@ from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.learning_figures import Category, category_name, situation, sort_key
 from hil.report.learnt import Learnt
 from hil.report.report_table import ReportTable, shortened
-from hil.report.swarm.words import surround_runs, surround_said
+from hil.report.swarm.runs import surround_runs
+from hil.report.swarm.search_words import search_said, search_title
+from hil.report.swarm.words import surround_said
 from hil.statistics import Rate
 
 if TYPE_CHECKING:
@@ -37,6 +39,8 @@ def title_of(data: RunData) -> str:
     """The report's headline."""
     opponents = " and ".join(_opponents(data))
     versus = f" against {opponents}" if opponents else ""
+    if data.evaluations:
+        return search_title(data)
     if data.surround:
         return "RANGERs learnt to surround WILDs"
     if data.learnt:
@@ -75,9 +79,12 @@ def summary(data: RunData) -> list[str]:
         said.append(f"There were {len(series_played) - MOST_NAMED:,} more series of bouts: see the table.")
     if data.surround:
         said += surround_said(surround_runs(data))
-    elif not data.learnt and not data.bouts:
+    elif data.evaluations:
+        said += search_said(data)
+    elif data.of_junior:
         said.append(_watched(data))
-    said.append(_link_words(data))
+    if not data.evaluations:
+        said.append(_link_words(data))
     if not data.whole:
         said.append(f"The log is {data.health}. Everything here is of the part that could be read.")
     return [text for text in said if text]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import RobotClass
 from hil.files.outputs import write_output
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
@@ -19,11 +18,13 @@ from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import gather
 from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
-from hil.report.page import Picture, Section, render
+from hil.report.page import Section, add_picture, render
 from hil.report.report_table import shortened
-from hil.report.style import png, styled
-from hil.report.swarm.figures import distances
-from hil.report.swarm.words import missing_table, rules_table, steps_table, surround_numbers, surround_runs
+from hil.report.style import INSTALL, can_draw, styled
+from hil.report.swarm.runs import see_steps, surround_runs
+from hil.report.swarm.search_words import search_numbers
+from hil.report.swarm.sections import search_sections, surround_sections
+from hil.report.swarm.words import surround_numbers
 from hil.report.words import (
     bout_table,
     chosen_caption,
@@ -40,10 +41,8 @@ from hil.report.words import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
-
-    from matplotlib.figure import Figure
 
     from hil.report.run_data import RunData
 
@@ -51,8 +50,6 @@ PAGE = "report.html"
 LAYOUT = "junior.layout.json"
 EARLY: Final = frozenset({"maneuvers", "fitness", "learning", "wins", "trajectories"})
 """Pictures of the coaching alone."""
-UNDRAWABLE: Final = (ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError, ValueError)
-"""What matplotlib raises on numbers that make no picture."""
 
 
 @dataclass(frozen=True)
@@ -76,21 +73,28 @@ class ReportFiles:
     health: str = ""
 
 
-def write_report(log: Path, folder: Path, *, max_chunk: int | None = None) -> ReportFiles:
+def write_report(
+    log: Path, folder: Path, *, max_chunk: int | None = None, steps: tuple[int, int | None] | None = None
+) -> ReportFiles:
     """Report on a log.
 
     Args:
         log: The log, whole or cut off.
         folder: Where the report goes; made where it does not exist.
         max_chunk: The log is in order, and its chunks unpack to up to this many MiB; None: the usual limits hold.
+        steps: First and last step of the surround task that are shown; None for the last: to the end; None: all.
 
     Returns:
         The files written.
 
     Raises:
         LogError: The log cannot be read, or the report cannot be written.
+        StepsError: The log has no such steps.
     """
-    return write_pages(gather(log, lifted(max_chunk)), folder)
+    data = gather(log, lifted(max_chunk))
+    data.steps = steps
+    see_steps(data)
+    return write_pages(data, folder)
 
 
 def early_pictures(data: RunData) -> dict[str, bytes]:
@@ -102,6 +106,8 @@ def early_pictures(data: RunData) -> dict[str, bytes]:
     Returns:
         PNG by the picture's name; without those that can't be drawn.
     """
+    if not can_draw():
+        return {}
     with styled():
         sections = (_learnt(data, {}), _learning(data, {}), _bouts(data, {}))
     return {picture.name: picture.data for section in sections for picture in section.pictures if picture.name in EARLY}
@@ -121,7 +127,7 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
     Raises:
         LogError: The report cannot be written.
     """
-    with styled():
+    with styled() if can_draw() else nullcontext():
         sections = _sections(data, drawn)
     said = summary(data)
     title = title_of(data)
@@ -142,10 +148,20 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
 
 
 def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
-    found = [_learnt(data, drawn), _learning(data, drawn), _bouts(data, drawn), *_surround(data), _link(data)]
-    if not data.learnt and not data.bouts and not data.surround:
+    found = [
+        _learnt(data, drawn),
+        _learning(data, drawn),
+        _bouts(data, drawn),
+        *surround_sections(data),
+        *search_sections(data),
+    ]
+    if not data.evaluations:  # of runs that had their own tables
+        found.append(_link(data))
+    if data.of_junior:
         found.insert(0, _sensed(data))
     about = Section("About this run")
+    if not can_draw():
+        about.text.append(f"There are no pictures here, since matplotlib is not installed: {INSTALL} adds them.")
     if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
         data.oddities.append("Trials of situations that this program does not know are counted, and not drawn.")
     events = event_table(data)
@@ -159,7 +175,7 @@ def _learnt(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section = Section("What Junior learnt")
     table = learnt_table(data)
     if table:
-        _add(
+        add_picture(
             section,
             "maneuvers",
             partial(maneuver_strips, data),
@@ -172,7 +188,7 @@ def _learnt(data: RunData, drawn: Mapping[str, bytes]) -> Section:
 
 def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section = Section("How it learnt")
-    _add(
+    add_picture(
         section,
         "fitness",
         partial(fitness_by_generation, data),
@@ -180,7 +196,7 @@ def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
         "often make many steps, and the curves have different lengths.",
         drawn,
     )
-    _add(
+    add_picture(
         section,
         "learning",
         partial(fitness_by_maneuvers, data),
@@ -188,7 +204,7 @@ def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
         drawn,
     )
     if data.learnt:
-        _add(
+        add_picture(
             section,
             "wins",
             partial(wins_over_run, data, coaching_bouts(data)),
@@ -208,7 +224,7 @@ def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     section.tables.append(table)
     if data.learnt:
         early = choose(coaching_bouts(data), learnt=True)
-        _add(
+        add_picture(
             section,
             "trajectories",
             partial(trajectories, early),
@@ -220,46 +236,19 @@ def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
     first = [bout for bout in played if bout.series == played[0].series]
     shown = choose(first, learnt=False)
     name = shortened(first[0].series, 100) if first and first[0].series else "bouts"
-    _add(
+    add_picture(
         section,
         "bouts",
         partial(trajectories, shown),
         f"A few {name} ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
     )
-    _add(section, "times", partial(times_to_win, played), "How long it took to win.")
+    add_picture(section, "times", partial(times_to_win, played), "How long it took to win.")
     return section
-
-
-def _surround(data: RunData) -> list[Section]:
-    """What came of a surround mission."""
-    runs = surround_runs(data)
-    if not runs:
-        return []
-    close = Section("How close they came", tables=[steps_table(runs)])
-    _add(
-        close,
-        "distances",
-        partial(distances, runs),
-        "Mean distance from a RANGER to the nearest WILD, and share of WILDs with three RANGERs or more within R0; mean "
-        "distance between two RANGERs; and how many RANGERs chose each behaviour in each step."
-        + ("" if len(runs) == 1 else " Thin lines are single seeds, behaviours those of the first."),
-    )
-    learnt = Section("What was learnt")
-    for kind in RobotClass:
-        table = rules_table(runs, kind, data.oddities)
-        learnt.tables += [table] if table else []
-    missing = Section("Who was missing")
-    absent = missing_table(data)
-    if absent:
-        missing.tables.append(absent)
-    else:
-        missing.text.append("Nobody: every robot that was asked has answered.")
-    return [close, learnt, missing]
 
 
 def _link(data: RunData) -> Section:
     section = Section("The link")
-    _add(
+    add_picture(
         section,
         "link",
         partial(link_quality, data),
@@ -274,28 +263,9 @@ def _sensed(data: RunData) -> Section:
     section = Section("Sensors and wheels")
     marked = any(event.kind in {"link", "safety"} for _, event in data.events)
     lines = " Amber lines mark events of the link and of safety." if marked else ""
-    _add(section, "sensors", partial(sensors_over_time, data), f"What Junior sensed, and what its wheels were told.{lines}")
+    caption = f"What Junior sensed, and what its wheels were told.{lines}"
+    add_picture(section, "sensors", partial(sensors_over_time, data), caption)
     return section
-
-
-def _add(
-    section: Section,
-    name: str,
-    draw: Callable[[], Figure | None],
-    caption: str,
-    drawn: Mapping[str, bytes] = MappingProxyType({}),
-) -> None:
-    """Add a picture, or say why there is none: what a log holds never costs the report."""
-    if name in drawn:
-        section.pictures.append(Picture(name, drawn[name], caption))
-        return
-    try:
-        made = draw()
-        picture = None if made is None else Picture(name, png(made), caption)
-    except UNDRAWABLE as error:
-        section.text.append(f"The picture “{name}” can’t be drawn from what the log holds: {shortened(str(error), 200)}.")
-    else:
-        section.pictures += [picture] if picture else []
 
 
 def _subtitle(data: RunData) -> str:
@@ -313,6 +283,8 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
     if data.surround:
         found += surround_numbers(surround_runs(data))
+    if data.evaluations:
+        found += search_numbers(data)
     if data.learnt:
         found.append((f"{len(data.trials):,}", "maneuvers performed"))
     over = [bout for bout in data.bouts if bout.outcome is not BoutOutcome.UNDECIDED]

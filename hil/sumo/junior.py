@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, cast
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
 from firmware_protocol.messages import REFEREE_COMPONENT, JuniorSensors, Reason, RefereeState, SensorFlag
+from firmware_protocol.near import did_you_mean
 from firmware_protocol.roles.junior import JUNIOR, SLOW_REFEREE, drive, perform
 from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.connecting.handle import RobotHandle
@@ -250,5 +251,6 @@ def _action(name: Action | str) -> Action:
     if isinstance(name, Action):
         return name
     if name not in Action.__members__:
-        raise ValueError(f"no action is called {name!r}: choose from {', '.join(Action.__members__)}")
+        known = Action.__members__
+        raise ValueError(f"no action is called {name!r}: choose from {', '.join(known)}{did_you_mean(name, known)}")
     return Action[name]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
+from firmware_protocol.near import did_you_mean
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
@@ -205,5 +206,5 @@ def _lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
 
 def _code(name: str) -> OpponentCode:
     if name not in OPPONENTS:
-        raise RingError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}")
+        raise RingError(f"there is no opponent {name!r}: choose one of {', '.join(OPPONENTS)}{did_you_mean(name, OPPONENTS)}")
     return OPPONENTS[name]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from firmware_protocol.vocabulary import BASIC_ACTIONS, FINE_ACTIONS, Action
-from pal_advisor.evolution import Genes, breed
+from pal_advisor.evolution import Genes, breed, mutate, tournament
 from pal_advisor.fields import Fields
 from pal_advisor.maneuvers.decisions import Origin
 from pal_advisor.maneuvers.evidence import Estimate, Evidence, read_codes
@@ -238,17 +239,22 @@ class Population:
         """One GP step: replace the population by the next generation."""
         scores = self.scores(settings.caution)
         old = list(self.members)
+        second = self.phase == 2
+        vary = partial(
+            mutate,
+            rate=settings.mutation,
+            alphabet=FINE if second else BASIC,
+            families=FINE_KIN if second else None,
+            in_family=settings.in_family if second else 0.0,
+        )
         genomes, parents = breed(
             np.array(old, dtype=np.int64),
             np.array([scores[genome] for genome in old]),
             rng,
             elite=settings.elite,
-            tournament_size=settings.tournament,
+            select=partial(tournament, size=settings.tournament),
             crossover=settings.crossover,
-            mutation=settings.mutation,
-            alphabet=BASIC if self.phase == 1 else FINE,
-            families=FINE_KIN if self.phase == 2 else None,
-            in_family=settings.in_family if self.phase == 2 else 0.0,
+            vary=vary,
         )
         self.generation += 1
         self._enter(genomes, [tuple(dict.fromkeys((old[a], old[b]))) for a, b in parents])

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
+from firmware_protocol.near import did_you_mean
 from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece
 from simdevice.junior.hardware import JuniorHardware
 from simdevice.junior.profile import JuniorProfile
@@ -76,8 +77,8 @@ def opponent_code(name: str) -> OpponentCode:
     for code in OpponentCode:
         if code is not OpponentCode.KEEP and code.label == name:
             return code
-    known = ", ".join((*OPPONENTS, JUNIOR_OPPONENT))
-    raise ValueError(f"unknown opponent {name!r}: expected one of {known}")
+    known = (*OPPONENTS, JUNIOR_OPPONENT)
+    raise ValueError(f"unknown opponent {name!r}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
 
 
 class Match:

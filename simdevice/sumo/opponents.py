@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from firmware_protocol.near import did_you_mean
 from simdevice.junior.profile import JUNIOR_OUTLINE
 from simdevice.outline import Disc, Outline, Point
 
@@ -129,5 +130,6 @@ def outline(name: str) -> list[Point]:
     if name == JUNIOR_OPPONENT:
         return list(JUNIOR_OUTLINE.vertices)
     if name not in OPPONENTS:
-        raise ValueError(f"unknown opponent {name!r}: expected one of {', '.join((*OPPONENTS, JUNIOR_OPPONENT))}")
+        known = (*OPPONENTS, JUNIOR_OPPONENT)
+        raise ValueError(f"unknown opponent {name!r}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
     return list(OPPONENTS[name].outline.vertices)

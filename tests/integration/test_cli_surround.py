@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from report_logs import bout_log
 
+from firmware_protocol.messages import BoutOutcome
 from hil.cli.app import run
 from hil.mcaplog import LogReader
+from hil.mcaplog.making.recovery import copy_log
 from hil.replaying.host import replay
+from hil.report import write_report
 from hil.runs import load_run
 from hil.swarm.handle import Swarm
 from hil.swarm.missions.surround_checkpoint import load_checkpoint
@@ -71,6 +75,10 @@ def test_json_says_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None
     assert [sum(row) for row in found["behaviours"]] == [6] * 4
     assert sum(stimulus["met"] for stimulus in found["stimuli"]) == 24
     assert found["missing"] == []
+    told = found["measures"]
+    assert told["stimuli_met"]["ranger"] == sum(stimulus["met"] > 0 for stimulus in found["stimuli"])
+    assert 0.0074 < told["weights"]["ranger"][0] < 0.125 < told["weights"]["ranger"][1] < 0.7311
+    assert told["uniform"] == {"ranger": False, "wild": False}
     assert 0.0 < found["path"] < 4 * 0.4 * 1.2
     assert found["report"] is None
     assert Path(found["table"]).is_file()
@@ -143,6 +151,14 @@ def test_a_run_cut_and_resumed_equals_the_run_not_cut(
     assert replay(resumed["log"], strict=True).same
 
 
+def test_a_checkpoint_of_before_is_refused_by_words_that_say_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
+    made = Path(outcome(capsys)["run"])
+    saved = json.loads((made / "checkpoint.json").read_text())
+    Path("old.json").write_text(json.dumps({**saved, "version": 1}))
+    assert run(["swarm", "surround", "--resume-from", "old.json"]) == 2
+    assert "old.json is a checkpoint of version 1" in capsys.readouterr().err
+
+
 def test_nothing_else_is_asked_of_a_resumed_run(capsys: pytest.CaptureFixture[str]) -> None:
     made = outcome(capsys)["run"]
     assert run(["swarm", "surround", "--resume-from", made, "--gain", "0.7"]) == 2
@@ -186,7 +202,9 @@ def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture
 def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["swarm", "surround", "--case", "B2R6W2", "--steps", "6", "--seeds", "2", "--json", "--quiet"]) == 0
     page = Path(json.loads(capsys.readouterr().out)["report"])
-    assert {path.name for path in page.parent.glob("*.png")} == {"distances.png", "link.png"}
+    assert {path.name for path in page.parent.glob("*.png")} == {
+        f"{name}.png" for name in ("behaviours", "distances", "link", "rules", "snapshots", "stimuli", "trajectories")
+    }
     text = page.read_text()
     for said in (
         "RANGERs learnt to surround WILDs",
@@ -200,9 +218,47 @@ def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.Capt
     assert (again / "report.html").read_text() == text
 
 
+def test_no_picture_comes_from_what_the_table_says_of_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    """Without TABLE_STATE the same is drawn, and said, of the run; frames of the link are counted, whatever they hold."""
+    log = Path(outcome(capsys)["log"])
+    topics = {entry.topic for entry in LogReader(log).raw_entries()}
+    assert "/mavlink/table_state" in topics
+    copy_log(LogReader(log), Path("without.mcap"), topics=lambda topic: topic != "/mavlink/table_state")
+    states = [entry.topic for entry in LogReader(log).raw_entries() if entry.topic == "/surround/state"]
+    copy_log(LogReader(log), Path("states.mcap"), topics=lambda topic: topic == "/surround/state")
+    assert len(states) == 5
+    whole, without, alone = (write_report(one, Path(one.stem)) for one in (log, Path("without.mcap"), Path("states.mcap")))
+    pictures = {path.name: path.read_bytes() for path in whole.pictures if path.stem != "link"}
+    assert len(pictures) == 7
+    assert {path.name: path.read_bytes() for path in without.pictures if path.stem != "link"} == pictures
+    assert {path.name: path.read_bytes() for path in alone.pictures} == pictures
+    assert whole.summary[0] == without.summary[0] == alone.summary[0]
+
+
+def test_steps_of_a_report_are_chosen(capsys: pytest.CaptureFixture[str]) -> None:
+    made = outcome(capsys)["run"]
+    assert run(["report", made, "--from", "1", "--to", "3", "--json"]) == 0
+    page = Path(json.loads(capsys.readouterr().out)["page"])
+    assert page.parent == Path(made, "report-1-3")
+    assert "Their ways in the steps that were chosen" in page.read_text()
+    assert run(["report", made, "--from", "5"]) == 2
+    assert "has steps 0 to 4, and none of those that were chosen" in capsys.readouterr().err
+    assert not Path(made, "report-5-end").exists()
+    assert run(["report", made, "--from", "3", "--to", "1"]) == 2
+    assert "--to 1 comes before --from 3" in capsys.readouterr().err
+
+
+def test_steps_are_chosen_of_the_surround_task_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bout_log(tmp_path / "bout.mcap", [(BoutOutcome.WIN, 1.0)])
+    assert run(["report", str(tmp_path / "bout.mcap"), "--to", "3"]) == 2
+    assert "has no run of the surround task" in capsys.readouterr().err
+
+
 def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     found = outcome(capsys, "--case", "B1D3R6W2S2", "--steps", "6")
     assert {weight for one in found["stimuli"] for weight in one["weights"]} == {0.125}
+    assert found["measures"]["uniform"] == {"ranger": True, "wild": True}
+    assert found["measures"]["dominance"] in {0.25, None}
 
 
 class Pressed:

@@ -15,12 +15,14 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
-from hil.cli.app import app, run
+from hil.cli.app import Verbs, run
+from hil.conformance import CHECKS
 from hil.connecting.connecting import connect_as
 from hil.mcaplog import LogReader
 from simdevice.serving.endpoints import PtyEndpoint
 
-VERBS = sorted(str(command.callback.__name__) for command in app.registered_commands if command.callback)
+GROUPS = {"emulate", "log", "swarm"}
+VERBS = sorted({verb.name for verb in Verbs.VERBS} - GROUPS)
 CHASE = ["bout", "--controller", "chase", "--trials", "5"]
 
 
@@ -232,7 +234,7 @@ def test_the_id_of_another_robot_is_loaded_only_when_asked_for(capsys: pytest.Ca
         (["SPD_FAST", "--save", "x.toml"], "not both"),
         (["--load", "bad.toml"], "bad.toml, line 1: SPD_FAST must be a number"),
         (["--load", "range.toml"], "range.toml, line 2: SPD_FAST must be 0 to 1, not 9"),
-        (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER: do you mean SPD_FAST?"),
+        (["--load", "unknown.toml"], "unknown.toml, line 1: the robot has no parameter SPD_FASTER. Did you mean SPD_FAST?"),
         (["--all"], "--load"),
         (["--save", "/dev/null/x.toml"], "/dev/null/x.toml"),
     ],
@@ -340,3 +342,39 @@ def test_a_port_at_which_nobody_answers(capsys: pytest.CaptureFixture[str], monk
     said = capsys.readouterr().err
     assert f"{endpoint.url}: no robot answered within 0.3 s" in said
     assert "switched on" in said
+
+
+# --- width -----------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_piped_has_a_check_a_line_and_its_name_whole(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("COLUMNS")
+    assert run(["check", "--list"]) == 0
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.split()[0] == "check"
+    assert [line.split()[0] for line in lines] == [check.name for check in CHECKS]
+    assert all(check.demands in line for check, line in zip(CHECKS, lines, strict=True))
+
+
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_on_a_narrow_terminal_each_check_has_lines_of_its_own(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, columns: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert run(["check", "--list"]) == 0
+    said = capsys.readouterr().out
+    assert max(map(len, said.splitlines())) <= columns
+    words = " ".join(said.split())
+    assert all(f"{check.name} (" in words and check.demands in words for check in CHECKS)
+
+
+def test_no_number_of_a_log_s_table_is_cut(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run([*CHASE, "--log", "chase.mcap"]) == 0
+    capsys.readouterr()
+    monkeypatch.setenv("COLUMNS", "60")
+    assert run(["log", "info", "chase.mcap"]) == 0
+    said = capsys.readouterr().out
+    assert "\u2026" not in said
+    assert "entries" in said

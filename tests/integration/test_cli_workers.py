@@ -15,7 +15,6 @@ from processes import Program
 from hil.cli.app import run
 from hil.mcaplog import LogReader
 from hil.runs import Run, RunError, file_of, load_run
-from hil.workers import WorkerError, in_order
 
 pytestmark = pytest.mark.slow  # processes are started
 
@@ -132,12 +131,3 @@ def test_workers_end_when_the_first_process_is_killed(folder: Path) -> None:
         program.until("played 10")
         program.send(signal.SIGKILL)
         assert program.end() == -signal.SIGKILL  # and nobody else holds its output
-
-
-def test_a_worker_that_dies_is_told_of() -> None:
-    with pytest.raises(WorkerError, match=r"a worker's process has ended before its task was done .* of 3 tasks had been done"):
-        list(in_order(os._exit, [9, 9, 9], 2))
-
-
-def test_results_are_in_the_order_of_the_tasks() -> None:
-    assert list(in_order(abs, [-3, 2, -1, 4, -5], 3)) == [3, 2, 1, 4, 5]

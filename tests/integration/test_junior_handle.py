@@ -66,3 +66,18 @@ def test_listeners_do_not_get_between_a_robot_and_its_stop() -> None:
     junior.close()
     assert heard == []
     assert world.world.device.wheels == (0.0, 0.0)
+
+
+def test_a_handle_says_who_it_is_and_how_it_stands() -> None:
+    found = hil.Junior(Bridge(MemoryLink(Mute()), Mute(), session=lambda: 77))
+    assert repr(found).endswith(": not found yet>")
+    with handle(Mute()) as junior:
+        assert repr(junior) == f"<Junior 1 at {junior.bridge.link.url}: disarmed>"
+        junior.arm()
+        assert repr(junior).endswith(": ready>")
+    assert repr(junior).endswith(": left>")
+
+
+def test_several_say_how_many_they_are() -> None:
+    with hil.connect_all("sim://junior?count=3") as robots:
+        assert repr(robots) == "<Robots: 3 there>"

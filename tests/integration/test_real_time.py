@@ -81,9 +81,7 @@ def emulator(folder: Path) -> Hil:
 
 def address_of(robot: Hil) -> str:
     """Where an emulator says that it is."""
-    found = re.search(r'"url": "(.*)"', robot.until('"url"'))
-    assert found
-    return found[1]
+    return str(json.loads(robot.until('"url"'))["url"])
 
 
 def watch(log: Path) -> tuple[LogReader, set[str]]:

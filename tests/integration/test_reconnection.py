@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import re
 import signal
 import socket
 import struct
@@ -212,9 +211,7 @@ def emulator(folder: Path, link: str) -> Hil:
 
 
 def address_of(robot: Hil) -> str:
-    found = re.search(r'"url": "(.*)"', robot.until('"url"'))
-    assert found
-    return found[1]
+    return str(json.loads(robot.until('"url"'))["url"])
 
 
 @pytest.mark.slow

@@ -100,11 +100,11 @@ def parse(arguments: list[str]) -> None:
     group: Any = typer.main.get_command(app)
     if arguments and not arguments[0].startswith("-"):
         assert arguments[0] in group.commands, f"there is no hil {arguments[0]}"
-        command = group.commands[arguments[0]]
+        command = group.commands[arguments[0]].verb.load()
         while getattr(command, "commands", None) and arguments[1:]:
             assert arguments[1] in command.commands, f"there is no hil {arguments[0]} {arguments[1]}"
             arguments = arguments[1:]
-            command = command.commands[arguments[0]]
+            command = command.commands[arguments[0]].verb.load()
         command.make_context(arguments[0], arguments[1:])
 
 

@@ -33,6 +33,7 @@ ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.cli.emulate": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
     "hil.cli.emulate_swarm": (frozenset({"MonotonicClock"}), "serves robots to another process, in real time: it is no host"),
     "hil.cli.swarm.surround_files": (frozenset({"MonotonicClock"}), "tells a person how long the run took"),
+    "hil.cli.swarm.evolve": (frozenset({"MonotonicClock"}), "tells a person how long the search took"),
     "hil.cli.coach": (frozenset({"MonotonicClock"}), "tells a person how fast the run goes"),
     "hil.cli.running": (frozenset({"datetime"}), "names the run's folder, and says when it was made"),
     "hil.cli.stage": (

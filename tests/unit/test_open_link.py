@@ -28,6 +28,13 @@ if TYPE_CHECKING:
         ("serial:///dev/ttyACM0", "/dev/ttyACM0", 115200),
         ("serial://COM3:9600", "COM3", 9600),
         ("SERIAL://COM3", "COM3", 115200),
+        ("/dev/ttyACM0", "/dev/ttyACM0", 115200),
+        ("/dev/ttyUSB1:57600", "/dev/ttyUSB1", 57600),
+        ("/dev/ttyUSB1:57600?system=2", "/dev/ttyUSB1", 57600),
+        ("/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0", "/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0", 115200),
+        ("COM3", "COM3", 115200),
+        ("com12:9600", "com12", 9600),
+        (r"\\.\COM10", r"\\.\COM10", 115200),
         ("serial:///dev/serial/by-id/usb-a:b/c", "/dev/serial/by-id/usb-a:b/c", 115200),
     ],
 )
@@ -52,7 +59,6 @@ def test_options() -> None:
     ("url", "said"),
     [
         ("junior", "not an address"),
-        ("/dev/ttyACM0", "not an address"),
         ("tcp://", "nothing follows"),
         ("tcp://host", "not host:port"),
         ("tcp://host:99999", "not host:port"),
@@ -71,6 +77,38 @@ def test_wrong_addresses_are_refused_with_a_remedy(url: str, said: str) -> None:
         open_link(url)
     assert isinstance(caught.value, LinkOpenError)
     assert isinstance(caught.value, ValueError)
+
+
+def test_a_bare_port_is_the_url_of_it() -> None:
+    address = parse_address("/dev/ttyACM0?system=2")
+    assert (address.url, address.scheme) == ("serial:///dev/ttyACM0:115200?system=2", "serial")
+    assert parse_address(address.url) == address
+
+
+@pytest.mark.parametrize(
+    ("url", "meant"),
+    [
+        ("ttyACM0", "/dev/ttyACM0"),
+        ("can0", "can://socketcan/can0"),
+        ("localhost:5760", "tcp://localhost:5760"),
+        ("serial:/dev/ttyACM0", "serial:///dev/ttyACM0"),
+        ("udpn:127.0.0.1:14550", "udpin://127.0.0.1:14550"),
+        ("tpc://127.0.0.1:5760", "tcp://127.0.0.1:5760"),
+        ("junoir?seed=3", "sim://junior?seed=3"),
+        ("tcp://127.0.0.1:5760?sytem=1", "system"),
+    ],
+)
+def test_what_is_nearly_an_address_is_asked_for(url: str, meant: str) -> None:
+    with pytest.raises(AddressError) as caught:
+        open_link(url)
+    assert caught.value.remedy.endswith(f"Did you mean {meant}?")
+
+
+@pytest.mark.parametrize("url", ["", "/home/robot", "x" * 100_000, "moon"])
+def test_of_what_is_like_nothing_examples_are_given(url: str) -> None:
+    with pytest.raises(AddressError) as caught:
+        open_link(url)
+    assert "Did you mean" not in caught.value.remedy
 
 
 def test_a_missing_port_is_told_with_those_present(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -109,7 +109,7 @@ def test_what_is_no_table_is_said_to_be_none(document: object) -> None:
 
 def test_an_unknown_name_stops_all_before_anything_is_set(junior: Junior, robot: Picky) -> None:
     with pytest.raises(
-        ParameterLoadError, match=r"my.toml, line 2: the robot has no parameter SPD_SLOWW: do you mean SPD_SLOW"
+        ParameterLoadError, match=r"my.toml, line 2: the robot has no parameter SPD_SLOWW\. Did you mean SPD_SLOW"
     ):
         load(junior, wanted("SPD_FAST = 0.5\nSPD_SLOWW = 0.3\n"), tell=print, warn=print)
     assert robot.parameters == START

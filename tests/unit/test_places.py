@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import can
 import pytest
 import serial.tools.list_ports
 
@@ -199,7 +200,6 @@ def test_what_to_do_about_can_interfaces() -> None:
             CanInterface("vcan0", is_up=False, virtual=True),
         ],
         [],
-        has_python_can=True,
     )
     assert (up.obstacle, up.url) == ("", "can://socketcan/can0")
     assert up.description == "CAN interface, up at 250000 bit/s, error-active"
@@ -211,11 +211,6 @@ def test_what_to_do_about_can_interfaces() -> None:
     assert up_command(CanInterface("can3", is_up=False)) == "sudo ip link set can3 up type can bitrate 500000 restart-ms 100"
 
 
-def test_without_python_can_the_extra_is_named() -> None:
-    (place,) = can_places([CanInterface("can0", is_up=True)], [], has_python_can=False)
-    assert (place.obstacle, place.remedy) == ("CAN needs python-can", "pip install 'junior-hil[can]'")
-
-
 def test_adapters_are_not_opened_at_a_guessed_bit_rate() -> None:
     (place,) = can_places([], [CanAdapter("pcan", "PCAN_USBBUS1")])
     assert place.url == "can://pcan/PCAN_USBBUS1?bitrate=500000"
@@ -225,7 +220,6 @@ def test_adapters_are_not_opened_at_a_guessed_bit_rate() -> None:
 def test_the_drivers_of_python_can_are_asked_in_silence(
     monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    can = pytest.importorskip("can")
     asked = []
 
     def detect(interfaces: object) -> list[dict[str, object]]:
@@ -237,5 +231,3 @@ def test_the_drivers_of_python_can_are_asked_in_silence(
     assert list_can_adapters() == [CanAdapter("pcan", "PCAN_USBBUS1")]
     assert "virtual" not in str(asked)
     assert capfd.readouterr().err == ""
-    monkeypatch.setattr(can_interfaces, "HAS_PYTHON_CAN", False)
-    assert list_can_adapters() == []

@@ -20,6 +20,7 @@ from pal_advisor.surround.measures import (
     share_surrounded,
     stimuli_met,
     stimulus_frequency,
+    turns,
     way,
 )
 
@@ -144,8 +145,8 @@ def test_stable_in_the_large_while_weights_turn() -> None:
     distance = np.concatenate((np.linspace(3, 1, 10), np.full(25, 1.0)))
     weights = np.zeros((35, 30, 8))
     weights[:, :, 0] = 1.0
-    assert macro_stable(distance, weights).tolist() == []
+    assert macro_stable(distance, turns(weights)).tolist() == []
     weights[31:, 1, 3] = 2.0
-    assert macro_stable(distance, weights).tolist() == [11, 12, 13, 14]
-    assert macro_stable(distance[:20], weights[:20]).tolist() == []
-    assert macro_stable(distance * np.linspace(1, 1.3, 35), weights).tolist() == []
+    assert macro_stable(distance, turns(weights)).tolist() == [11, 12, 13, 14]
+    assert macro_stable(distance[:20], turns(weights[:20])).tolist() == []
+    assert macro_stable(distance * np.linspace(1, 1.3, 35), turns(weights)).tolist() == []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from hil.swarm.missions.sensing import OwnRings, ReckonedRings
 from hil.swarm.missions.surround import SurroundMission, SurroundState
 from hil.swarm.missions.surround_settings import Order, SurroundSettings
 from pal_advisor.surround import Surround
+from pal_advisor.surround.measures import RunTracker
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -155,6 +156,47 @@ def test_a_spare_takes_the_place_of_a_missing_robot_of_its_class() -> None:
     mission.step()
     assert mission.host.players[RobotClass.RANGER].tolist() == [0, 1, 2, 3]
     assert [(one.robot, one.step, one.until) for one in mission.host.absences] == [("2", 1, 2), ("5", 2, None)]
+
+
+def test_where_everybody_has_last_said_to_be_is_told() -> None:
+    """In the book's units; who is missing stays where it was, and who has never said anything is nowhere."""
+    name = "B2D3R4W2"
+    swarm = kinematic_swarm(name, 1)
+    swarm.mute = {5}
+    mission, told = mission_of(swarm, SurroundSettings(case=name, steps=3))
+    mission.begin()
+    mission.step()
+    before = told.states[1].positions[0][2].tolist()
+    swarm.mute |= {2}
+    play(mission)
+    rangers, wilds = told.states[-1].positions
+    assert (rangers.shape, wilds.shape) == ((4, 2), (2, 2))
+    assert rangers[[0, 1, 3]] == pytest.approx(swarm.world.poses[[0, 1, 3], :2], abs=0.006)
+    assert rangers[2].tolist() == before
+    assert np.isnan(wilds[1]).all()
+    assert told.states[-1].case == "B2C1D3L1R4S1W2"
+    assert told.states[-1].area == (10.0, 10.0)
+    assert told.states[-1].body == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("order", list(Order))
+@pytest.mark.parametrize("name", ["B1D3R4W2", "B2D3R4W2"])
+def test_who_is_pushed_is_seen_before_wilds_move_themselves(name: str, order: Order, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the kinematic world nobody is pushed: RANGERs have moved, and WILDs have not, unless all move at once."""
+    seen: list[Any] = []
+    monkeypatch.setattr(RunTracker, "push", lambda _, *span: seen.append(span))
+    settings = SurroundSettings(case=name, steps=2, order=order)
+    mission, told = mission_of(kinematic_swarm(name, 1), settings)
+    play(mission)
+    for step, (before, after, contact) in enumerate(seen, 1):
+        begin, end = told.states[step - 1].positions, told.states[step].positions
+        for kind in RobotClass:
+            assert before[kind] == pytest.approx(begin[kind], abs=1e-4)
+        assert after[RobotClass.RANGER] == pytest.approx(end[RobotClass.RANGER], abs=1e-4)
+        wilds = end if order is Order.ALL else begin
+        assert after[RobotClass.WILD] == pytest.approx(wilds[RobotClass.WILD], abs=1e-4)
+        assert contact == pytest.approx(0.21)
+    assert len(seen) == 2
 
 
 def test_more_robots_than_there_are_can_not_play() -> None:

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hil.cli import common
+from hil.cli.completion import link_words
 from hil.swarm.placing import StartPlace
+from hil.working import Crew, open_crew
+from hil.working.cluster import scheduler_address
+from hil.working.processes import MOST_WORKERS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 
 class RingName(StrEnum):
@@ -21,9 +30,11 @@ class RingName(StrEnum):
 LinksArgument = Annotated[
     list[str] | None,
     typer.Argument(
-        metavar="[LINK]...",
-        help="Addresses of the links that the robots are on: serial:///dev/ttyUSB0:115200, tcp://127.0.0.1:5760, "
-        "sim://swarm?rangers=25&wilds=8. Left out: an emulated table in this process.",
+        metavar="LINK",
+        autocompletion=link_words,
+        help="Addresses of the links that the robots are on: /dev/ttyUSB0, tcp://127.0.0.1:5760, "
+        "sim://swarm?rangers=25&wilds=8; auto: the one link on which robots answer. "
+        "Left out: an emulated table in this process.",
         show_default=False,
     ),
 ]
@@ -64,7 +75,9 @@ PosesOption = Annotated[
         help="Where a camera's program tells where robots are: lines NETWORK ID x y heading age_ms, in m and rad.",
     ),
 ]
-YesOption = Annotated[bool, typer.Option("--yes", help="Move robots that no table is with without asking first.")]
+YesOption = Annotated[
+    bool, typer.Option("--yes", help="Ask nothing: take what auto has found, move robots that no table is with.")
+]
 NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[
     bool, typer.Option("--no-fence", help="Robots that no table is with need no fence, though there is no wall either.")
@@ -80,3 +93,86 @@ CheckpointOption = Annotated[
     Path | None, typer.Option("--checkpoint", metavar="FILE", help="Instead of checkpoint.json in the run's folder.")
 ]
 ReportOption = Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        min=1,
+        max=MOST_WORKERS,
+        metavar="N",
+        help="Play in N processes side by side, each run on an emulated table of its own: the same result for every N.",
+        show_default=False,
+    ),
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="tcp://HOST:PORT",
+        help="Have the workers of this Dask scheduler play instead, with the same result; they run programs as their users, so "
+        "let it be on machines of yours.",
+    ),
+]
+
+
+@contextmanager
+def crew_of(workers: int | None, scheduler: str | None) -> Iterator[Crew | None]:
+    """The workers that are to play; None where this process plays.
+
+    Args:
+        workers: As given.
+        scheduler: As given.
+
+    Yields:
+        The workers.
+
+    Raises:
+        AddressError: That is no address of a scheduler.
+        WorkerError: There is no such cluster, or a worker of it is of another version.
+    """
+    if workers is None and scheduler is None:
+        yield None
+        return
+    with open_crew(workers or 1, scheduler) as crew:
+        yield crew
+
+
+def check_side_by_side(
+    links: list[str] | None,
+    *,
+    workers: int | None,
+    scheduler: str | None,
+    place: StartPlace | None = None,
+    poses: str | None = None,
+    signing_key: Path | None = None,
+) -> None:
+    """See that what is asked for can be had by workers, where these are asked for, on emulated tables that only they know.
+
+    Args:
+        links: As given.
+        workers: As given.
+        scheduler: As given.
+        place: As given.
+        poses: As given.
+        signing_key: As given.
+
+    Raises:
+        AddressError: That is no address of a scheduler.
+        UsageError: Something can't.
+    """
+    if workers is None and scheduler is None:
+        return
+    if scheduler is not None:
+        scheduler_address(scheduler)
+        if workers is not None:
+            raise common.UsageError("--workers starts processes here, and --scheduler has its own: leave one of them out")
+    if links:
+        raise common.UsageError(
+            f"--workers and --scheduler play each run on an emulated table of its own, and the robots at {' '.join(links)} are "
+            "there once: leave the option out, or the links"
+        )
+    if place not in {None, StartPlace.TABLE}:
+        raise common.UsageError(f"--place {place} is for robots that are there; with --workers or --scheduler leave it out")
+    for name, value in (("--poses", poses), ("--signing-key", signing_key)):
+        if value is not None:
+            raise common.UsageError(f"{name} is for a link; with --workers or --scheduler there is none: leave it out")

@@ -8,6 +8,7 @@ import typer
 from rich.table import Table
 
 from hil.cli import common
+from hil.cli.links import YesOption, all_settled
 from hil.cli.swarm import options  # noqa: TC001 - typer reads the annotations when it runs
 from hil.jobs.swarm_robots import RobotOverview, robots_of, show_which
 from hil.swarm.connecting import connect_swarm
@@ -18,6 +19,7 @@ EMULATED = "sim://swarm"
 def list_robots(
     links: options.LinksArgument = None,
     *,
+    yes: YesOption = False,
     signing_key: common.SigningKeyOption = None,
     as_json: common.JsonOption = False,
     config: common.ConfigOption = None,
@@ -27,6 +29,7 @@ def list_robots(
     Example: hil swarm list udpin://0.0.0.0:14550
     """
     del config
+    links = all_settled(links, yes=yes, quiet=as_json, signing_key=signing_key)
     with connect_swarm(*(links or [EMULATED]), watch=True, signing_key=signing_key) as swarm:
         robots = robots_of(swarm)
     if as_json:
@@ -40,6 +43,7 @@ def identify(
     robot: Annotated[str, typer.Argument(metavar="ADDRESS", help="Which robot: NETWORK.ID, or ID where there is one network.")],
     links: options.LinksArgument = None,
     *,
+    yes: YesOption = False,
     signing_key: common.SigningKeyOption = None,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,
@@ -49,6 +53,7 @@ def identify(
     Example: hil swarm identify 7 udpin://0.0.0.0:14550
     """
     del config
+    links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
     with connect_swarm(*(links or [EMULATED]), watch=True, signing_key=signing_key) as swarm:
         if robot not in swarm.labels:
             raise common.UsageError(f"there is no robot {robot}; there are {', '.join(swarm.labels)}")
@@ -61,7 +66,7 @@ def identify(
 def _table(robots: list[RobotOverview]) -> Table:
     table = Table(box=None)
     for head in ("address", "unique id", "class", "ring", "battery", "fix", "fence", "armed"):
-        table.add_column(head)
+        table.add_column(head, overflow="fold")
     for one in robots:
         fence = "" if one.fence is None else "none" if not any(one.fence) else f"{2 * one.fence[0]:g} x {2 * one.fence[1]:g} m"
         table.add_row(

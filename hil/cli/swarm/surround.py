@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,17 +14,24 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
+from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
-from hil.cli.swarm.resuming import VERB, CutRun
+from hil.cli.swarm.evolve import SearchRequest, check_unsearched, evolve_conditions
+from hil.cli.swarm.resuming import SURROUND, CutRun
 from hil.cli.swarm.surround_files import SurroundFiles
 from hil.connecting.connecting_all import GATHER
+from hil.jobs.swarm.seeds import SeedsJob
 from hil.jobs.swarm.surround import MissionOutputs, SurroundJob
+from hil.swarm.missions.surround_run import emulated_table
 from hil.swarm.missions.surround_settings import MOST_LENGTH, MOST_STEPS, Order, SurroundSettings
 from hil.swarm.missions.tables_file import load_conditional, load_tables, tables_text
 from pal_advisor.fields import SettingsError
 from pal_advisor.surround import Case, CaseError, Sensing
+from pal_advisor.surround.measures import Fitness
+from pal_advisor.surround.search import SearchName, SearchSettings
+from pal_advisor.surround.search.searches import MOST_BUDGET, MOST_GENERATIONS, MOST_POPULATION, MOST_REPEATS
 from pal_advisor.surround.settings import MOST_GAIN, MOST_ROUNDS
 from pal_advisor.surround.stimuli import MOST_SECTORS
 
@@ -33,9 +41,14 @@ if TYPE_CHECKING:
     from hil.swarm.missions.surround_checkpoint import SurroundCheckpoint
 
 DEFAULTS = SurroundSettings()
+FITNESSES = ", ".join(Fitness)
+SEARCH = SearchSettings()
+DECIDING = (
+    "case", "steps", "order", "sensing", "sectors", "feasible", "mutate_after", "no_learning", "r0", "eta", "dr", "gain",
+    "wild_step", "unit", "seed", "seeds",
+)  # fmt: skip
+"""Options that a run that is gone on with has been begun with."""
 CASE = str(Case())
-MOST_OF_A_NETWORK = 253
-"""Robots that one network has ids for."""
 
 
 def surround(
@@ -95,6 +108,31 @@ def surround(
         float | None,
         typer.Option("--require", min=0, max=1, metavar="SHARE", help="Exit 1 if fewer WILDs are surrounded at the end."),
     ] = None,
+    evolve: Annotated[
+        Fitness | None,
+        typer.Option("--evolve", help="Look for the conditions (B, D, L, S) that suit the group best, by this fitness."),
+    ] = None,
+    search: Annotated[SearchName, typer.Option("--search", help="How, with --evolve.")] = SEARCH.search,
+    population: Annotated[
+        int, typer.Option("--population", min=2, max=MOST_POPULATION, help="Individuals of a generation.")
+    ] = SEARCH.population,
+    generations: Annotated[
+        int, typer.Option("--generations", min=1, max=MOST_GENERATIONS, help="Generations of the genetic search.")
+    ] = SEARCH.generations,
+    repeats: Annotated[
+        int,
+        typer.Option("--repeats", min=1, max=MOST_REPEATS, help="Runs for each mean that is told, all of the same seeds."),
+    ] = SEARCH.repeats,
+    budget: Annotated[
+        int | None,
+        typer.Option(
+            "--budget",
+            min=1,
+            max=MOST_BUDGET,
+            metavar="N",
+            help="Runs of a random search [default: as many as the genetic one]",
+        ),
+    ] = None,
     place: options.PlaceOption = None,
     ring: options.RingOption = None,
     poses: options.PosesOption = None,
@@ -112,6 +150,8 @@ def surround(
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
     seeds: options.SeedsOption = 1,
+    workers: options.WorkersOption = None,
+    scheduler: options.SchedulerOption = None,
     out: common.OutOption = None,
     log: common.LogOption = None,
     no_log: common.NoLogOption = False,
@@ -122,10 +162,12 @@ def surround(
 ) -> int:
     """Let RANGERs learn to surround WILDs, and leave tables, log and report.
 
-    Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8; hil swarm surround tcp://127.0.0.1:5760
+    Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8 --workers 2; hil swarm surround tcp://127.0.0.1:5760
     """
     console = common.consoles(as_json=as_json, quiet=quiet)
-    begun = CutRun(context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
+    if evolve is None:
+        links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
     settings = _settings(
         case=case,
         steps=steps,
@@ -143,37 +185,58 @@ def surround(
         wild_step=wild_step,
         unit=unit,
     )
-    begun.check(
-        {
-            name: context.params[name]
-            for name in (
-                "case", "steps", "order", "sensing", "sectors", "feasible", "mutate_after", "no_learning", "r0", "eta", "dr",
-                "gain", "wild_step", "unit", "seed", "seeds",
-            )
-        }
-    )  # fmt: skip
-    if begun.saved is not None:
-        settings, seed, seeds = begun.saved.settings, begun.saved.seed, begun.saved.seeds
+    if evolve is not None:
+        asked = SearchRequest(
+            context,
+            settings,
+            SearchSettings(evolve, search, population, generations, repeats, budget or 0),
+            seed,
+            seeds,
+            workers=workers or 1,
+            scheduler=scheduler,
+            resume=resume,
+            resume_from=resume_from,
+            checkpoint=checkpoint,
+            report=report,
+            out=out,
+            log=log,
+            no_log=no_log,
+            overwrite=overwrite,
+            as_json=as_json,
+            quiet=quiet,
+            config=config,
+        )
+        return evolve_conditions(asked, console)
+    check_unsearched(context)
+    begun = CutRun(SURROUND, context, link=" ".join(links or ()), resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    if (saved := begun.saved) is not None:
+        of_runs = {"seed": saved.seed, "seeds": saved.seeds, "no_learning": not saved.settings.learning}
+        begun.check({name: context.params[name] for name in DECIDING}, {**saved.settings.to_dict(), **of_runs})
+        settings, seed, seeds = saved.settings, saved.seed, saved.seeds
     if seeds > 1 and table_out is not None:
         raise common.UsageError("--table-out names one file, and with --seeds each seed has its own, in the run's folder")
-    urls = tuple(links) if links else (_emulated_table(settings, seed),)
-    with running(
-        VERB,
-        (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
-        url=urls[0],
-        emulated_here=not links,
-        seed=seed,
-        signing_key=signing_key,
-        out=out,
-        log=log,
-        no_log=no_log,
-        overwrite=overwrite,
-        makes={runs.TABLES: table_out, runs.CHECKPOINT: checkpoint},
-        kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
-    ) as run:
+    urls = tuple(links) if links else (emulated_table(settings, Case.parse(settings.case), seed),)
+    with (
+        options.crew_of(workers, scheduler) as crew,
+        running(
+            SURROUND.verb,
+            (settings.case.strip().upper() or "robots") if links else str(Case.parse(settings.case)),
+            url=urls[0],
+            emulated_here=not links,
+            seed=seed,
+            signing_key=signing_key,
+            out=out,
+            log=log,
+            no_log=no_log,
+            overwrite=overwrite,
+            makes={runs.TABLES: table_out, runs.CHECKPOINT: checkpoint},
+            kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
+        ) as run,
+    ):
         run.describe(link=" ".join(links or ()))
         files = SurroundFiles(run, table_out, checkpoint, seeds, console, report=report)
-        job = SurroundJob(
+        kind = SurroundJob if crew is None else partial(SeedsJob, crew=crew)
+        job = kind(
             links=urls,
             settings=settings,
             seed=seed,
@@ -244,16 +307,6 @@ def _poses(text: str | None) -> str:
     return address.url
 
 
-def _emulated_table(settings: SurroundSettings, seed: int) -> str:
-    """Address of the table in this process that a case asks for."""
-    case = Case.parse(settings.case)
-    width, height = settings.size
-    networks = -(-(case.rangers + case.wilds) // MOST_OF_A_NETWORK)
-    more = f"&networks={networks}" if networks > 1 else ""
-    robots = f"rangers={case.rangers}&wilds={case.wilds}"
-    return f"sim://swarm?{robots}&wall={int(case.wall)}&size={width:g},{height:g}&seed={seed}{more}"
-
-
-def _tell_resumed(saved: SurroundCheckpoint, begun: CutRun, run: ActiveRun, console: Console) -> None:
+def _tell_resumed(saved: SurroundCheckpoint, begun: CutRun[SurroundCheckpoint], run: ActiveRun, console: Console) -> None:
     run.describe(resumed_from=str(begun.source), seed=saved.seed)
     console.print(f"Going on from {begun.source}: {saved.steps} steps.", markup=False)

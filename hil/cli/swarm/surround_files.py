@@ -1,15 +1,12 @@
-"""Where a surround mission leaves what: tables, checkpoint, report; and what is told of it."""
+"""Where runs of the surround task leave what: tables, checkpoint, report; and what is told of them."""
 
 from __future__ import annotations
 
-import shlex
 from typing import TYPE_CHECKING, Any
 
-from hil import runs
 from hil.bridge.clock import MonotonicClock
-from hil.files.outputs import free_folder, replace_file
+from hil.cli.swarm.mission_files import MissionFiles
 from hil.jobs.swarm.surround import tables_name
-from hil.mcaplog.errors import LogError
 from hil.swarm.missions.surround_words import surround_document, surround_summary
 from hil.swarm.missions.tables_file import TablesFileError, save_tables
 
@@ -20,15 +17,14 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hil.cli.running import ActiveRun
-    from hil.cli.stage import LiveStage
     from hil.swarm.missions.surround_checkpoint import SurroundCheckpoint
     from hil.swarm.missions.surround_outcome import SurroundOutcome
     from hil.swarm.missions.surround_settings import SurroundSettings
     from pal_advisor.surround import Tables
 
 
-class SurroundFiles:
-    """Where a mission leaves what.
+class SurroundFiles(MissionFiles):
+    """Where runs of the surround task leave what.
 
     Args:
         run: The run.
@@ -37,27 +33,18 @@ class SurroundFiles:
         seeds: How many seeds there are.
         console: Where to say so.
         report: A report is wanted.
-
-    Attributes:
-        report: Folder of the report; None where there is none.
     """
 
     def __init__(
         self, run: ActiveRun, tables: Path | None, checkpoint: Path | None, seeds: int, console: Console, *, report: bool
     ) -> None:
-        self._run = run
+        super().__init__(run, checkpoint, console, report=report)
         self._named = tables
-        self._checkpoint = run.place(checkpoint, runs.CHECKPOINT)
         self._seeds = seeds
-        self._console = console
         self._written: set[Path] = set()
-        self._unsaved: set[Path] = set()
         self._clock = MonotonicClock()
         self._since = self._clock.now()
         self._wall: dict[int, float] = {}
-        self.report: Path | None = None
-        if report and run.log is not None:
-            self.report = run.run.report if run.run is not None else free_folder(run.log.with_name(f"{run.log.stem}-report"))
 
     def _tables(self, seed: int) -> Path:
         return self._run.place(self._named, tables_name(seed, self._seeds))
@@ -73,19 +60,6 @@ class SurroundFiles:
         except TablesFileError as error:
             self._failed(path, str(error))
 
-    def save_checkpoint(self, data: bytes) -> None:
-        """Write the checkpoint, whole or not at all; where that fails, say so once."""
-        try:
-            replace_file(self._checkpoint, data)
-            self._unsaved.discard(self._checkpoint)
-        except OSError as error:
-            self._failed(self._checkpoint, f"cannot write the checkpoint {self._checkpoint}: {error.strerror}")
-
-    def _failed(self, path: Path, text: str) -> None:
-        if path not in self._unsaved:
-            self._unsaved.add(path)
-            self._run.failed(text)
-
     def ended(self, outcome: SurroundOutcome) -> None:
         """The run of a seed has ended."""
         now = self._clock.now()
@@ -94,16 +68,7 @@ class SurroundFiles:
 
     def tell_how_to_resume(self, reached: SurroundCheckpoint, links: Sequence[str], key: Path | None) -> None:
         """Say where the work is, and how to go on."""
-        if not self._checkpoint.is_file() or self._checkpoint in self._unsaved:
-            return
-        run = self._run.run
-        source = run.folder if run is not None and self._checkpoint == run.checkpoint else self._checkpoint
-        command = ["hil", "swarm", "surround", *links, "--resume-from", str(source)]
-        if key is not None:
-            command += ["--signing-key", str(key)]
-        self._console.print(
-            f"What was learnt in {reached.steps} steps is in {self._checkpoint}. To go on: {shlex.join(command)}", markup=False
-        )
+        self.tell_where(f"What was learnt in {reached.steps} steps", ["hil", "swarm", "surround", *links], key)
 
     def document(self, outcomes: list[SurroundOutcome], settings: SurroundSettings) -> dict[str, Any]:
         """What came of it, with the files that it has left."""
@@ -115,8 +80,12 @@ class SurroundFiles:
         return {**document, "run": self._run.folder, "log": self._run.log_file, "report": None}
 
     def kept(self, document: dict[str, Any]) -> dict[str, Any]:
-        """What the run's record keeps of it: not what is measured step by step, which the log has."""
-        return {key: value for key, value in document.items() if not isinstance(value, list | dict)}
+        """What the run's record keeps of it, with a word for a list of runs: not what is measured step by step."""
+        shares = [facts["share_surrounded"][-1] for facts in document.get("runs", [document])]
+        known = [share for share in shares if share is not None]
+        of = f"{len(shares)} seeds, " if len(shares) > 1 else ""
+        summary = f"{of}{sum(known) / len(known):.0%} surrounded" if known else ""
+        return {**{key: value for key, value in document.items() if not isinstance(value, list | dict)}, "summary": summary}
 
     def tell(self, outcomes: list[SurroundOutcome], document: dict[str, Any]) -> None:
         """Say what came of it, and where the files are."""
@@ -133,16 +102,3 @@ class SurroundFiles:
         for kind, path in {**named, "Log": document["log"]}.items():
             if path:
                 self._console.print(f"{kind + ':':12}{path}", markup=False)
-
-    def draw(self, stage: LiveStage, document: dict[str, Any], *, announce: bool) -> None:
-        """Draw the report, if there is to be one, and say where it is."""
-        log = self._run.log
-        if self.report is None or log is None or not log.is_file():
-            return
-        try:
-            document["report"] = str(stage.report(log, self.report))
-        except LogError as error:
-            self._run.failed(str(error))
-            return
-        if announce:
-            self._console.print(f"{'Report:':12}{document['report']}", markup=False)

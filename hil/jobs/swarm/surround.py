@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-import numpy as np
-
 from firmware_protocol.errors import HilError
 from firmware_protocol.vocabulary import RobotClass
 from hil.jobs.options import DAY, MOST_SEED, none_or, one_of
@@ -19,20 +17,21 @@ from hil.seeds import Branch, generator
 from hil.swarm.cast import cast
 from hil.swarm.driving import drive_to
 from hil.swarm.host import Absence, SwarmHost
-from hil.swarm.missions.sensing import OwnRings, ReckonedRings
 from hil.swarm.missions.surround import MissionError, SurroundMission
 from hil.swarm.missions.surround_checkpoint import MOST_SEEDS, StandingRun, SurroundCheckpoint, checkpoint_of
 from hil.swarm.missions.surround_outcome import SurroundOutcome
+from hil.swarm.missions.surround_run import by_row, new_adviser, sight_source, start_poses
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.swarm.missions.tables_file import tables_of, tables_text
 from hil.swarm.placing import StartPlace, put_on_table
 from pal_advisor.maneuvers import state_digest
-from pal_advisor.surround import PlacesError, Surround, start_places
+from pal_advisor.surround import Surround
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Self
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from hil.jobs.stage import Stage
@@ -285,9 +284,8 @@ class _Runs:
 
     def _sensing(self, host: SwarmHost) -> SightSource:
         ring = self._job.ring
-        if ring is None:
-            ring = "robot" if self._swarm.rings[host.playing].all() else "positions"
-        return OwnRings() if ring == "robot" else ReckonedRings(host, self._settings.ring)
+        own = bool(self._swarm.rings[host.playing].all()) if ring is None else ring == "robot"
+        return sight_source(host, self._settings, own=own)
 
     def _place(self, seed: int, *, resumed: bool) -> None:
         """Bring the robots to where the run begins."""
@@ -296,16 +294,11 @@ class _Runs:
             place = StartPlace.AS_IS if resumed else StartPlace.TABLE if self._swarm.has_table else StartPlace.DRIVE
         if place is not StartPlace.AS_IS:
             rng = generator(seed, Branch.START_PLACES)
-            try:
-                for_kinds = start_places(self.case, rng, self._settings.area)
-            except PlacesError as error:
-                raise MissionError(str(error)) from error
-            unit = self._settings.unit
-            groups = [(self._cast.players[kind], for_kinds[kind] * np.array([unit, unit, 1.0])) for kind in RobotClass]
+            groups = start_poses(self._cast, self._settings, self.case, rng)
             if place is StartPlace.DRIVE:
                 self._drive(groups, rng)
                 return
-            poses = {row: pose for rows, places in groups for row, pose in zip(rows.tolist(), places, strict=True)}
+            poses = by_row(groups)
             if place is StartPlace.ASK:
                 self._asking.places(poses)
                 return
@@ -359,9 +352,8 @@ class _Runs:
             observers=self._session.observers(),
         )
         if gone_on is None:
-            adviser = Surround(*self._settings.groups(self.case), generator(seed, Branch.SURROUND))
-            if self._job.tables is not None:
-                adviser.take(tables_of(self._job.tables))
+            tables = None if self._job.tables is None else tables_of(self._job.tables)
+            adviser = new_adviser(self._settings, self.case, seed, tables)
         else:
             adviser = Surround.from_state(gone_on.adviser)
         return SurroundMission(

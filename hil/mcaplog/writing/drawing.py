@@ -1,35 +1,19 @@
 """What viewers draw without being told how: poses, outlines and text lines in Foxglove's well-known protobuf schemas.
 
-foxglove-sdk's typed messages serve as encoder; nothing of its logging or its server is used here.
+The schemas are those that foxglove-sdk embeds, as files beside this; protobuf makes the messages from them.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from importlib.resources import files
 from struct import Struct
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from foxglove.messages import (
-    Color,
-    FrameTransform,
-    FrameTransforms,
-    LinePrimitive,
-    LinePrimitiveLineType,
-    Log,
-    LogLevel,
-    PackedElementField,
-    PackedElementFieldNumericType,
-    Point3,
-    PointCloud,
-    Pose,
-    Quaternion,
-    SceneEntity,
-    SceneUpdate,
-    Timestamp,
-    TriangleListPrimitive,
-    Vector3,
-)
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
+from google.protobuf.message_factory import GetMessageClass
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,15 +36,32 @@ class WellKnown(NamedTuple):
     data: bytes
 
 
-def _well_known(kind: type[FrameTransforms | SceneUpdate | PointCloud | Log]) -> WellKnown:
-    schema = kind.get_schema()
-    return WellKnown(schema.name, bytes(schema.data))
+def _well_known(name: str) -> WellKnown:
+    return WellKnown(name, files("hil.mcaplog").joinpath("well_known", f"{name}.binpb").read_bytes())
 
 
-TRANSFORMS: Final = _well_known(FrameTransforms)
-SCENE: Final = _well_known(SceneUpdate)
-POINTS: Final = _well_known(PointCloud)
-TEXT: Final = _well_known(Log)
+TRANSFORMS: Final = _well_known("foxglove.FrameTransforms")
+SCENE: Final = _well_known("foxglove.SceneUpdate")
+POINTS: Final = _well_known("foxglove.PointCloud")
+TEXT: Final = _well_known("foxglove.Log")
+
+
+def message_class(schema: WellKnown) -> Any:  # noqa: ANN401 - protobuf makes it
+    """The class of a schema's messages.
+
+    Args:
+        schema: The schema.
+    """
+    pool = DescriptorPool()
+    for file in FileDescriptorSet.FromString(schema.data).file:
+        pool.Add(file)
+    return GetMessageClass(pool.FindMessageTypeByName(schema.name))
+
+
+_Transforms: Final = message_class(TRANSFORMS)
+_Scene: Final = message_class(SCENE)
+_Points: Final = message_class(POINTS)
+_Text: Final = message_class(TEXT)
 
 
 class Placed(NamedTuple):
@@ -98,13 +99,16 @@ class Shape:
     height: float = 0.0
 
 
-def stamp(time: float) -> Timestamp:
-    """A log time as viewers want it.
+def stamp(message: Any, time: float) -> None:  # noqa: ANN401 - protobuf's
+    """Give a message a log time as viewers want it.
 
     Args:
+        message: One with a `timestamp`.
         time: In s, not negative.
     """
-    return Timestamp(*divmod(round(time * 1e9), 1_000_000_000))
+    when = message.timestamp
+    when.SetInParent()
+    when.seconds, when.nanos = divmod(round(time * 1e9), 1_000_000_000)
 
 
 def encode_transforms(time: float, places: Sequence[Placed]) -> bytes:
@@ -114,18 +118,17 @@ def encode_transforms(time: float, places: Sequence[Placed]) -> bytes:
         time: Log time in s.
         places: Where each frame is.
     """
-    when = stamp(time)
-    transforms = [
-        FrameTransform(
-            timestamp=when,
-            parent_frame_id=WORLD,
-            child_frame_id=place.frame,
-            translation=Vector3(x=place.x, y=place.y, z=0.0),
-            rotation=Quaternion(x=0.0, y=0.0, z=_short(math.sin(place.heading / 2)), w=_short(math.cos(place.heading / 2))),
-        )
-        for place in places
-    ]
-    return FrameTransforms(transforms=transforms).encode()
+    message = _Transforms()
+    add = message.transforms.add
+    for place in places:
+        transform = add(parent_frame_id=WORLD, child_frame_id=place.frame)
+        stamp(transform, time)
+        translation, rotation = transform.translation, transform.rotation
+        translation.x, translation.y = place.x + 0.0, place.y + 0.0  # minus zero is zero
+        translation.SetInParent()
+        half = place.heading / 2
+        rotation.z, rotation.w = _short(math.sin(half)), _short(math.cos(half))
+    return bytes(message.SerializeToString())
 
 
 def _short(number: float) -> float:
@@ -143,26 +146,32 @@ def encode_scene(time: float, shapes: Sequence[Shape]) -> bytes:
         time: Log time in s.
         shapes: What there is to see.
     """
-    return SceneUpdate(entities=[_entity(stamp(time), shape) for shape in shapes]).encode()
+    message = _Scene()
+    for shape in shapes:
+        _add_entity(message, time, shape)
+    return bytes(message.SerializeToString())
 
 
-def _entity(when: Timestamp, shape: Shape) -> SceneEntity:
-    corners = [Point3(x=x, y=y, z=shape.height) for x, y in shape.points]
+def _add_entity(message: Any, time: float, shape: Shape) -> None:  # noqa: ANN401 - protobuf's
+    corners = [{"x": x + 0.0, "y": y + 0.0, "z": shape.height + 0.0} for x, y in shape.points]
     fan = [corner for i in range(1, len(corners) - 1) for corner in (corners[0], corners[i], corners[i + 1])]
     red, green, blue, opacity = shape.color
-    pose = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
-    edge = LinePrimitive(
-        type=LinePrimitiveLineType.LineLoop,
-        pose=pose,
+    entity = message.entities.add(frame_id=shape.frame, id=shape.id, frame_locked=True)
+    stamp(entity, time)
+    entity.lines.add(
+        type=_LINE_LOOP,
+        pose=_UPRIGHT,
         thickness=2.0,
         scale_invariant=True,
         points=corners,
-        color=Color(r=red * 0.6, g=green * 0.6, b=blue * 0.6, a=1.0),
+        color={"r": red * 0.6, "g": green * 0.6, "b": blue * 0.6, "a": 1.0},
     )
-    face = TriangleListPrimitive(pose=pose, points=fan, color=Color(r=red, g=green, b=blue, a=opacity))
-    return SceneEntity(timestamp=when, frame_id=shape.frame, id=shape.id, frame_locked=True, lines=[edge], triangles=[face])
+    entity.triangles.add(pose=_UPRIGHT, points=fan, color={"r": red, "g": green, "b": blue, "a": opacity})
 
 
+_LINE_LOOP: Final = 1
+_UPRIGHT: Final = {"position": {}, "orientation": {"w": 1.0}}
+"""A pose at the origin of its frame."""
 _XYZ: Final = Struct("<3f")
 
 
@@ -180,21 +189,16 @@ def encode_outline(time: float, shape: Shape, spacing: float = 0.005) -> bytes:
         for i in range(steps):
             share = i / steps
             data += _XYZ.pack(ax + (bx - ax) * share, ay + (by - ay) * share, shape.height)
-    number = PackedElementFieldNumericType.Float32
-    return PointCloud(
-        timestamp=stamp(time),
-        frame_id=shape.frame,
-        pose=Pose(position=Vector3(), orientation=Quaternion(w=1.0)),
-        point_stride=_XYZ.size,
-        fields=[PackedElementField(name=name, offset=4 * i, type=number) for i, name in enumerate("xyz")],
-        data=bytes(data),
-    ).encode()
+    message = _Points(frame_id=shape.frame, pose=_UPRIGHT, point_stride=_XYZ.size, data=bytes(data))
+    stamp(message, time)
+    for i, name in enumerate("xyz"):
+        message.fields.add(name=name, offset=4 * i, type=_FLOAT32)
+    return bytes(message.SerializeToString())
 
 
-_LEVELS: Final = (
-    LogLevel.Fatal, LogLevel.Fatal, LogLevel.Fatal, LogLevel.Error,
-    LogLevel.Warning, LogLevel.Info, LogLevel.Info, LogLevel.Debug,
-)  # fmt: skip
+_FLOAT32: Final = 7
+_LEVELS: Final = (5, 5, 5, 4, 3, 2, 2, 1)
+"""foxglove.Log's levels, fatal 5 to debug 1, by MAV_SEVERITY."""
 
 
 def encode_text(time: float, severity: int, text: str, source: str) -> bytes:
@@ -206,5 +210,6 @@ def encode_text(time: float, severity: int, text: str, source: str) -> bytes:
         text: The line.
         source: Who says it.
     """
-    level = _LEVELS[min(max(severity, 0), 7)]
-    return Log(timestamp=stamp(time), level=level, message=text, name=source).encode()
+    message = _Text(level=_LEVELS[min(max(severity, 0), 7)], message=text, name=source)
+    stamp(message, time)
+    return bytes(message.SerializeToString())

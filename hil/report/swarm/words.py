@@ -3,73 +3,25 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.vocabulary import RobotClass
 from hil.doors import DocumentError, parse_json
 from hil.report.report_table import ReportTable, shortened
+from hil.report.swarm.runs import across
 from pal_advisor.surround import Tables, TablesError, rules
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from firmware_protocol.vocabulary import RobotClass
-    from hil.mcaplog.records import SurroundStateRecord
     from hil.report.run_data import RunData
+    from hil.report.swarm.runs import SurroundRun
+    from pal_advisor.surround.measures import RunMeasures
 
 SHOWN: Final = (0, 20, 50)
 """Steps in the table, besides the last."""
-MOST_STEP: Final = 10_000_000
-
-
-@dataclass(frozen=True)
-class SurroundRun:
-    """One run.
-
-    Attributes:
-        seed: Its seed.
-        states: Its start and its steps, in order.
-    """
-
-    seed: int
-    states: tuple[SurroundStateRecord, ...]
-
-    @property
-    def steps(self) -> list[int]:
-        """Numbers of the steps."""
-        return [state.step for state in self.states]
-
-    @property
-    def tables(self) -> str:
-        """What was learnt, as JSON, as it was told last; empty where it was not."""
-        return next((state.tables for state in reversed(self.states) if state.tables), "")
-
-    def series(self, name: str) -> list[float]:
-        """What was measured.
-
-        Args:
-            name: Which, as `distance`.
-
-        Returns:
-            A number for each state; NaN where there was none.
-        """
-        return [math.nan if (value := getattr(state, name)) is None else value for state in self.states]
-
-
-def surround_runs(data: RunData) -> list[SurroundRun]:
-    """The runs in a log, in order; steps that are no such numbers are left out.
-
-    Args:
-        data: The log.
-    """
-    found: list[list[SurroundStateRecord]] = []
-    for state in data.surround:
-        if not 0 <= state.step <= MOST_STEP:
-            continue
-        if not found or state.step <= found[-1][-1].step or state.seed != found[-1][-1].seed:
-            found.append([])
-        found[-1].append(state)
-    return [SurroundRun(states[0].seed, tuple(states)) for states in found]
+MeasureRow = tuple[str, str, list[float | None]]
+"""A measure: what it is, the section of the book, and its value in each run."""
 
 
 def surround_said(runs: Sequence[SurroundRun]) -> list[str]:
@@ -88,6 +40,9 @@ def surround_said(runs: Sequence[SurroundRun]) -> list[str]:
         first, last = (_mean([run.series(name)[at] for run in runs]) for at in (0, -1))
         if not math.isnan(first + last):
             said.append(text.format(first, last))
+    measures = [run.measures for run in runs]
+    if all(one is not None and not any(one.weights) for one in measures):
+        said.append("All weights have stayed exactly uniform: nothing was learnt, as rule RE has it of long range (8.1).")
     return [" ".join(said)] if said else []
 
 
@@ -159,6 +114,62 @@ def rules_table(runs: Sequence[SurroundRun], kind: RobotClass, oddities: list[st
     head = ("stimulus", "pattern", "met", "what they do", "weight", "the book’s rule")
     of = "" if len(runs) == 1 else f" (seed {runs[0].seed})"
     return ReportTable(f"{kind.name}s{of}", head, rows, frozenset({2, 4})) if rows else None
+
+
+def measures_table(runs: Sequence[SurroundRun]) -> ReportTable | None:
+    """Measures of whole runs, beside where the book speaks of them; of several runs mean and 95 % interval.
+
+    Args:
+        runs: The runs.
+
+    Returns:
+        The table; None where they were not told, or can't be read.
+    """
+    found = [measures for run in runs if (measures := run.measures) is not None]
+    if not found:
+        return None
+    rangers, wilds = RobotClass
+    rows: list[MeasureRow] = [
+        ("WILDs pushed by RANGERs together, times", "7.2.2.3", [float(one.pushed) for one in found]),
+        ("stimuli met by RANGERs", "8.2", [float(one.stimuli_met[rangers]) for one in found]),
+        ("stimuli met by WILDs", "8.2", [float(one.stimuli_met[wilds]) for one in found]),
+        *_weight_rows(found),
+        ("distance settled from step", "8.4", [None if one.settle_step is None else float(one.settle_step) for one in found]),
+        ("share of RANGERs that moved to and fro", "8.6", [one.periodic[rangers] for one in found]),
+        ("share of WILDs that moved to and fro", "8.6", [one.periodic[wilds] for one in found]),
+        (
+            "spans of 20 steps, stable in the large and not in its members",
+            "8.7",
+            [float(len(one.macro_stable)) for one in found],
+        ),
+        ("share of the two largest weights of STIMULUS2", "8.8", [one.dominance for one in found]),
+    ]
+    cells = tuple((name, section, _mean_and_half(values)) for name, section, values in rows)
+    of = "" if len(found) == 1 else f", mean of {len(found)} with 95 % interval"
+    return ReportTable(f"Of the whole run{of}", ("measure", "section of the book", "value"), cells, frozenset({2}))
+
+
+def _weight_rows(found: Sequence[RunMeasures]) -> list[MeasureRow]:
+    """What 8.1 and 8.3 speak of: how far weights go, and whether any is 0."""
+    rows: list[MeasureRow] = []
+    for kind in RobotClass:
+        pairs = [one.weights[kind] for one in found]
+        rows += [
+            (f"least weight that {kind.name}s learnt", "8.3", [None if pair is None else pair[0] for pair in pairs]),
+            (f"greatest weight that {kind.name}s learnt", "8.3", [None if pair is None else pair[1] for pair in pairs]),
+            (f"share of what {kind.name}s learnt that has a weight of 0", "8.3", [one.with_zero[kind] for one in found]),
+        ]
+    return rows
+
+
+def _mean_and_half(values: Sequence[float | None]) -> str:
+    known = [value for value in values if value is not None]
+    if not known:
+        return "none"
+    if len(values) == 1:
+        return f"{known[0]:.3g}"
+    mean, half = across([[value] for value in known])
+    return f"{mean[0]:.3g} ± {half[0]:.2g}" + ("" if len(known) == len(values) else f" ({len(known)} runs)")
 
 
 def missing_table(data: RunData) -> ReportTable | None:

@@ -23,6 +23,7 @@ from pal_advisor.surround import Motion, Results
 from pal_advisor.surround.measures import (
     behaviour_frequency,
     mean_distance,
+    measures_of,
     ranger_distance,
     share_outside,
     share_surrounded,
@@ -37,8 +38,10 @@ if TYPE_CHECKING:
     from hil.swarm.host import SwarmHost
     from hil.swarm.missions.sensing import SightSource
     from hil.swarm.missions.surround_settings import SurroundSettings
-    from pal_advisor.surround import Case, Moves, Sights, Surround
+    from pal_advisor.surround import Case, Moves, Sights, Surround, Tables
 
+PLACES: Final = 4
+"""Decimal places of positions that are told."""
 TABLES_EVERY: Final = 10
 """Steps between two times that the tables of experience are told of."""
 
@@ -53,28 +56,40 @@ class SurroundState:
 
     Attributes:
         seed: Of the run.
+        case: Name of the case that is played.
+        area: Sides of the area, about the origin, in the book's units, as all lengths.
+        body: Radius of a robot.
         step: Number of the step; 0 is the start.
         steps: How many there are to be.
-        distance: D, the mean distance from a RANGER to the nearest WILD, in the book's units; None where there is none.
+        seconds: Time since the run began, in s.
+        distance: D, the mean distance from a RANGER to the nearest WILD; None where there is none.
         ranger_distance: Mean distance between two RANGERs, likewise.
         share_surrounded: Share of WILDs that are surrounded; None where there is none.
         outside: Share of RANGERs outside the area, likewise.
         stimuli: How many robots met each stimulus (Eq. 7.2).
         behaviours: How many performed each behaviour (Eq. 7.4).
+        positions: Where each robot has last said to be, to 1e-4, shape (robots, 2); NaN where it never has.
         tables: What has been learnt, as plain values, now and then; else None.
+        measures: What is told of the run so far (`RunMeasures`), as plain values, as often; else None.
         digest: Of the adviser's whole state, 16 hexadecimal digits, as often; else empty.
     """
 
     seed: int
+    case: str
+    area: tuple[float, float]
+    body: float
     step: int
     steps: int
+    seconds: float
     distance: float | None
     ranger_distance: float | None
     share_surrounded: float | None
     outside: float | None
     stimuli: tuple[tuple[int, ...], tuple[int, ...]]
     behaviours: tuple[tuple[int, ...], tuple[int, ...]]
+    positions: tuple[NDArray[np.float64], NDArray[np.float64]]
     tables: dict[str, Any] | None
+    measures: dict[str, Any] | None
     digest: str
 
 
@@ -150,13 +165,14 @@ class SurroundMission:
         self.settings = settings
         self.case = case
         self.adviser = adviser
-        self.history = history or SurroundHistory(case.rangers)
+        self.history = history or SurroundHistory(case.rangers, case.wilds, settings.sectors)
         self._sensing = sensing
         self._seed = seed
         self._observers = observers
         self._begun = host.swarm.now()
         self._before = self.history.seconds
         self._met, self._performed = self._nothing()
+        self._moved: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @property
     def step_number(self) -> int:
@@ -186,8 +202,8 @@ class SurroundMission:
         """
         number = self.step_number + 1
         for kind, place in self.host.begin_step(number):
-            if kind == RobotClass.RANGER:
-                self.history.replace(place)
+            self.history.replace(kind, place)
+        began, self._moved = self._positions(), None
         self._met, self._performed = self._nothing()
         active = [kind for kind in RobotClass if self._moves(kind)]
         match self.settings.order:
@@ -201,6 +217,7 @@ class SurroundMission:
                     for place in range(len(self.host.players[kind])):
                         self._round([kind], place)
         self.host.catch_up()
+        self.history.tracker.push(began, self._moved or self._positions(), self.settings.contact)
         self._measure(number)
 
     def digest(self) -> str:
@@ -227,6 +244,8 @@ class SurroundMission:
         if not asked.any():
             return
         found = self.host.observe(asked)
+        if kinds == [RobotClass.WILD]:
+            self._see_pushed(only)
         halves = []
         for kind, rows in players.items():
             sights = self._sensing.sights(found, rows, kind, wanted[kind])
@@ -288,22 +307,48 @@ class SurroundMission:
         rangers, wilds = (self.host.poses[self.host.players[kind], :2] / self.settings.unit for kind in RobotClass)
         return rangers, wilds
 
+    def _see_pushed(self, only: int | None) -> None:
+        """RANGERs have moved, and WILDs, or one of them alone, are about to: take down where that has brought everybody."""
+        now = self._positions()
+        if self._moved is None:
+            self._moved = now
+        elif only is not None:
+            self._moved[RobotClass.WILD][only] = now[RobotClass.WILD][only]
+
+    def _told_of(self, near: float | None, tables: Tables) -> dict[str, Any]:
+        """What is told of the run so far, with the step that is measured."""
+        return measures_of(self.history.tracker, [*self.history.series["distance"], near], tables).to_dict()
+
     def _measure(self, number: int) -> None:
         rangers, wilds = self._positions()
+        near, places = mean_distance(rangers, wilds), (np.round(rangers, PLACES), np.round(wilds, PLACES))
+        known, knows = (group.experience.weights for group in self.adviser.groups)
+        self.history.tracker.take(places, near, (known, knows))
         told = number % TABLES_EVERY == 0 or number == self.settings.steps
+        tables = self.adviser.tables(str(self.case)) if told else None
         state = SurroundState(
             seed=self._seed,
+            case=str(self.case),
+            area=self.settings.area,
+            body=self.settings.body,
             step=number,
             steps=self.settings.steps,
-            distance=mean_distance(rangers, wilds),
+            seconds=self._before + self.host.swarm.now() - self._begun,
+            distance=near,
             ranger_distance=ranger_distance(rangers),
             share_surrounded=share_surrounded(rangers, wilds, self.settings.r0),
             outside=share_outside(rangers, self.settings.area),
             stimuli=(tuple(self._met[0].tolist()), tuple(self._met[1].tolist())),
             behaviours=(tuple(self._performed[0].tolist()), tuple(self._performed[1].tolist())),
-            tables=self.adviser.tables(str(self.case)).to_dict() if told else None,
+            positions=places,
+            tables=None if tables is None else tables.to_dict(),
+            measures=None if tables is None else self._told_of(near, tables),
             digest=self.digest() if told else "",
         )
-        self.history.take(state, rangers, self._before + self.host.swarm.now() - self._begun)
+        way = self.history.moved(rangers)
+        self.history.take(state, rangers)
+        if number:
+            learnt = self.adviser.groups[RobotClass.RANGER].experience.weights
+            self.history.fitness.take(rangers, wilds, way, self._met[RobotClass.RANGER], learnt)
         for observer in self._observers:
             observer.surround_state(state)

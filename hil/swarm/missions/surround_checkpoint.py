@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from hil.swarm.host import Absence
 
-VERSION: Final = 1
+VERSION: Final = 2
 MOST_SEED: Final = 2**32 - 1
 MOST_SEEDS: Final = 100_000
 
@@ -130,7 +130,14 @@ def checkpoint_of(data: bytes) -> SurroundCheckpoint:
 
 def _of_document(document: Document) -> SurroundCheckpoint:
     data = document.data
+    if isinstance(data, dict) and data.get("mission") == "surround evolution":
+        raise SurroundCheckpointError(f"{document.path} is the checkpoint of a search among conditions: go on with --evolve")
     if not isinstance(data, dict) or data.get("version") != VERSION or data.get("mission") != "surround":
+        if isinstance(data, dict) and data.get("version") == 1 and data.get("mission") == "surround":
+            raise SurroundCheckpointError(
+                f"{document.path} is a checkpoint of version 1, of a program that did not follow where robots had been: begin "
+                "anew without --resume (--table-in takes what was learnt)"
+            )
         raise SurroundCheckpointError(f"{document.path} is no checkpoint of a surround mission of version {VERSION}")
     try:
         return _checkpoint(Fields(data))
@@ -158,7 +165,7 @@ def _standing(fields: Fields, settings: SurroundSettings) -> StandingRun:
         Surround.from_state(adviser)
     except ValueError as error:
         raise fields.wrong("adviser", str(error)) from error
-    history = SurroundHistory.from_fields(fields.table("history"), case.rangers, settings.sectors)
+    history = SurroundHistory.from_fields(fields.table("history"), case, settings.sectors)
     digest, absences = fields.text("digest"), read_absences(fields)
     fields.done()
     return StandingRun(case, history, adviser, digest, absences)

@@ -6,11 +6,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from firmware_protocol.vocabulary import RobotClass
+from pal_advisor.surround.measures import FitnessSums, RunMeasures, RunTracker, measures_of
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.swarm.missions.surround import SurroundState
     from pal_advisor.fields import Fields
+    from pal_advisor.surround import Case, Tables
 
 SERIES = ("distance", "ranger_distance", "share_surrounded", "outside")
 """What is measured at the start and after every step."""
@@ -22,17 +26,23 @@ class SurroundHistory:
 
     Args:
         rangers: How many RANGERs play.
+        wilds: How many WILDs.
+        sectors: How many behaviours there are.
 
     Attributes:
+        tracker: Of what no single step tells.
         series: By name as in `SERIES`, T + 1 numbers each; None where there was nothing to measure.
         behaviours: How many RANGERs performed each behaviour, T lists.
         seconds: Time that it has taken, in s.
+        fitness: What the fitness functions need.
     """
 
-    def __init__(self, rangers: int) -> None:
+    def __init__(self, rangers: int, wilds: int, sectors: int) -> None:
+        self.tracker = RunTracker((rangers, wilds))
         self.series: dict[str, list[float | None]] = {name: [] for name in SERIES}
         self.behaviours: list[list[int]] = []
         self.seconds = 0.0
+        self.fitness = FitnessSums(sectors)
         self._way = np.zeros(rangers)
         self._at = np.full((rangers, 2), np.nan)
 
@@ -51,21 +61,41 @@ class SurroundHistory:
         """Mean way of a RANGER, in straight steps, in the book's units; None where there is none."""
         return float(self._way.mean()) if len(self._way) else None
 
-    def take(self, state: SurroundState, rangers: NDArray[np.float64], seconds: float) -> None:
+    def measures(self, tables: Tables) -> RunMeasures:
+        """What is told of the whole run.
+
+        Args:
+            tables: What was learnt by its end.
+        """
+        return measures_of(self.tracker, self.series["distance"], tables)
+
+    def take(self, state: SurroundState, rangers: NDArray[np.float64]) -> None:
         """Take in a step.
 
         Args:
             state: How the mission stands after it.
             rangers: Where the RANGERs are, shape (rangers, 2).
-            seconds: Time since the start, in s.
         """
         for name in SERIES:
             self.series[name].append(getattr(state, name))
         if state.step:
             self.behaviours.append(list(state.behaviours[0]))
-        self._way += np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        self._way += self._moves(rangers)
         self.place(rangers)
-        self.seconds = seconds
+        self.seconds = state.seconds
+
+    def moved(self, rangers: NDArray[np.float64]) -> float:
+        """How far all RANGERs have come since they were placed last, in straight lines.
+
+        Args:
+            rangers: Where they are, shape (rangers, 2).
+        """
+        return float(self._moves(rangers).sum())
+
+    def _moves(self, rangers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How far each has come; 0 for who was or is nobody knows where."""
+        moves: NDArray[np.float64] = np.nan_to_num(np.linalg.norm(rangers - self._at, axis=1))
+        return moves
 
     def place(self, rangers: NDArray[np.float64]) -> None:
         """The RANGERs are there, however they have come there.
@@ -75,31 +105,41 @@ class SurroundHistory:
         """
         self._at = rangers.copy()
 
-    def replace(self, place: int) -> None:
-        """Another robot has taken a RANGER's place: where it stands is no part of the way.
+    def replace(self, kind: RobotClass, place: int) -> None:
+        """Another robot has taken somebody's place: how it came to where it stands is no part of the run.
 
         Args:
-            place: Whose.
+            kind: The class.
+            place: Whose, among those of the class.
         """
-        self._at[place] = np.nan
+        self.tracker.replace(kind, place)
+        if kind == RobotClass.RANGER:
+            self._at[place] = np.nan
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values; where the RANGERs are is no part of it."""
-        return {**self.series, "behaviours": self.behaviours, "way": self._way.tolist(), "seconds": self.seconds}
+        return {
+            **self.series,
+            "behaviours": self.behaviours,
+            "way": self._way.tolist(),
+            "seconds": self.seconds,
+            "fitness": self.fitness.to_dict(),
+            "tracker": self.tracker.to_dict(),
+        }
 
     @classmethod
-    def from_fields(cls, fields: Fields, rangers: int, sectors: int) -> SurroundHistory:
+    def from_fields(cls, fields: Fields, case: Case, sectors: int) -> SurroundHistory:
         """The inverse of `to_dict`.
 
         Args:
             fields: What it gave.
-            rangers: How many RANGERs play.
+            case: The case that is played.
             sectors: How many behaviours there are.
 
         Raises:
             FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
         """
-        history = cls(rangers)
+        history, rangers = cls(case.rangers, case.wilds, sectors), case.rangers
         behaviours = fields.elements("behaviours")
         for path in behaviours.names:
             row = behaviours.elements(path)
@@ -116,5 +156,7 @@ class SurroundHistory:
             raise fields.wrong("way", f"expected {rangers} numbers, not {len(way.names)}")
         history._way[:] = [way.number(each, 0.0, FAR) for each in way.names]
         history.seconds = fields.number("seconds", 0.0)
+        history.fitness = FitnessSums.from_fields(fields.table("fitness"), sectors)
+        history.tracker = RunTracker.from_fields(fields.table("tracker"), (case.rangers, case.wilds))
         fields.done()
         return history

@@ -67,6 +67,8 @@ class SurroundOutcome:
             "wild_stimuli": _stimuli(self.tables, RobotClass.WILD),
             "behaviours": history.behaviours,
             "path": _rounded(history.path),
+            "fitness": {str(name): _rounded(value) for name, value in history.fitness.values.items()},
+            "measures": history.measures(self.tables).to_dict(),
             "missing": [{"step": one.step, "robot": one.robot, "until": one.until} for one in self.absences],
             "robot_seconds": round(history.seconds, 3),
         }
@@ -97,7 +99,7 @@ class SurroundOutcome:
             tables = Tables.from_dict(fields.take("tables"))
         except ValueError as error:
             raise fields.wrong("case", str(error)) from error
-        history = SurroundHistory.from_fields(fields.table("history"), case.rangers, tables.sectors)
+        history = SurroundHistory.from_fields(fields.table("history"), case, tables.sectors)
         absences = read_absences(fields)
         fields.done()
         return cls(seed, case, history, tables, absences)

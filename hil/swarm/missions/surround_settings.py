@@ -8,7 +8,8 @@ from math import inf
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from firmware_protocol.messages.swarm import LONG_RANGE
-from firmware_protocol.vocabulary import RobotClass
+from firmware_protocol.parameters import SWARM_PARAMETERS
+from firmware_protocol.vocabulary import MICRO_ROBOT_RADIUS, RobotClass
 from pal_advisor.fields import Fields, SettingsError, shown
 from pal_advisor.ring import SensorRing
 from pal_advisor.surround import Case, Sensing, case_settings, letters
@@ -28,6 +29,8 @@ MOST_STEPS: Final = 1_000_000
 LEAST: Final = 1e-3
 MOST_LENGTH: Final = 1000.0
 """Lengths, and shares of lengths, that make sense."""
+CONTACT_GAP: Final = next(one.default for one in SWARM_PARAMETERS if one.name == "CONTACT_GAP")
+"""What is nearer to a robot's edge is in contact, in m."""
 FARTHEST: Final = 60.0
 """No move is longer on the wire, in m."""
 
@@ -174,6 +177,16 @@ class SurroundSettings:
     def size(self) -> tuple[float, float]:
         """Sides of the area, in m."""
         return self.area[0] * self.unit, self.area[1] * self.unit
+
+    @property
+    def body(self) -> float:
+        """Radius of a robot, in the book's units."""
+        return MICRO_ROBOT_RADIUS / self.unit
+
+    @property
+    def contact(self) -> float:
+        """Distance of two robots' positions up to which they touch, in the book's units."""
+        return (2.0 * MICRO_ROBOT_RADIUS + CONTACT_GAP) / self.unit
 
     def to_dict(self) -> dict[str, Any]:
         """Settings as plain values."""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import RobotClass
 from hil.swarm.missions.surround_outcome import over_seeds
-from pal_advisor.surround import rules
+from pal_advisor.surround import rules, stimuli_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +33,7 @@ def surround_summary(outcomes: Sequence[SurroundOutcome]) -> list[str]:
     for outcome in outcomes if len(outcomes) == 1 else ():
         lines += _learnt(outcome)
     lines += _measured(outcomes)
+    lines += _of_the_whole(outcomes)
     for outcome in outcomes:
         lines += _missing(outcome, several=len(outcomes) > 1)
     return lines
@@ -67,6 +68,27 @@ def _told(value: float | None, half: float | None, form: str) -> str:
     if value is None:
         return "unknown"
     return form.format(value) + ("" if half is None else f" +- {form.format(half)}")
+
+
+def _of_the_whole(outcomes: Sequence[SurroundOutcome]) -> list[str]:
+    """Measures of whole runs: of several runs their means."""
+    found = [outcome.history.measures(outcome.tables) for outcome in outcomes]
+    lines = []
+    settled = [one.settle_step for one in found if one.settle_step is not None]
+    if settled:
+        lines.append(f"  settled from step {_mean(settled)} on")
+    met, known = _mean([one.stimuli_met[0] for one in found]), len(stimuli_of(outcomes[0].tables.sectors))
+    pushed = _mean([one.pushed for one in found])
+    lines.append(f"  RANGERs met {met} of {known} stimuli, and pushed a WILD together {pushed} times")
+    seen = [pair for one in found for pair in one.weights if pair is not None]
+    if seen:
+        low, high = min(low for low, _ in seen), max(high for _, high in seen)
+        lines.append(f"  weights of what was learnt: {low:.3f} to {high:.3f}")
+    return ["Of the whole run:" if len(outcomes) == 1 else "Of whole runs, on the average:", *lines]
+
+
+def _mean(values: Sequence[int]) -> str:
+    return f"{sum(values) / len(values):.3g}" if len(values) > 1 else str(values[0])
 
 
 def _missing(outcome: SurroundOutcome, *, several: bool) -> list[str]:

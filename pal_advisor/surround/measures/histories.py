@@ -12,8 +12,12 @@ if TYPE_CHECKING:
 
 TOGETHER: Final = 45.0
 """Ways that lie within this angle of each other are one, in degrees."""
-STILL: Final = 1e-3
-"""Who moves less, in units, has no way."""
+STILL: Final = 0.03
+"""Who moves less, in units, has no way: so far apart may two fixes of a robot be that stands, of which each is 1 mm off."""
+PERIODS: Final = 3
+"""Who comes back so often moves to and fro."""
+SPAN: Final = 20
+"""So many steps the swarm is stable in the large."""
 
 
 def pushed(
@@ -55,7 +59,7 @@ def _directions(ways: NDArray[np.float64]) -> NDArray[np.float64]:
     return directions
 
 
-def periodic(positions: NDArray[np.float64], within: float = 0.1, periods: int = 3) -> NDArray[np.bool_]:
+def periodic(positions: NDArray[np.float64], within: float = 0.1, periods: int = PERIODS) -> NDArray[np.bool_]:
     """Which robots move to and fro (8.6): after two steps they are back, so many times in a row, and not in between.
 
     Args:
@@ -76,28 +80,37 @@ def periodic(positions: NDArray[np.float64], within: float = 0.1, periods: int =
     return found
 
 
-def macro_stable(
-    distance: NDArray[np.float64], weights: NDArray[np.float64], steps: int = 20, share: float = 0.05
-) -> NDArray[np.int64]:
+def macro_stable(distance: NDArray[np.float64], turned: NDArray[np.bool_], share: float = 0.05) -> NDArray[np.int64]:
     """When the swarm is stable in the large while its members are not (8.7).
 
     D(t) stays within 5 % of its mean over 20 steps, and meanwhile the largest entry of some weight vector of the
     WILDs becomes another.
 
     Args:
-        distance: D, shape (T + 1,).
-        weights: Weights of the WILDs, shape (T + 1, stimuli, N).
-        steps: How many steps.
+        distance: D, shape (T + 1,); NaN where it is unknown.
+        turned: What `turns` says of the weights of the WILDs, shape (T,).
         share: How far D may be from its mean over the span, as a share of it.
 
     Returns:
         First steps of all such spans, ascending.
     """
-    if len(distance) <= steps:
+    if len(distance) <= SPAN:
         return np.empty(0, dtype=np.int64)
-    spans = np.lib.stride_tricks.sliding_window_view(distance, steps + 1)
+    spans = np.lib.stride_tricks.sliding_window_view(distance, SPAN + 1)
     mean = spans.mean(axis=1, keepdims=True)
     stable = (np.abs(spans - mean) <= share * mean).all(axis=1)
+    return np.flatnonzero(stable & np.lib.stride_tricks.sliding_window_view(turned, SPAN).any(axis=1))
+
+
+def turns(weights: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """In which steps the largest entry of some weight vector becomes another.
+
+    Args:
+        weights: Weights of a class, shape (T + 1, stimuli, N).
+
+    Returns:
+        For each step, shape (T,).
+    """
     best = weights.argmax(axis=2)
-    turns = np.concatenate(([0], np.cumsum((best[1:] != best[:-1]).any(axis=1))))
-    return np.flatnonzero(stable & (turns[steps:] > turns[: len(turns) - steps]))
+    changed: NDArray[np.bool_] = (best[1:] != best[:-1]).any(axis=1)
+    return changed

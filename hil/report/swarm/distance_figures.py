@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from firmware_protocol.vocabulary import RobotClass
 from hil.report.style import BLUE, GREEN, INK, VERMILLION, drawable, figure, whole_numbers
+from hil.report.swarm.runs import across
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hil.report.swarm.words import SurroundRun
+    from hil.report.swarm.runs import SurroundRun
 
 MOST_LINES: Final = 60
 """Single runs that are drawn."""
@@ -37,7 +40,7 @@ def distances(runs: Sequence[SurroundRun]) -> Figure | None:
     _lines(near, runs, "distance", BLUE, "distance")
     near.set_ylabel("units of the book")
     near.set_title("RANGER to the nearest WILD")
-    near.set_ylim(bottom=0)
+    _from_0(near, runs, "distance")
     share = near.twinx()
     _lines(share, runs, "share_surrounded", GREEN, "share of WILDs surrounded")
     share.set_ylim(-0.02, 1.02)
@@ -48,7 +51,7 @@ def distances(runs: Sequence[SurroundRun]) -> Figure | None:
     _lines(apart, runs, "ranger_distance", VERMILLION, "")
     apart.set_ylabel("units of the book")
     apart.set_title("RANGER to RANGER")
-    apart.set_ylim(bottom=0)
+    _from_0(apart, runs, "ranger_distance")
     _behaviours(done, runs[0])
     done.set_xlabel("step")
     whole_numbers(done.xaxis)
@@ -68,23 +71,30 @@ def _lines(axes: Axes, runs: Sequence[SurroundRun], name: str, color: str, label
             label=label if single else None,
         )
     if len(runs) > 1:
-        least = min(len(run.states) for run in runs)
-        rows = np.array([run.series(name)[:least] for run in runs])
-        axes.plot(
-            runs[0].steps[:least], drawable(rows.mean(axis=0).tolist()), color=color, linewidth=2.2, label=f"{label}, mean"
-        )
+        mean, half = across([run.series(name) for run in runs])
+        steps = runs[0].steps[: len(mean)]
+        low, high = drawable((mean - half).tolist()), drawable((mean + half).tolist())
+        axes.fill_between(steps, low, high, color=color, alpha=0.18, linewidth=0)
+        axes.plot(steps, drawable(mean.tolist()), color=color, linewidth=2.2, label=f"{label}, mean")
+
+
+def _from_0(axes: Axes, runs: Sequence[SurroundRun], name: str) -> None:
+    """Let an axis begin at 0, and end a little above the highest line."""
+    values = [value for run in runs for value in drawable(run.series(name)) if not math.isnan(value)]
+    highest = max(values, default=0.0)
+    axes.set_ylim(0.0, 1.06 * highest if highest > 0.0 else 1.0)
 
 
 def _behaviours(axes: Axes, run: SurroundRun) -> None:
     """How many RANGERs chose each behaviour in each step: the more, the darker."""
-    rows = [state.ranger_behaviours for state in run.states[1:]]
-    count = min(MOST_BEHAVIOURS, min((len(row) for row in rows), default=0))
+    counts = run.counts(RobotClass.RANGER, "behaviours")[:, :MOST_BEHAVIOURS]
+    count = counts.shape[1]
     axes.set_title("Behaviours of the RANGERs")
-    if not count:
+    if not counts.size:
         return
-    counts = np.clip(np.array([row[:count] for row in rows], dtype=np.float64).T, 0, 1e6)
-    edges = np.array([*run.steps[1:], run.steps[-1] + 1]) - 0.5
-    axes.pcolormesh(edges, np.arange(count + 1) + 0.5, counts, cmap="Blues", vmin=0)
+    steps = [state.step for state in run.moved]
+    edges = np.array([*steps, steps[-1] + 1]) - 0.5
+    axes.pcolormesh(edges, np.arange(count + 1) + 0.5, counts.T, cmap="Blues", vmin=0)
     axes.set_yticks(range(1, count + 1), [f"B{number}" for number in range(1, count + 1)])
     axes.grid(visible=False)
     axes.tick_params(axis="y", colors=INK)

@@ -1,0 +1,48 @@
+"""Lists the sub-commands of `hil log`."""
+
+from __future__ import annotations
+
+import typer
+
+from hil.cli.help_page import HELP
+from hil.cli.verbs import Verb, VerbGroup
+
+
+class LogVerbs(VerbGroup):
+    """The verbs of `hil log`."""
+
+    VERBS = (
+        Verb("info", "hil.cli.log:info", "Tell what is in a log: how long, which topics, how often, how large."),
+        Verb(
+            "check",
+            "hil.cli.log:check",
+            "Check a log against the rules of MCAP, and one of this program against its own: 1 where a rule is broken.",
+        ),
+        Verb(
+            "recover",
+            "hil.cli.log:recover_log",
+            "Make a whole log of all that can be read of a damaged one, or of one that was cut off.",
+        ),
+        Verb("slim", "hil.cli.log:slim_log", "Make a log small: what running it again needs, and no more."),
+        Verb("csv", "hil.cli.log_tables:csv", "Write a table of each topic: a line an entry, a column a field."),
+        Verb(
+            "diff", "hil.cli.log_tables:diff", "Tell what differs between two logs, by topic and field: 1 where anything does."
+        ),
+    )
+
+
+app = typer.Typer(
+    name="log",
+    cls=LogVerbs,
+    help="Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
+    no_args_is_help=True,
+    context_settings=HELP,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.callback()
+def _log() -> None:
+    """Take what comes before the sub-command: nothing."""
