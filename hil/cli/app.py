@@ -35,7 +35,7 @@ class Verbs(VerbGroup):
         Verb(
             "monitor",
             "hil.cli.monitor:monitor",
-            "Show what a robot senses and how good the link is; drive it by keys.",
+            "Show robots on the terminal: where they are, what they sense, how good the link is.",
         ),
         Verb(
             "param",

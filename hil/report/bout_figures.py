@@ -9,6 +9,7 @@ import numpy as np
 from firmware_protocol.messages import BoutOutcome
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
 from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, figure, whole_numbers
+from hil.statistics import quantile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -156,7 +157,7 @@ def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
     panels = drawn.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, times) in zip(panels, rows.items(), strict=True):
         axes.hist(times, bins=list(edges), color=GREEN, alpha=0.85, edgecolor="white", linewidth=0.8)
-        middle = float(np.median(times))
+        middle = quantile(times, 0.5)
         axes.axvline(middle, color=INK, linewidth=1.2, linestyle="--")
         axes.set_title(f"{name[:1].upper()}{name[1:]}: {len(times)} wins, half of them within {middle:.1f} s", fontsize=9)
         axes.set_ylabel("Bouts")

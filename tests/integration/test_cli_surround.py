@@ -202,8 +202,8 @@ def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture
 def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["swarm", "surround", "--case", "B2R6W2", "--steps", "6", "--seeds", "2", "--json", "--quiet"]) == 0
     page = Path(json.loads(capsys.readouterr().out)["report"])
-    assert {path.name for path in page.parent.glob("*.png")} == {
-        f"{name}.png" for name in ("behaviours", "distances", "link", "rules", "snapshots", "stimuli", "trajectories")
+    assert {path.name for path in page.parent.glob("*.svg")} == {
+        f"{name}.svg" for name in ("behaviours", "course", "distances", "link", "rules", "snapshots", "stimuli", "trajectories")
     }
     text = page.read_text()
     for said in (
