@@ -63,6 +63,7 @@ class Verbs(VerbGroup):
             "Do again what a log has recorded, on what it has recorded, and compare what is decided, up to the first "
             "difference.",
         ),
+        Verb("view", "hil.cli.view:view", "Make one HTML page that plays a log: the arena, curves, events, lessons."),
         Verb("report", "hil.cli.report:report", "Make one self-contained HTML page and PNG pictures of a log."),
         Verb(
             "runs",

@@ -348,12 +348,16 @@ class RobotHandles(Serving, Generic[H]):
 
         One message goes to all; then each robot that was ever there is asked to confirm.
         """
+        self.call_emergency_stop()
+        return self.ask(lambda handle: handle.ask_emergency_stop(), list(self.members.values()))
+
+    def call_emergency_stop(self) -> None:
+        """Send the one message that stops everything that hears us; nobody is asked to confirm."""
         for bridge in self.networks.alive.values():
             try:
                 bridge.send(CommandLong(0, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, 0, 1.0))
             except LinkError:
                 continue  # its robots stop by their watchdogs; the other links are to be reached all the same
-        return self.ask(lambda handle: handle.ask_emergency_stop(), list(self.members.values()))
 
     # --- leaving -----------------------------------------------------------------------------------------------------
 
