@@ -2,7 +2,8 @@
 
     DIR/tests-test_program.py-test_it_turns/
         log.mcap        what passed between program and robot
-        report.html     a page of it, which needs no other file
+        view.html       a page that plays it, and needs no other file; where there is nothing to play, there is the report alone
+        report.html     its report, which needs no other file
         sensors.png     pictures, where matplotlib is installed
 
 The failure's section in pytest's output names them. Tests that pass leave nothing. Like `hil.pytest_plugin`, which loads it,
@@ -16,7 +17,6 @@ import re
 import shutil
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from hil.recording.recorder import Recorder
 
 LOG: Final = "log.mcap"
+VIEW: Final = "view.html"
 SECTION: Final = "robot's log (closed at teardown)"
 """Title of what is said of the logs: pytest shows such a section of a test's end with its failure, if `teardown` is in it."""
 PICTURES: Final = ("bouts", "sensors")
@@ -96,6 +97,8 @@ class KeptLog:
 
 KEPT: Final = pytest.StashKey[list[KeptLog]]()
 """Of a test: the logs of its robots. Of the whole run: that of the robot at `--hil-link`, if one is connected."""
+AT_LINK: Final = pytest.StashKey[bool]()
+"""A test uses the robot at `--hil-link`."""
 FAILED: Final = pytest.StashKey[bool]()
 """A test, or one of the run, has failed."""
 
@@ -127,7 +130,7 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestR
     """When a test is over, keep its logs or drop them, and say so."""
     report = yield
     logs = item.stash.get(KEPT, [])
-    of_run = item.config.stash[KEPT] if "junior_at_link" in getattr(item, "fixturenames", ()) else []
+    of_run = item.config.stash[KEPT] if item.stash.get(AT_LINK, False) else []
     if report.failed:
         item.stash[FAILED] = True
         if report.when == "setup" and logs:  # of an error in the setup pytest does not show what is said at the teardown
@@ -203,6 +206,7 @@ def note_test(item: pytest.Item) -> None:
     Args:
         item: The test.
     """
+    item.stash[AT_LINK] = True
     for log in item.config.stash[KEPT]:
         if log.recorder is not None:
             log.begun = log.recorder.now
@@ -247,26 +251,24 @@ def _begin(
 
 
 def _page(log: Path) -> tuple[Path, tuple[Path, ...]]:
-    """Make the page of a log, and its pictures, beside it.
+    """Make the page that plays a log, its report and its pictures, beside it.
+
+    Returns:
+        The page, which is the report's where there is nothing to play; and the pictures.
 
     Raises:
         LogError: It can't be read, or nothing can be written there.
     """
-    from hil.report import write_report  # noqa: PLC0415 - drawing takes half a second to load
+    from hil.look.writing import write_view  # noqa: PLC0415 - all of this takes a moment to load
+    from hil.mcaplog.errors import UnreadableLogError  # noqa: PLC0415
+    from hil.report import write_report  # noqa: PLC0415
 
     report = write_report(log, log.parent)
-    return _view(log) or report.page, report.pictures
-
-
-def _view(log: Path) -> Path | None:
-    """Make the page that plays the log; None where this program can't, or there is nothing to play."""
-    from firmware_protocol.errors import HilError  # noqa: PLC0415
-
     try:
-        page, _ = import_module("hil.look.writing").write_view(log, log.with_name("view.html"))
-    except (ImportError, HilError):
-        return None
-    return Path(page)
+        page, _ = write_view(log, log.with_name(VIEW))
+    except UnreadableLogError:
+        return report.page, report.pictures
+    return page, report.pictures
 
 
 def _without_pictures() -> str:

@@ -37,8 +37,8 @@ class LineLog:
         self._emulation = emulation
         self._run, self._step = emulation.run, emulation.step
         self._inside = False
-        self._said = Direction(emulation.wire, HOST_SYSTEM, HOST_COMPONENT, log.wire_rx, log.received)
-        self._told = Direction(emulation.wire, 1, ROBOT_COMPONENT, log.wire_tx, self._sent)
+        self._said = OneWay(emulation.wire, HOST_SYSTEM, HOST_COMPONENT, log.wire_rx, log.received)
+        self._told = OneWay(emulation.wire, 1, ROBOT_COMPONENT, log.wire_tx, self._sent)
         for name, watched in (("run", self.run), ("step", self.step)):
             setattr(emulation, name, watched)
 
@@ -74,8 +74,8 @@ class LineLog:
         """Watch no longer, and write down what is still held."""
         for name, own in (("run", self._run), ("step", self._step)):
             setattr(self._emulation, name, own)
-        for direction in (self._told, self._said):
-            direction.end(self._emulation.now())
+        for way in (self._told, self._said):
+            way.end(self._emulation.now())
 
     def _hear(self, inbound: bytes) -> None:
         self._log.now = self._emulation.now()
@@ -90,7 +90,7 @@ class LineLog:
             self._log.received(event)
 
 
-class Direction:
+class OneWay:
     """One way of the line.
 
     Args:
