@@ -263,7 +263,7 @@ def _page(log: Path) -> tuple[Path, tuple[Path, ...]]:
     from hil.mcaplog.errors import UnreadableLogError  # noqa: PLC0415
     from hil.report import write_report  # noqa: PLC0415
 
-    report = write_report(log, log.parent)
+    report = write_report(log, log.parent, png=True)
     try:
         page, _ = write_view(log, log.with_name(VIEW))
     except UnreadableLogError:

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from hil import pytest_logs
 from hil.pytest_logs import begin_link_log, begin_test_log, note_test
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from hil.sumo.junior import Junior
     from simdevice.sumo.world import World
 
-pytest_plugins = ("hil.pytest_replay", "hil.pytest_logs")
+pytest_plugins = ("hil.pytest_replay",)
 
 REST_TIME = 2.5
 """Emulated time in which a robot left alone must have come to rest, in s: the longest watchdog is 2 s."""
@@ -73,8 +74,9 @@ class ServedJunior:
     world: World
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options `--hil-...`."""
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
+    """Add the options `--hil-...`, and what keeps logs: it has been imported already, so that no name of it would do."""
+    pluginmanager.register(pytest_logs, "junior_hil_logs")
     group = parser.getgroup("junior-hil", "robots (junior-hil)")
     group.addoption("--hil-link", metavar="URL", help="run tests that ask for `junior` with the robot at this address")
     group.addoption("--hil-signing-key", metavar="FILE", help="key file of the robot at --hil-link, or of logs, if it signs")

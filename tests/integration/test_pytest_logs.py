@@ -161,7 +161,7 @@ def test_what_a_program_says_on_a_port_is_kept(pytester: pytest.Pytester) -> Non
 def test_a_page_that_can_t_be_made_is_told_and_the_tests_go_on(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fails(*_: object) -> None:
+    def fails(*_: object, **_options: object) -> None:
         raise ZeroDivisionError("of all things")
 
     monkeypatch.setattr(hil.report.write, "write_report", fails)
