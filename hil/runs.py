@@ -7,6 +7,7 @@
         tables.toml      what a swarm has learnt; of several seeds tables-1.toml and so on instead
         checkpoint.json  what a run that was cut goes on from
         report/          pages and pictures
+        view.html        a page that plays the log
 
 A folder that exists is never written into, and only what a run has made is ever removed.
 """
@@ -44,6 +45,7 @@ ADVICE: Final = "advice.toml"
 TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
 REPORT: Final = "report"
+VIEW: Final = "view.html"
 VERSION: Final = 1
 RUNNING: Final = "running"
 DONE: Final = "done"
@@ -187,7 +189,7 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, TABLES, CHECKPOINT):
+        for name in (LOG, ADVICE, TABLES, CHECKPOINT, VIEW):
             (self.folder / name).unlink(missing_ok=True)
         for pattern in (PART_LOGS, SEED_TABLES):
             for made in self.folder.glob(pattern):

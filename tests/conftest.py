@@ -21,7 +21,7 @@ from simdevice.avr import build as avr_build
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-BROWSERS: Final = ("chromium", "chromium-browser", "google-chrome", "firefox")
+BROWSERS: Final = ("chromium", "chromium-browser", "google-chrome")
 ARDUINO: Final = {"arduino-builder": "arduino-builder", "arduino-ctags": "arduino-ctags", "avr-g++": "gcc-avr"}
 """Debian's packages by the command that shows whether they are there."""
 ARDUINO_CORE: Final = Path("/usr/share/arduino/hardware/arduino/avr")
@@ -56,7 +56,7 @@ def node() -> str:
 
 
 def browser() -> str:
-    """A web browser."""
+    """A web browser that can be driven by its debugging pipe."""
     return install([] if any(map(shutil.which, BROWSERS)) else ["chromium"])
 
 

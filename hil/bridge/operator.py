@@ -92,6 +92,10 @@ class Operator:
             robot: Likewise.
         """
         self._asked.append(OperatorInput(what, robot))
+        self.wake()
+
+    def wake(self) -> None:
+        """Have the bridges' steps that wait return at once, since there is something to take in; for other threads, too."""
         for wake in self._wakers:
             wake()
 

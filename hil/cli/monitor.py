@@ -1,4 +1,4 @@
-"""`hil monitor`: a live view of one robot."""
+"""`hil monitor`: a live view of robots, and the keys that drive them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import typer
 from hil.cli import common, links
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
+from hil.cockpit.window import can_show
 from hil.jobs.monitor import MonitorJob
 
 
@@ -20,16 +21,14 @@ def monitor(
         typer.Option(
             "--duration",
             min=0.1,
-            help="Stop after this time, in s; left out, a robot emulated in this process is shown for 10 s, "
-            "any other until Ctrl-C.",
+            help="Stop after this time, in s; left out, when q is pressed. Without a terminal a robot emulated in this process "
+            "is shown for its first 10 s.",
         ),
     ] = None,
     robot: Annotated[
         str, typer.Option("--robot", metavar="ADDRESS", help="Of a swarm this micro-robot alone, in full: ID, or NETWORK.ID.")
     ] = "",
-    micro: Annotated[
-        bool, typer.Option("--micro", help="The robots at LINK are micro-robots; those of sim://swarm are in any case.")
-    ] = False,
+    micro: Annotated[bool, typer.Option("--micro", help="Micro-robots alone, where others are at LINK, too.")] = False,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -42,7 +41,10 @@ def monitor(
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,
 ) -> int:
-    """Show what a robot senses and how good the link is; drive it by keys. It is disarmed until you arm it.
+    """Show robots on the terminal: where they are, what they sense, how good the link is. Drive them by keys.
+
+    Who is there is found out by listening. Without LINK it is an emulated robot in real time: a arms it, arrows drive it, ?
+    tells of all keys. Without a terminal a line is printed every second.
 
     Pull the plug and put it back: it goes on, and the robot is disarmed.
 
@@ -54,7 +56,8 @@ def monitor(
     console = common.consoles(as_json=as_json, quiet=quiet)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = common.url_of(link, None, seed)
-    job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro or bool(robot), robot=robot)
+    live = not (as_json or quiet) and can_show()
+    job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro, robot=robot, live=live)
     with running(
         "monitor",
         "emulated" if link is None else "robot",
@@ -67,7 +70,8 @@ def monitor(
         no_log=no_log,
         overwrite=overwrite,
     ) as run:
-        document = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+        stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, live=live)
+        document = job.perform(stage)
         run.finish({})
     if as_json:
         with run.telling():

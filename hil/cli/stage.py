@@ -25,6 +25,7 @@ from hil.report.style import INSTALL, can_draw
 from hil.signing.key_file import load_key
 from hil.terminal.interrupts import interrupts
 from hil.terminal.keys import pressed_keys
+from hil.terminal.pacing import Pacer
 from hil.versions import versions
 
 if TYPE_CHECKING:
@@ -37,7 +38,9 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address
     from firmware_protocol.link import Link
     from hil.cli.running import ActiveRun
+    from hil.cockpit.window import CockpitWindow
     from hil.connecting.connecting import NetworkOpener
+    from hil.jobs.stage import Window
     from hil.recording.recorder import Recorder
     from hil.working import Crew
     from hil.working.recorded import Recorded
@@ -60,6 +63,7 @@ class LiveStage(Stage):
         reports: A report of the log may be asked for afterwards; then `close` is called at last.
         beside: The log is written by a process of its own.
         gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
+        live: What happens is shown by a window on the terminal, in real time.
         crew: Does what is done by other processes.
 
     Raises:
@@ -79,6 +83,7 @@ class LiveStage(Stage):
         reports: bool = False,
         beside: bool = True,
         gather: float = 0.0,
+        live: bool = False,
         crew: Crew | None = None,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
@@ -91,7 +96,40 @@ class LiveStage(Stage):
         self._clock = MonotonicClock()
         self._openers: AddressOpeners | None = None
         self._gather = gather
+        self._live = live
+        self._window: CockpitWindow | None = None
+        self._pacer = Pacer(self._clock)
         self._crew = crew
+
+    @contextmanager
+    def window(self) -> Iterator[Window | None]:
+        """Inside, a display is open, where there is to be one: what is said goes there, and so do keys that are for it."""
+        if not self._live:
+            yield None
+            return
+        from hil.cockpit.window import CockpitWindow  # noqa: PLC0415 - only where there is a terminal for it
+
+        self.operator.attach(self._pacer.wake)
+        try:
+            with CockpitWindow(self.url) as window:
+                self._window = window
+                yield window
+        finally:
+            self._window = None
+            self.operator.detach(self._pacer.wake)
+        if window.failure is not None:
+            self.say(f"The display has failed ({window.failure!r}); the run has gone on without.")
+
+    def pace(self, now: float) -> None:
+        """Wait until as much time has passed as an emulated robot has lived through."""
+        self._pacer.keep(now)
+
+    def say(self, text: str) -> None:
+        """Say something to whoever looks on."""
+        if self._window is not None and self._window.there:
+            self._window.say(text)
+        else:
+            super().say(text)
 
     def interrupts(self) -> AbstractContextManager[None]:
         """Inside, signals that ask the program to end are taken in by the bridges' steps."""
@@ -100,7 +138,8 @@ class LiveStage(Stage):
     @contextmanager
     def keys(self) -> Iterator[Callable[[], str] | None]:
         """Inside, single keys are read from the terminal."""
-        with pressed_keys() as read:
+        window = self._window
+        with pressed_keys() if window is None else pressed_keys(window.takes, self.operator.wake) as read:
             yield read
 
     @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
@@ -14,7 +14,7 @@ from hil.connecting.serving import WAIT, Serving
 from hil.safety import Limits
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
     from firmware_protocol.events import Event
@@ -30,6 +30,23 @@ TAKE_WAIT = 5.0
 """How long a robot that answers is given to open a session, in s."""
 STOP_WAIT = 0.5
 """How long a robot is given to acknowledge the stop on the way out, in s."""
+
+
+def answered(ticket: Ticket[Any]) -> Iterator[None]:
+    """Wait for an answer bit by bit: whoever asks for the next bit serves the links between two.
+
+    Args:
+        ticket: What was given for the question.
+
+    Raises:
+        RefusedError: The robot refused.
+        PeerError: It did not answer, or is gone.
+        LinkError: The link is gone.
+    """
+    while not ticket.done:
+        yield
+    if ticket.error is not None:
+        raise ticket.error
 
 
 class RobotHandle(Serving):
@@ -119,16 +136,31 @@ class RobotHandle(Serving):
             PeerError: It does not answer, or does not want one.
             LinkError: The link is gone.
         """
-        if not self.peer.ready and self.peer.unavailable is not None:  # nor later, when nobody thinks of it any more
-            raise self.peer.unavailable
-        deadline = self.deadline(TAKE_WAIT)
+        self._check_ready()
+        self.step(0.0)
+        self._serve(self.taking())
+
+    def taking(self) -> Iterator[None]:
+        """Take it as `take` does, bit by bit: whoever asks for the next bit serves the links between two. Raises likewise."""
+        self._check_ready()
+        deadline = self.now() + TAKE_WAIT
         self.peer.take(self.now())
         while not self.peer.session and self.now() < deadline:
             if self.peer.failure is not None:
                 raise self.peer.failure
-            self.step(WAIT)
+            yield
         if not self.peer.session:
             raise PeerLostError(f"robot {self.peer.system} did not open a session within {TAKE_WAIT:g} s")
+
+    def _check_ready(self) -> None:
+        """See that it answers: one that is not there is not taken later, when nobody thinks of it any more."""
+        if not self.peer.ready and self.peer.unavailable is not None:
+            raise self.peer.unavailable
+
+    def _serve(self, bits: Iterator[None]) -> None:
+        """Serve the link until something that is done bit by bit has ended."""
+        for _ in bits:
+            self.step(WAIT)
 
     def adopt(self, peer: Peer, network: str | None = None) -> None:
         """Be the handle of this robot.
@@ -218,11 +250,17 @@ class RobotHandle(Serving):
             PeerError: The robot is gone or does not answer.
             LinkError: The link is gone.
         """
+        self._serve(self.arming())
+
+    def arming(self) -> Iterator[None]:
+        """Arm it as `arm` does, bit by bit: see `taking`. Raises likewise."""
         try:
-            self.finish(self.peer.arm())
+            yield from answered(self.peer.arm())
             self.was_armed()
         except RefusedError as error:
-            if self.finish(self.peer.request(Heartbeat)).custom_mode != State.STOPPED:
+            heartbeat = self.peer.request(Heartbeat)
+            yield from answered(heartbeat)
+            if heartbeat.value().custom_mode != State.STOPPED:
                 raise
             self._emergency = True
             raise RefusedError("arming", "its emergency stop is engaged; make sure that it may move, then disarm it") from error

@@ -330,10 +330,14 @@ class RobotHandles(Serving, Generic[H]):
 
     def arm(self) -> Answers[CommandAck]:
         """Let the wheels of all that are there turn."""
-        answers = self.ask(lambda handle: handle.peer.arm())
+        answers = self.ask(lambda handle: handle.peer.arm(self._arming_time(handle.address.network)))
         for address in answers.values:
             self.members[address].was_armed()
         return answers
+
+    def _arming_time(self, network: str) -> float:  # noqa: ARG002 - some know more of their networks
+        """Time that the line of a network needs to have all on it armed, in s; 0 where nobody knows."""
+        return 0.0
 
     def disarm(self) -> Answers[CommandAck]:
         """Stop all, and keep their wheels from turning; ends emergency stops."""
@@ -344,12 +348,16 @@ class RobotHandles(Serving, Generic[H]):
 
         One message goes to all; then each robot that was ever there is asked to confirm.
         """
+        self.call_emergency_stop()
+        return self.ask(lambda handle: handle.ask_emergency_stop(), list(self.members.values()))
+
+    def call_emergency_stop(self) -> None:
+        """Send the one message that stops everything that hears us; nobody is asked to confirm."""
         for bridge in self.networks.alive.values():
             try:
                 bridge.send(CommandLong(0, ROBOT_COMPONENT, Command.FLIGHT_TERMINATION, 0, 1.0))
             except LinkError:
                 continue  # its robots stop by their watchdogs; the other links are to be reached all the same
-        return self.ask(lambda handle: handle.ask_emergency_stop(), list(self.members.values()))
 
     # --- leaving -----------------------------------------------------------------------------------------------------
 

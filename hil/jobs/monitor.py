@@ -1,63 +1,58 @@
-"""A live view of one robot or several, and the keys that drive them."""
+"""A view of one robot or several, and the keys that drive them."""
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from rich.console import Group
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
-
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import PeerError, PeerLostError, RefusedError
-from firmware_protocol.messages import State
-from firmware_protocol.vocabulary import Stimulus
+from firmware_protocol.errors import RefusedError
+from firmware_protocol.roles.junior import JUNIOR
+from firmware_protocol.roles.swarm import MICRO_ROBOT
 from hil.bridge.operator import KEY
-from hil.connecting.connecting import asked_for
+from hil.connecting.handle import RobotHandle
 from hil.connecting.handles import RobotHandles
 from hil.connecting.swarm_address import is_swarm
-from hil.jobs.micro_monitor import MicroOverview
 from hil.jobs.options import DAY, MOST_SEED, none_or
-from hil.jobs.overview import Overview
-from hil.jobs.session import Session, open_session, open_watch
+from hil.jobs.session import open_watch
 from hil.jobs.stage import keys_taken_in
-from hil.jobs.words import sensed
-from hil.sumo.junior import STIMULUS_BITS, Junior
-from hil.sumo.robots import Robots
+from hil.jobs.watched.dead_man import HOLD
+from hil.jobs.watched.juniors import JuniorsWatch
+from hil.jobs.watched.micro_robots import MicroRobotsWatch
+from hil.sumo.junior import Junior
 from hil.swarm.robot import MicroRobot
-from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
     from typing import Self
 
-    from rich.console import Console
-
-    from firmware_protocol.messages import JuniorSensors
+    from firmware_protocol.errors import HilError
+    from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.peer.role import Role
+    from hil.bridge.networks import Networks
     from hil.bridge.operator import Operator
-    from hil.jobs.stage import Stage
+    from hil.jobs.stage import Stage, Window
+    from hil.recording.recorder import Recorder
+    from hil.safety import Limits
     from pal_advisor.fields import Fields
 
-DRIVE_TIME: Final = 0.3
-"""A key drives for this long, in s; holding it down repeats it."""
-SPEED, TURN = 0.6, 0.35
-DRIVES: Final = {"^": (SPEED, SPEED), "v": (-SPEED, -SPEED), "<": (-TURN, TURN), ">": (TURN, -TURN)}
 STOPS: Final = "Ee "
-"""The keys that stop, the hardest first: all robots, this robot, and its wheels alone."""
+"""The keys that stop, the hardest first: all robots, this robot, and wheels alone."""
 QUIT: Final = "q\x03\x04"
-HELP: Final = "a arm   d disarm   arrows drive   space stop   e emergency stop   q quit"
+BOUT: Final = "b"
 LOCKSTEP_DURATION: Final = 10.0
 """How much is shown of what runs faster than time, in s."""
 IN_LOCKSTEP: Final = "An emulated robot in this process runs faster than time: shown are its first 10 s."
+ONLY_WATCHED: Final = "The robots are only watched: the first key that arms or moves one takes it, which stops and disarms it"
 LINE_EVERY: Final = 1.0
-"""Without a terminal a line is printed this often, in s."""
+"""Without a display a line is printed this often, in s."""
+LEAVING: Final = 1.0
+"""So long what keys have asked for last may take when the view is left, in s."""
 LONGEST: Final = 1e9
 """No longer look is asked for, in s."""
+_KINDS: Final[tuple[type[RobotHandle], ...]] = (Junior, MicroRobot)
+"""What robots are held by that can be looked at."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +64,10 @@ class MonitorJob:
         seed: Seed of an emulated robot in this process.
         reconnect: How long a robot or link that is lost is waited for, in s.
         silent: Nothing is shown: there is a result at the end only.
-        micro: The robots are micro-robots; those of an emulated swarm are in any case.
+        micro: Only micro-robots are looked at; else those of the role that is heard first.
         robot: The only micro-robot to be shown, as `3` or `2.3`; empty: all.
+        live: It is looked at on a terminal: an emulated robot in this process runs in real time, and until somebody leaves.
+        hold: Driving ends so long after the last key, in s; None: as logs of before have it.
     """
 
     VERB: ClassVar[str] = "monitor"
@@ -81,11 +78,20 @@ class MonitorJob:
     silent: bool = False
     micro: bool = False
     robot: str = ""
+    live: bool = False
+    hold: float | None = HOLD
 
     def options(self) -> dict[str, Any]:
         """Everything that decides."""
         of_swarm = {"micro": self.micro, "robot": self.robot} if self.micro or self.robot else {}
-        return {"duration": self.duration, "seed": self.seed, "reconnect": self.reconnect, **of_swarm}
+        return {
+            "duration": self.duration,
+            "seed": self.seed,
+            "reconnect": self.reconnect,
+            "live": self.live,
+            "hold": self.hold,
+            **of_swarm,
+        }
 
     def files(self) -> dict[str, bytes]:
         """None."""
@@ -101,123 +107,149 @@ class MonitorJob:
             silent=True,
             micro=options.has("micro") and options.flag("micro"),
             robot=options.text("robot") if options.has("robot") else "",
+            live=options.has("live") and options.flag("live"),
+            hold=options.number("hold", 0.0, LONGEST) if options.has("hold") else None,
         )
 
     def perform(self, stage: Stage) -> dict[str, object] | list[dict[str, object]]:
         """Show them, and do what the keys ask; what `--json` prints of them in the end."""
-        view = _View(stage.console, self.silent or stage.quiet)
-        if self.micro or is_swarm(parse_address(stage.url)):
-            with open_watch(stage, make=partial(RobotHandles, MicroRobot), reconnect=self.reconnect) as (micro_robots, _):
-                which = self.robot
-                if not which and len(micro_robots) == 1:
-                    which = MicroOverview(micro_robots).name(next(iter(micro_robots)))
-                micro_overview = MicroOverview(micro_robots, which)
-                _look(micro_overview, micro_robots, stage, view, self.duration)
-                return micro_overview.document()
-        if may_be_several(stage.url):
-            with open_watch(stage, make=Robots, reconnect=self.reconnect) as (robots, recorder):
-                members = list(robots)
-                if len(members) > 1:
-                    overview = Overview(robots, lambda junior, key: obey(Session(junior, recorder), key))
-                    _look(overview, robots, stage, view, self.duration)
-                    return [_plain(junior) for junior in overview.members if junior.latest is not None]
-                members[0].take()
-                _watch(Session(members[0], recorder), stage, view, self.duration)
-                return _plain(members[0])
-        with open_session(Junior, stage, arm=False, reconnect=self.reconnect) as session:
-            duration = self.duration
-            if session.lockstep and duration is None:
-                duration = LOCKSTEP_DURATION
-                stage.console.print(IN_LOCKSTEP)
-            _watch(session, stage, view, duration)
-            return _plain(session.robot)
+        only = MICRO_ROBOT if self.micro or self.robot or is_swarm(parse_address(stage.url)) else None
+        with (
+            stage.window() as window,
+            open_watch(stage, make=lambda networks, limits: OfOneRole(networks, limits, only), reconnect=self.reconnect) as (
+                robots,
+                recorder,
+            ),
+        ):
+            watch = self._watch(robots, recorder, stage)
+            _View(stage, window, self).look(watch, robots)
+            return watch.document()
+
+    def _watch(self, robots: OfOneRole, recorder: Recorder | None, stage: Stage) -> JuniorsWatch | MicroRobotsWatch:
+        """What is to be seen of the robots that are there."""
+
+        def refused(error: HilError) -> None:
+            if recorder is not None and isinstance(error, RefusedError):
+                recorder.note("safety", str(error))
+
+        members = list(robots)
+        if stage.tell is not None:
+            for error in robots.refused.values():
+                stage.tell(str(error))
+        if robots.role is MICRO_ROBOT:
+            which = self.robot
+            if not which and len(robots) == 1:
+                which = MicroRobotsWatch(robots).name(members[0])
+            return MicroRobotsWatch(robots, which, tell=stage.tell, refused=refused)
+        if len(members) == 1:
+            members[0].take()
+            if recorder is not None and members[0].bridge.link.lockstep:
+                recorder.metadata("robot", {name: f"{value:g}" for name, value in members[0].parameters().items()})
+        return JuniorsWatch(robots, tell=stage.tell, refused=refused, seed=self.seed, hold=self.hold)
 
 
-def may_be_several(link: str) -> bool:
-    """The address leaves open which robot is meant, and it is not one alone in this process.
+class OfOneRole(RobotHandles[Any]):
+    """The robots of one role on one link or several: of that which is heard first, unless another is asked for.
 
     Args:
-        link: The address.
+        networks: The links, open.
+        limits: Bounds on what is asked of each robot.
+        only: The role that they must have; None: of those that can be looked at, the first that is heard.
+
+    Attributes:
+        role: The role that they have; None as long as nobody has been heard, and every role will do.
     """
-    address = parse_address(link)
-    return asked_for(address) is None and (address.scheme != "sim" or "count" in address.options)
+
+    def __init__(self, networks: Networks, limits: Limits, only: Role | None) -> None:
+        super().__init__(RobotHandle if only is None else _kind_of(only) or RobotHandle, networks, limits)
+        self.role = only
+
+    def _needed_of(self, peer: Peer) -> Role | None:
+        if self.role is None:
+            return JUNIOR if _kind_of(peer.role) is None else None
+        return super()._needed_of(peer)
+
+    def _join(self, network: str, system: int) -> None:
+        role = self.networks.bridges[network].peers[system].role
+        if self.role is None and (kind := _kind_of(role)) is not None:
+            self.role, self._make = role, kind
+        super()._join(network, system)
+
+
+def _kind_of(role: Role) -> type[RobotHandle] | None:
+    """What a robot of a role is held by; None where it can't be looked at."""
+    return next((kind for kind in _KINDS if kind.ROLE is role), None)
 
 
 class _View:
-    """How it is shown: live on a terminal, else a line now and then.
+    """Serves the robots, obeys keys, and shows them: in a window, else by a line now and then.
 
     Args:
-        console: Where to.
-        silent: Nothing is shown.
+        stage: The outside.
+        window: Where they are shown; None: nowhere.
+        job: What was asked for.
     """
 
-    def __init__(self, console: Console, silent: bool) -> None:  # noqa: FBT001 - one of two
-        self.console = console
-        self.live = console.is_terminal and not silent
-        self.lines = not silent and not self.live
+    def __init__(self, stage: Stage, window: Window | None, job: MonitorJob) -> None:
+        self._stage = stage
+        self._window = window
+        self._job = job
+        self._silent = job.silent or stage.quiet
+        self._line_due = float("-inf")
 
-    @contextmanager
-    def display(self) -> Iterator[Live]:
-        """What is drawn again and again; while the program is stopped, the cursor is given back."""
-        with (
-            Live(console=self.console, auto_refresh=False, transient=False) as display,
-            around_stop(display.stop, display.start),
-        ):
-            yield display
+    def look(self, watch: JuniorsWatch | MicroRobotsWatch, robots: OfOneRole) -> None:
+        """Look at them until the time is over, or somebody has had enough.
+
+        Args:
+            watch: What is to be seen of them.
+            robots: The robots.
+        """
+        stage, duration = self._stage, self._job.duration
+        lockstep = all(bridge.link.lockstep for bridge in robots.networks.bridges.values())
+        if lockstep and self._job.live:
+            watch.press(BOUT)
+        elif lockstep and duration is None:
+            duration = LOCKSTEP_DURATION
+            stage.console.print(IN_LOCKSTEP)
+        if self._window is not None:
+            ours = any(robot.peer.taken for robot in robots)
+            stage.say("It is disarmed: a arms it, arrows drive it, ? tells of all keys" if ours else ONLY_WATCHED)
+        end = None if duration is None else robots.now() + duration
+        with keys_taken_in(stage, watch.aim):
+            while end is None or robots.now() < end:
+                waiting = self._job.hold is None and watch.busy  # in logs of before a key waited for what was asked before it
+                robots.step()
+                if lockstep and self._job.live:
+                    stage.pace(robots.now())
+                for key in "" if waiting else _pressed(stage.operator):
+                    if key in QUIT:
+                        self._leave(watch, robots)
+                        return
+                    watch.press(key)
+                watch.step()
+                self._show(watch, robots.now())
+
+    def _leave(self, watch: JuniorsWatch | MicroRobotsWatch, robots: OfOneRole) -> None:
+        """Have answered what was asked for last: a stop, as like as not."""
+        end = robots.now() + LEAVING
+        while watch.busy and robots.now() < end:
+            robots.step()
+            watch.step()
+
+    def _show(self, watch: JuniorsWatch | MicroRobotsWatch, now: float) -> None:
+        if self._window is not None and self._window.there:
+            if self._window.wanting:
+                self._window.show(watch.picture())
+        elif not self._silent and now >= self._line_due and (lines := watch.lines()):
+            self._line_due = now + LINE_EVERY
+            if len(lines) > 1:
+                lines.insert(0, f"{now:.2f} s")
+            self._stage.console.print(*lines, sep="\n", markup=False)
 
 
 def _pressed(operator: Operator) -> str:
     """The keys to obey, of those that the steps have taken in."""
     return worth_obeying("".join(one.what.removeprefix(KEY) for one in operator.pressed()))
-
-
-def _look(
-    overview: Overview | MicroOverview, robots: RobotHandles[Any], stage: Stage, view: _View, duration: float | None
-) -> None:
-    """Show several robots."""
-    if duration is None and all(bridge.link.lockstep for bridge in robots.networks.bridges.values()):
-        duration = LOCKSTEP_DURATION
-        stage.console.print(IN_LOCKSTEP)
-    end = None if duration is None else robots.now() + duration
-    line_due = robots.now()
-    with keys_taken_in(stage, overview.aim), view.display() as display:
-        while end is None or robots.now() < end:
-            robots.step()
-            overview.step()
-            for key in _pressed(stage.operator):
-                if key in QUIT:
-                    return
-                overview.press(key)
-            if view.live:
-                display.update(overview.view(), refresh=True)
-            elif view.lines and robots.now() >= line_due:
-                line_due = robots.now() + LINE_EVERY
-                stage.console.print(f"{robots.now():.2f} s", *overview.lines(), sep="\n", markup=False)
-
-
-def _watch(session: Session[Junior], stage: Stage, view: _View, duration: float | None) -> None:
-    """Show one robot."""
-    junior = session.robot
-    end = None if duration is None else junior.now() + duration
-    line_due = junior.now()
-    refusal = ""
-    robot = str(junior.peer.system)
-    with keys_taken_in(stage, lambda keys: [robot] * len(keys)), view.display() as display:
-        while end is None or junior.now() < end:
-            junior.step()
-            for key in _pressed(stage.operator):
-                if key in QUIT:
-                    return
-                refusal = obey(session, key)
-            try:
-                _shown(junior)
-            except PeerLostError:  # it was lost before its first reading came
-                continue
-            if view.live:
-                display.update(_table(junior, refusal), refresh=True)
-            elif view.lines and junior.now() >= line_due:
-                line_due = junior.now() + LINE_EVERY
-                stage.console.print(_line(junior), markup=False)
 
 
 def worth_obeying(keys: str) -> str:
@@ -237,111 +269,3 @@ def worth_obeying(keys: str) -> str:
     after = "".join(key for key, _ in groupby(keys[last_stop + 1 :]))
     left = "".join(key for key in keys[:last_stop] if key in QUIT)[:1]
     return min(stops, key=STOPS.index) + (left or after)
-
-
-def obey(session: Session[Junior], key: str) -> str:
-    """Do what a key asks.
-
-    Args:
-        session: The robot that it is for.
-        key: The key.
-
-    Returns:
-        Why the robot refused; empty when it did not.
-    """
-    junior = session.robot
-    try:
-        match key:
-            case "a":
-                junior.arm()
-            case "d":
-                junior.disarm()
-            case "e" | "E":
-                junior.emergency_stop()
-            case " ":
-                junior.stop()
-            case _ if key in DRIVES:
-                junior.drive(*DRIVES[key], DRIVE_TIME)
-            case _:
-                pass
-    except RefusedError as error:
-        if session.recorder is not None:
-            session.recorder.note("safety", str(error))
-        return str(error)
-    except PeerError as error:  # it may be back, and the next key may reach it
-        return str(error)
-    return ""
-
-
-def _shown(junior: Junior) -> JuniorSensors:
-    """The latest reading, however old: `_warning` says so. The first is waited for."""
-    return junior.latest or junior.sensors
-
-
-def _line(junior: Junior) -> str:
-    sensors, counters = _shown(junior), junior.peer.counters
-    state = junior.state.name.lower() if junior.peer.ready else "not heard" if junior.bridge.lost is None else "no link"
-    return (
-        f"{sensors.time:8.2f} s  {state:10}  eyes {sensors.eye[0]:4} {sensors.eye[1]:4}  "
-        f"floor {sensors.floor[0]:4} {sensors.floor[1]:4}  battery {sensors.battery:.2f} V  senses {sensed(sensors.flags)}  "
-        f"frames {counters.good}, lost {counters.lost}, rejected {counters.rejected}"
-        f"{'  ' if (warning := _warning(junior)) else ''}{warning}"
-    )
-
-
-def _table(junior: Junior, refusal: str) -> Group:
-    sensors, counters = _shown(junior), junior.peer.counters
-    table = Table(title=junior.description, title_justify="left", show_header=True, box=None)
-    for head in ("", "left", "right"):
-        table.add_column(head, justify="right" if head else "left")
-    table.add_row("eye (counts)", str(sensors.eye[0]), str(sensors.eye[1]))
-    table.add_row("floor (counts)", str(sensors.floor[0]), str(sensors.floor[1]))
-    table.add_row("travel (mm)", f"{sensors.travel[0] * 1000:.0f}", f"{sensors.travel[1] * 1000:.0f}")
-    latency = f"{counters.latency * 1000:.1f} ms" if counters.answers else "-"
-    return Group(
-        table,
-        f"senses: {sensed(sensors.flags)}",
-        f"state: {junior.state.name.lower()}{' (armed)' if junior.armed else ''}   battery {sensors.battery:.2f} V"
-        f"{'   EMERGENCY STOP: d, then a' if junior.state is State.STOPPED else ''}",
-        f"link: {counters.good} frames, {counters.lost} lost, {counters.rejected} rejected, "
-        f"{counters.retries} repeated, answer in {latency}",
-        _warning(junior),
-        Text(refusal),
-        HELP,
-    )
-
-
-def _warning(junior: Junior) -> str:
-    """What makes the readings old; empty when they are not."""
-    if not junior.stale:
-        return ""
-    old = f"these readings are {junior.age:.1f} s old"
-    if junior.peer.ready:
-        return f"NO READINGS COME, stopped by another client: {old}"
-    if junior.bridge.lost is not None:
-        return f"LINK LOST, trying to open it again: {old}"
-    return f"NOT HEARD ANY MORE: {old}"
-
-
-def _plain(junior: Junior) -> dict[str, object]:
-    sensors, counters = _shown(junior), junior.peer.counters
-    return {
-        "system": junior.peer.system,
-        "state": junior.state.name.lower(),
-        "armed": junior.armed,
-        "time": sensors.time,
-        "age_s": junior.age,
-        "stale": junior.stale,
-        "eye": list(sensors.eye),
-        "floor": list(sensors.floor),
-        "travel": list(sensors.travel),
-        "battery": sensors.battery,
-        "stimulus": Stimulus(sensors.flags & STIMULUS_BITS).label,
-        "link": {
-            "good": counters.good,
-            "lost": counters.lost,
-            "rejected": counters.rejected,
-            "retries": counters.retries,
-            "latency_s": counters.latency if counters.answers else None,
-        },
-    }

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from firmware_protocol.address import Address
     from firmware_protocol.link import Link
     from firmware_protocol.wire.signing import SigningKey
+    from hil.cockpit.snapshot import Snapshot
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
     from hil.working.recorded import Recorded
@@ -76,6 +77,33 @@ class Job(Protocol):
         ...
 
 
+class Window(Protocol):
+    """Where pictures of robots are shown while a job runs; what shows them never keeps the job waiting.
+
+    Attributes:
+        there: It is open.
+        wanting: It has shown the last picture, and time for the next one has come.
+    """
+
+    @property
+    def there(self) -> bool:
+        """It is open."""
+        ...
+
+    @property
+    def wanting(self) -> bool:
+        """It has shown the last picture, and time for the next one has come."""
+        ...
+
+    def show(self, picture: Snapshot) -> None:
+        """Show a picture.
+
+        Args:
+            picture: What there is to see.
+        """
+        ...
+
+
 class Stage(ABC):
     """The outside, as a job sees it.
 
@@ -115,6 +143,19 @@ class Stage(ABC):
             text: What.
         """
         self.console.print(text, markup=False)
+
+    @contextmanager
+    def window(self) -> Iterator[Window | None]:
+        """Inside, a display is open; None where there is none."""
+        yield None
+
+    def pace(self, now: float) -> None:
+        """Wait until as much time has passed as an emulated robot has lived through; where nobody looks on, never.
+
+        Args:
+            now: Its time, in s.
+        """
+        del now
 
     @abstractmethod
     def interrupts(self) -> AbstractContextManager[None]:

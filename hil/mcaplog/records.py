@@ -6,7 +6,7 @@ Each becomes a protobuf message of the same field names (see `schemas`); the tex
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Final
+from typing import Annotated, ClassVar, Final
 
 EVENTS: Final = "/events"
 """Topic of what is worth telling a person."""
@@ -189,9 +189,6 @@ class SurroundStateRecord:
     """How the surround task stands after a step; lengths are in the book's units."""
 
     seed: Annotated[int, "seed of the run"]
-    case: Annotated[str, "the case that is played, by the book's name"]
-    area: Annotated[tuple[float, ...], "sides of the area, about the origin"]
-    body: Annotated[float, "radius of a robot"]
     step: Annotated[int, "number of the step; 0 is the start"]
     steps: Annotated[int, "how many there are to be"]
     distance: Annotated[float | None, "mean distance from a RANGER to the nearest WILD"]
@@ -202,11 +199,17 @@ class SurroundStateRecord:
     ranger_behaviours: Annotated[tuple[int, ...], "how many RANGERs performed each behaviour, B1 first"]
     wild_stimuli: Annotated[tuple[int, ...], "how many WILDs met each stimulus"]
     wild_behaviours: Annotated[tuple[int, ...], "how many WILDs performed each behaviour"]
-    ranger_positions: Annotated[tuple[float, ...], "x, y of each RANGER as it said last, in turn; NaN: it never has"]
-    wild_positions: Annotated[tuple[float, ...], "x, y of each WILD, likewise"]
     tables: Annotated[str, "what has been learnt, as JSON, every ten steps and at the end; else empty"]
-    measures: Annotated[str, "what is told of the run so far, as JSON, as often; else empty"]
     digest: Annotated[str, "of the adviser's whole state, 16 hexadecimal digits, as often; else empty"]
+    case: Annotated[str, "the case that is played, by the book's name"] = ""
+    area: Annotated[tuple[float, ...], "sides of the area, about the origin"] = ()
+    body: Annotated[float, "radius of a robot"] = 0.0
+    ranger_positions: Annotated[tuple[float, ...], "x, y of each RANGER as it said last, in turn; NaN: it never has"] = ()
+    wild_positions: Annotated[tuple[float, ...], "x, y of each WILD, likewise"] = ()
+    measures: Annotated[str, "what is told of the run so far, as JSON, as often; else empty"] = ""
+
+    ADDED: ClassVar = frozenset(("case", "area", "body", "ranger_positions", "wild_positions", "measures"))
+    """Logs of before they were added are read without them."""
 
 
 @dataclass(frozen=True)

@@ -63,6 +63,7 @@ class SchemaField:
         enum: The names of the values, for kind `enum`.
         nullable: The Python value may be None, which is a NaN in the log.
         text: Unit and meaning.
+        added: Logs of before the field was added do not have it: it is as the dataclass has it by default then.
     """
 
     name: str
@@ -72,6 +73,7 @@ class SchemaField:
     enum: type[IntEnum] | None = None
     nullable: bool = False
     text: str = ""
+    added: bool = False
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,7 @@ def matches(field: SchemaField, found: Any) -> bool:  # noqa: ANN401 - protobuf'
         found: The field of this name in the log's descriptor; None where there is none.
     """
     if found is None:
-        return field.name in SINCE_2_0
+        return field.added or field.name in SINCE_2_0
     repeated = found.is_repeated if hasattr(found, "is_repeated") else found.label == found.LABEL_REPEATED
     return bool(found.type == _PROTO_TYPES[field.kind] and bool(repeated) == bool(field.count))
 
@@ -186,7 +188,15 @@ def _read_record(record: type) -> Schema:
         if base not in _PYTHON_TYPES:
             raise TypeError(f"{record.__name__}.{field.name}: a log cannot hold {base}")
         found.append(
-            SchemaField(field.name, _PYTHON_TYPES[base], number, count, nullable=nullable, text="; ".join(map(str, notes)))
+            SchemaField(
+                field.name,
+                _PYTHON_TYPES[base],
+                number,
+                count,
+                nullable=nullable,
+                text="; ".join(map(str, notes)),
+                added=field.name in getattr(record, "ADDED", ()),
+            )
         )
     return Schema(f"{PACKAGE}.{record.__name__}", "", record, tuple(found), _first_line(record))
 

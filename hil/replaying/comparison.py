@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import fields
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Final, NoReturn
 
@@ -281,6 +282,9 @@ def _means_the_same(recorded: Any, now: Any) -> bool:  # noqa: ANN401 - whatever
     """Two entries tell the same decision, though their bytes differ: a better wording, or a field that one does not know."""
     if isinstance(recorded, EventRecord) and isinstance(now, EventRecord):
         return (recorded.kind, recorded.fields) == (now.kind, now.fields)
+    if type(recorded) is type(now) and (added := getattr(now, "ADDED", None)):
+        told = [one.name for one in fields(now) if one.name not in added or getattr(recorded, one.name) != one.default]
+        return all(same(getattr(recorded, name), getattr(now, name)) for name in told)
     descriptor = getattr(recorded, "DESCRIPTOR", None)
     if descriptor is None or type(recorded) is type(now):
         return False

@@ -87,7 +87,7 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
         *panels[0].plot([], [], color=VERMILLION, linewidth=1.6, label="opponent"),
         *panels[0].plot([], [], "o", color="white", markeredgecolor=INK, markersize=4, label="every second"),
     ]
-    drawn.legend(handles=handles, loc="outside upper left", ncols=3 if columns > 1 else 1, title=None)
+    drawn.legend(handles=handles, loc="outside upper left", ncols=min(3, columns + 1), title=None)
     return drawn
 
 

@@ -8,9 +8,11 @@ from __future__ import annotations
 import os
 import select
 import sys
+import threading
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
+from hil.terminal.key_codes import KeyDecoder
 from hil.terminal.suspending import around_stop
 
 try:
@@ -25,9 +27,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
 Keys = str
-"""What was pressed since the last look; an arrow is one of `ARROWS`."""
-
-ARROWS = {"\x1b[A": "^", "\x1b[B": "v", "\x1b[C": ">", "\x1b[D": "<"}
+"""What was pressed since the last look, a character for each key: see `hil.terminal.key_codes`."""
+_LOOK: Final = 0.1
+"""Whoever waits for keys looks up so often, in s: whether that is over, and whether the terminal is ours again."""
 
 
 def _terminal() -> bool:
@@ -35,9 +37,28 @@ def _terminal() -> bool:
     return sys.stdin is not None and not sys.stdin.closed and sys.stdin.isatty()
 
 
+def in_foreground(descriptor: int) -> bool:
+    """A terminal is ours, and not that of a shell which has us in the background: to touch it would stop us.
+
+    Args:
+        descriptor: Of the terminal.
+    """
+    try:
+        return os.tcgetpgrp(descriptor) == os.getpgrp()
+    except OSError:  # it is not the one that controls us, or is gone
+        return True
+
+
 @contextmanager
-def pressed_keys() -> Iterator[Callable[[], Keys]]:
+def pressed_keys(
+    taken: Callable[[str], bool] | None = None, came: Callable[[], None] | None = None
+) -> Iterator[Callable[[], Keys]]:
     """Switch the terminal to single keys, and back on the way out.
+
+    Args:
+        taken: Is given each key first, and says whether it is somebody else's; None: none is. Keys with a name of several
+            letters are nobody's else.
+        came: Called by another thread as soon as there are keys to be read; None: whoever reads them looks often enough.
 
     Yields:
         A function that returns what was pressed since it was last called, and never waits.
@@ -47,36 +68,56 @@ def pressed_keys() -> Iterator[Callable[[], Keys]]:
         return
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
-
-    def ours() -> bool:
-        """The terminal is ours, and not that of a shell which has us in the background: to touch it would stop us."""
-        try:
-            return os.tcgetpgrp(descriptor) == os.getpgrp()
-        except OSError:  # it is not the one that controls us, or is gone
-            return True
+    decoder = KeyDecoder()
+    looked = threading.Event()
 
     def give_back() -> None:
-        if ours():
+        if in_foreground(descriptor):
             termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
     def take() -> None:
-        if ours():
+        if in_foreground(descriptor):
             tty.setcbreak(descriptor)
 
     def read() -> Keys:
-        text = ""
-        while ours() and select.select([descriptor], [], [], 0)[0]:
+        keys: list[str] = []
+        while in_foreground(descriptor) and select.select([descriptor], [], [], 0)[0]:
             data = os.read(descriptor, 64)
             if not data:
                 break
-            text += data.decode(errors="ignore")
-        for code, arrow in ARROWS.items():
-            text = text.replace(code, arrow)
-        return text
+            keys += decoder.feed(data)
+        if came is not None:
+            looked.set()
+        return "".join(key for key in keys if not (taken is not None and taken(key)) and len(key) == 1)
 
     try:
         take()
-        with around_stop(give_back, take):
+        with around_stop(give_back, take), _watched(descriptor, came, looked):
             yield read
     finally:
         give_back()
+
+
+@contextmanager
+def _watched(descriptor: int, came: Callable[[], None] | None, looked: threading.Event) -> Iterator[None]:
+    """Inside, another thread tells that there is something to be read, once until somebody has looked."""
+    if came is None:
+        yield
+        return
+    over = threading.Event()
+
+    def watch() -> None:
+        while not over.is_set():
+            if select.select([descriptor], [], [], _LOOK)[0]:
+                looked.clear()
+                came()
+                looked.wait(_LOOK)
+
+    watcher = threading.Thread(target=watch, name="keys", daemon=True)
+    watcher.start()
+    try:
+        yield
+    finally:
+        over.set()
+        looked.set()
+        watcher.join()

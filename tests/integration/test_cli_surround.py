@@ -322,3 +322,13 @@ def test_a_line_that_loses_frames_loses_no_robot(capsys: pytest.CaptureFixture[s
     assert found["missing"] == []
     assert [sum(row) for row in found["behaviours"]] == [6] * 4
     assert replay(found["log"], strict=True).same
+
+
+def test_a_seed_is_the_same_after_others_as_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing of a run is left on the table or in its robots: else a run of several seeds that was cut could not go on."""
+    asked = ("swarm", "surround", "--case", "B1D3", "--no-report", "--no-log", "--json", "--quiet", "--steps", "6")
+    assert run([*asked, "--seeds", "3"]) == 0
+    row = json.loads(capsys.readouterr().out)["runs"]
+    assert run([*asked, "--seed", "3"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert measured(row[2]) == measured(alone)

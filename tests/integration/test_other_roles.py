@@ -75,8 +75,8 @@ def test_a_verb_says_which_role_it_needs(
     verb: str, who: str, other: tuple[str, ScriptedRobot], capsys: pytest.CaptureFixture[str]
 ) -> None:
     url, robot = other
-    if verb == "check" and robot.product == OTHER:
-        pytest.skip("these checks are for a micro-robot, too")
+    if verb in {"check", "monitor"} and robot.product == OTHER:
+        pytest.skip("this is for a micro-robot, too")
     assert run([word.format(url=url) for word in NEEDS[verb]]) == 3
     said = capsys.readouterr().err
     assert f"hil: {url}: robot 1 is a {who}" in said

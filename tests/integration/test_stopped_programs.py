@@ -5,32 +5,22 @@ The robot is served by this process, and says by its own clock when it was told 
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
-import queue
 import signal
 import subprocess
 import sys
-import threading
-from contextlib import contextmanager
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 import pytest
-from processes import PATIENCE, Hil, Program
-from serving import Stepped, in_thread
+from observed import Observed, served
+from processes import Hil, Program
+from shell import Shell
 
-from firmware_protocol.events import Received
-from firmware_protocol.messages import ROBOT_COMPONENT, Heartbeat, State
-from firmware_protocol.wire.mavlink import MavlinkCodec
-from simdevice.serving.endpoints import PtyEndpoint
-from simdevice.sumo.junior_world import junior_world
-from simdevice.sumo.settings import WorldSettings
+from firmware_protocol.messages import State
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
-    from types import TracebackType
 
 pytestmark = [
     pytest.mark.slow,
@@ -45,63 +35,6 @@ SAYS_ITS_STATE: Final = 1.5
 """It has said what it does now within this time, in s."""
 UNDER_WAY: Final = 0.05
 """What a program has said last is on its way to the robot for no longer than this, in s."""
-
-
-class Observed(Stepped):
-    """A robot that is watched.
-
-    Attributes:
-        heard: When it was told something last, in s of its clock.
-        moved: When a wheel was turned on last.
-        state: What it says it does.
-    """
-
-    def __init__(self) -> None:
-        self.world = junior_world(WorldSettings(seed=5))
-        super().__init__(self.world)
-        self.listened = 0.0
-        self.moved = 0.0
-        self.state = State.DISARMED
-        self._codec = MavlinkCodec(system=255, component=190)
-
-    def step(self, inbound: bytes) -> bytes:
-        if inbound:
-            self.listened = self.now
-        return super().step(inbound)
-
-    def heard(self, out: bytes) -> None:
-        if self.turning:
-            self.moved = self.now
-        for event in self._codec.receive(out, self.now):
-            if isinstance(event, Received) and event.component == ROBOT_COMPONENT and isinstance(event.message, Heartbeat):
-                self.state = State(event.message.custom_mode)
-
-    @property
-    def now(self) -> float:
-        return self.world.now()
-
-    @property
-    def turning(self) -> bool:
-        return self.world.device.wheels != (0.0, 0.0)
-
-    def let_pass(self, duration: float) -> None:
-        """Wait for the robot's clock."""
-        end = self.now + duration
-        self.until(lambda: self.now >= end)
-
-    def becomes(self, state: State, within: float) -> bool:
-        """Wait for a state, for so long in s of the robot's clock."""
-        end = self.now + within
-        self.until(lambda: self.state is state or self.now >= end)
-        return self.state is state
-
-
-@contextmanager
-def served() -> Iterator[tuple[Observed, str]]:
-    """An observed robot on a pty."""
-    robot, endpoint = Observed(), PtyEndpoint()
-    with in_thread(robot, endpoint):
-        yield robot, endpoint.url
 
 
 def assert_the_watchdog_stopped(robot: Observed, since: float) -> None:
@@ -177,52 +110,6 @@ def test_a_program_that_is_stopped_or_killed_keeps_no_robot_driving(name: str, c
 # --- The commands --------------------------------------------------------------------------------------------------------
 
 
-class Shell:
-    """A shell on a terminal of its own, as a person has one; killed at the end of its `with` block."""
-
-    LEADER: Final = (
-        "import fcntl, os, termios; os.setsid(); fcntl.ioctl(0, termios.TIOCSCTTY, 0); os.execvp('sh', ['sh', '-i'])"
-    )
-
-    def __init__(self, folder: Path) -> None:
-        self._master, slave = os.openpty()
-        environment = {**os.environ, "TERM": "xterm", "LINES": "40", "COLUMNS": "150", "PS1": "ready> ", "ENV": ""}
-        self._process = subprocess.Popen(  # noqa: S603 - the system's shell
-            [sys.executable, "-c", self.LEADER], cwd=folder, env=environment, stdin=slave, stdout=slave, stderr=slave
-        )
-        os.close(slave)
-        self._came: queue.SimpleQueue[str] = queue.SimpleQueue()
-        self._reader = threading.Thread(target=self._read, daemon=True)
-        self._reader.start()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._process.kill()
-        self._process.wait(PATIENCE)
-        self._reader.join(PATIENCE)
-        os.close(self._master)
-
-    def _read(self) -> None:
-        with contextlib.suppress(OSError):
-            while data := os.read(self._master, 65536):
-                self._came.put(data.decode(errors="replace"))
-
-    def types(self, text: str) -> None:
-        os.write(self._master, text.encode())
-
-    def until(self, *texts: str) -> str:
-        """Wait until one of the texts is on the screen; what was there before does not count the next time."""
-        came = ""
-        while not any(text in came for text in texts):
-            try:
-                came += self._came.get(timeout=PATIENCE)
-            except queue.Empty:
-                raise AssertionError(f"none of {texts} came in:\n{came}") from None
-        return came
-
-
 RIGHT: Final = "\x1b[C"
 
 
@@ -250,7 +137,7 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
     with served() as (robot, url), Shell(tmp_path) as shell:
         shell.until("ready> ")
         shell.types(f"{sys.executable} -c 'from hil.cli import main; main()' monitor {url} --no-log\n")
-        shell.until("a arm   d disarm")
+        shell.until("emergency stop")
         for _ in range(2):
             press(shell, "a", robot, State.READY)
             drive(shell, robot)
@@ -266,7 +153,7 @@ def test_after_ctrl_z_and_fg_the_monitor_has_its_keys_and_the_robot_was_disarmed
             assert robot.listened <= silent + UNDER_WAY
             assert robot.state is State.DISARMED
             shell.types("fg\n")
-            shell.until("a arm   d disarm")
+            shell.until("emergency stop")
             assert robot.state is State.DISARMED
         press(shell, "a", robot, State.READY)
         drive(shell, robot)

@@ -43,7 +43,8 @@ MODULES: Final = {
         "avr_bench",
         "avr_micro_twins",
         "avr_twins",
-    }
+    },
+    "browser": {"chromium"},
 }
 """By marker: modules of no use without the tool."""
 MACHINE: Final = {"Path", "hasattr", "os", "signal", "sys"}

@@ -166,7 +166,8 @@ def _decoder(record: SchemaRecord, encoding: str) -> Decode:
     there = parse(b"").DESCRIPTOR.fields_by_name
     if not all(matches(field, there.get(field.name)) for field in known.fields):
         return lambda data: (parse(data),)  # another program's message: as its own descriptor has it
-    rebuild = compile_rebuilder(known, [name for name in SINCE_2_0 if name not in there])
+    absent = {field.name for field in known.fields if field.added} | SINCE_2_0
+    rebuild = compile_rebuilder(known, [name for name in absent if name not in there])
 
     def decode(data: bytes) -> tuple[Any, ...]:
         parsed = parse(data)

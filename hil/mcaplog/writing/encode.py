@@ -7,7 +7,7 @@ by one `struct` call with the tags as constants. The tests parse the result with
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
 from functools import cache
 from math import isnan, nan
 from operator import attrgetter
@@ -268,7 +268,7 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
 
     Args:
         schema: The schema of the dataclass as this program knows it.
-        absent: Fields that the log does not have, and that are 0 then.
+        absent: Fields that the log does not have: they are as the dataclass has them by default, or 0.
 
     Returns:
         A function from the protobuf message, as the log's own descriptor has parsed it, to an instance of
@@ -276,8 +276,9 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
         messages differ.
     """
     own = [field for field in schema.fields if field.name not in SENDER_FIELDS]
-    zeros = [index for index, field in enumerate(own) if field.name in absent]
-    names = [own[0].name if index in zeros else field.name for index, field in enumerate(own)]
+    defaults = {one.name: one.default for one in fields(schema.python) if one.default is not MISSING}
+    given = {index: defaults.get(field.name, 0) for index, field in enumerate(own) if field.name in absent}
+    names = [own[0].name if index in given else field.name for index, field in enumerate(own)]
     get = attrgetter(*names, own[0].name)  # one more, for a tuple even of one
     tuples = [index for index, field in enumerate(own) if field.count]
     counted = [(index, field.count) for index, field in enumerate(own) if field.count > 0]
@@ -287,8 +288,8 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
     def rebuild(parsed: object) -> Any:  # noqa: ANN401 - whatever the schema says
         values: list[Any] = list(get(parsed))
         values.pop()
-        for index in zeros:
-            values[index] = 0
+        for index, value in given.items():
+            values[index] = value
         for index in tuples:
             values[index] = tuple(values[index])
         for index, count in counted:

@@ -12,7 +12,7 @@ from firmware_protocol.errors import NoRobotError
 from hil.cli.app import run
 from hil.connecting.connecting_all import connect_all_as
 from hil.connecting.handles import RobotHandles
-from hil.jobs.micro_monitor import STEP, TURN, MicroOverview
+from hil.jobs.watched.micro_robots import STEP, TURN, MicroRobotsWatch
 from hil.swarm.robot import MicroRobot
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def robots() -> Iterator[Micros]:
         yield robots
 
 
-def live(robots: Micros, overview: MicroOverview, seconds: float) -> None:
+def live(robots: Micros, overview: MicroRobotsWatch, seconds: float) -> None:
     end = robots.now() + seconds
     while robots.now() < end:
         robots.step()
@@ -36,7 +36,7 @@ def live(robots: Micros, overview: MicroOverview, seconds: float) -> None:
 
 
 def test_each_robot_has_a_line_and_is_only_watched(robots: Micros) -> None:
-    overview = MicroOverview(robots)
+    overview = MicroRobotsWatch(robots)
     assert [overview.name(robot) for robot in overview.members] == ["1.1", "1.2", "2.1", "2.2"]
     live(robots, overview, 1.0)
     lines = overview.lines()
@@ -46,13 +46,14 @@ def test_each_robot_has_a_line_and_is_only_watched(robots: Micros) -> None:
 
 
 def test_keys_move_the_chosen_robot_and_no_other(robots: Micros) -> None:
-    overview = MicroOverview(robots, "2.2")
+    told: list[str] = []
+    overview = MicroRobotsWatch(robots, "2.2", tell=told.append)
     live(robots, overview, 1.0)
     before: Any = overview.document()
     for key, seconds in (("a", 0.2), ("^", 1.2), ("<", 1.2), (" ", 1.0)):
         overview.press(key)
-        assert overview.refusal == ""
         live(robots, overview, seconds)
+    assert told == ["robot 2.2 is armed"]
     after: Any = overview.document()
     assert after["armed"] is True
     assert after["position"] == pytest.approx([before["position"][0] + STEP, before["position"][1]], abs=0.004)
@@ -65,7 +66,7 @@ def test_keys_move_the_chosen_robot_and_no_other(robots: Micros) -> None:
 
 
 def test_another_is_chosen_by_keys(robots: Micros) -> None:
-    overview = MicroOverview(robots)
+    overview = MicroRobotsWatch(robots)
     assert overview.aim("anaE") == ["1", "2", "2", ""]
     overview.press("p")
     assert overview.aim("a") == ["2"]
@@ -74,7 +75,7 @@ def test_another_is_chosen_by_keys(robots: Micros) -> None:
 
 def test_one_that_is_not_there_is_named(robots: Micros) -> None:
     with pytest.raises(NoRobotError, match=r"there is no robot 3.1: there are 1.1, 1.2, 2.1, 2.2"):
-        MicroOverview(robots, "3.1")
+        MicroRobotsWatch(robots, "3.1")
 
 
 def test_the_command_shows_one_in_full_or_all(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,1 @@
+"""What `hil monitor` knows of the robots that it watches, and what keys ask of them."""

@@ -1,0 +1,176 @@
+// The model: what the page knows of the run. It takes documents as parts, and puts each behind what it has.
+
+async function inflate(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// A column of numbers; NaN where there is none.
+function unpack(bytes, place) {
+  const { at, n, b, s, z } = place;
+  const found = new Float64Array(n);
+  let whole = 0;
+  for (let row = 0; row < n; row++) {
+    let apart = 0;
+    for (let byte = 0; byte < b; byte++) apart |= bytes[at + byte * n + row] << (8 * byte);
+    const shift = 32 - 8 * b;
+    whole += (apart << shift) >> shift;
+    found[row] = whole === z ? NaN : whole * s;
+  }
+  return found;
+}
+
+function behind(first, second) {
+  if (!first || !first.length) return second;
+  if (!second.length) return first;
+  const joined = new Float64Array(first.length + second.length);
+  joined.set(first);
+  joined.set(second, first.length);
+  return joined;
+}
+
+// The last row at or before a time; -1: none.
+function rowAt(times, time) {
+  let low = 0;
+  let high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle + 1;
+    else high = middle;
+  }
+  return low - 1;
+}
+
+// What a table has under a name that a log may have chosen.
+function own(table, name) {
+  return Object.hasOwn(table, name) ? table[name] : undefined;
+}
+
+class Model {
+  constructor() {
+    this.title = this.source = "";
+    this.said = [];
+    this.facts = [];
+    this.notes = [];
+    this.about = [];
+    this.begin = Infinity;
+    this.end = -Infinity;
+    this.terrain = null;
+    this.tracks = new Map();
+    this.traces = new Map();
+    this.lanes = new Map();
+    this.marks = [];
+    this.chapters = [];
+    this.curves = new Map();
+    this.lessons = [];
+  }
+
+  async take(part) {
+    if (part.version !== 1) throw new Error("the page was made by another version of hil");
+    const bytes = await inflate(part.columns);
+    const column = (place) => unpack(bytes, place);
+    for (const name of ["title", "source"]) if (part[name]) this[name] = part[name];
+    for (const name of ["said", "facts", "notes", "about", "lessons"]) if (part[name].length) this[name] = part[name];
+    if (part.terrain) {
+      const [ground, width, height, wall] = part.terrain;
+      this.terrain = { ground, width, height, wall };
+    }
+    this.begin = Math.min(this.begin, part.begin);
+    this.end = Math.max(this.end, part.end);
+    for (const track of part.tracks) this.takeTrack(track, part.shapes[track.shape], column);
+    for (const trace of part.traces) this.takeTrace(trace, column);
+    for (const lane of part.lanes) this.takeLane(lane, column);
+    this.marks = this.marks.concat(part.marks.map(([time, kind, text]) => ({ time, kind, text })));
+    for (const chapter of part.chapters) {
+      const same = this.chapters.findIndex((one) => one.begin === chapter.begin);
+      if (same < 0) this.chapters.push(chapter);
+      else this.chapters[same] = chapter;
+    }
+    for (const curve of part.curves) {
+      this.curves.set(curve.name, { ...curve, x: curve.x.map(column), y: curve.y.map(column) });
+    }
+  }
+
+  takeTrack(told, shape, column) {
+    const track = this.tracks.get(told.key) || { key: told.key, poses: {}, senses: {}, rays: {} };
+    track.label = told.label;
+    track.kind = told.kind;
+    track.shape = shape;
+    for (const table of ["poses", "senses", "rays"]) {
+      for (const [name, place] of Object.entries(told[table] || {})) {
+        track[table][name] = behind(track[table][name], column(place));
+      }
+    }
+    track.fan = Object.keys(track.rays).filter((name) => /^r\d+$/.test(name)).map((_, ray) => track.rays["r" + ray]);
+    this.tracks.set(track.key, track);
+  }
+
+  takeTrace(told, column) {
+    const trace = this.traces.get(told.name) || { t: null, values: told.values.map(() => null) };
+    trace.t = behind(trace.t, column(told.t));
+    trace.values = told.values.map((place, index) => behind(trace.values[index], column(place)));
+    this.traces.set(told.name, { ...told, t: trace.t, values: trace.values });
+  }
+
+  takeLane(told, column) {
+    const lane = this.lanes.get(told.name) || { name: told.name, begin: null, end: null, code: null, words: [], meanings: [], tones: [] };
+    const first = lane.words.length;
+    lane.words = lane.words.concat(told.words);
+    lane.meanings = lane.meanings.concat(told.meanings);
+    lane.tones = lane.tones.concat(told.tones);
+    lane.begin = behind(lane.begin, column(told.begin));
+    lane.end = behind(lane.end, column(told.end));
+    lane.code = behind(lane.code, column(told.code).map((code) => code + first));
+    this.lanes.set(told.name, lane);
+  }
+
+  chapterAt(time) {
+    let found = -1;
+    for (let index = 0; index < this.chapters.length && this.chapters[index].begin <= time + 1e-6; index++) found = index;
+    return found;
+  }
+
+  // What a lane says at a time: an index of its stretches; -1: nothing.
+  stretchAt(lane, time) {
+    const at = rowAt(lane.begin, time);
+    return at >= 0 && time <= lane.end[at] ? at : -1;
+  }
+}
+
+// Where a body is: into `out`; false where nobody knows yet.
+function poseAt(track, time, out) {
+  const poses = track.poses;
+  const times = poses.t;
+  let at = rowAt(times, time);
+  if (at < 0) {
+    if (!times.length) return false;
+    at = 0;
+  }
+  const next = at + 1;
+  let share = 0;
+  if (next < times.length && time > times[at] && !(poses.gap && poses.gap[next] > 0)) {
+    share = (time - times[at]) / (times[next] - times[at]);
+  }
+  out.row = at;
+  out.x = poses.x[at];
+  out.y = poses.y[at];
+  out.heading = poses.heading[at];
+  out.age = time - times[at];
+  if (share > 0) {
+    out.x += share * (poses.x[next] - out.x);
+    out.y += share * (poses.y[next] - out.y);
+    let turn = poses.heading[next] - out.heading;
+    if (turn > Math.PI) turn -= 2 * Math.PI;
+    else if (turn < -Math.PI) turn += 2 * Math.PI;
+    out.heading += share * turn;
+  }
+  return true;
+}
+
+function flagsAt(track, time, pose) {
+  const table = track.senses.flags ? track.senses : track.poses.flags ? track.poses : null;
+  if (!table) return 0;
+  const at = table === track.poses && pose ? pose.row : rowAt(table.t, time);
+  return at < 0 ? 0 : table.flags[at];
+}
