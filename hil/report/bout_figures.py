@@ -76,7 +76,7 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
         return None
     columns = min(3, len(bouts))
     rows = -(-len(bouts) // columns)
-    drawn = figure(3.0 * columns + 0.1, 2.32 * rows + 0.35)
+    drawn = figure(3.0 * columns + 0.1, 2.32 * rows + (0.35 if columns > 1 else 0.75))
     panels = drawn.subplots(rows, columns, squeeze=False).ravel()
     for axes, bout in zip(panels, bouts, strict=False):
         _draw_bout(axes, bout)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import spelled_out
 from hil.report.bout_figures import OUTCOME_WORDS
-from hil.report.happened.words import interruptions_said, stops_said
+from hil.report.happened.words import interruptions_said, results_said, stops_said
 from hil.report.learning_figures import Category, category_name, situation, sort_key
 from hil.report.learnt import Learnt
 from hil.report.report_table import ReportTable, counted, shortened
@@ -48,6 +48,16 @@ def title_of(data: RunData) -> str:
         return f"Pal coached Junior{versus}"
     if data.bouts:
         return f"Junior’s bouts{versus}"
+    return _title_of_others(data)
+
+
+def _title_of_others(data: RunData) -> str:
+    """The headline of a run in which nothing was learnt or played."""
+    robots = len(data.course.states)
+    if data.metadata.get("config", {}).get("verb") == "check":
+        return "A robot was checked"
+    if data.sensors is None and robots:
+        return "What the robot did" if robots == 1 else f"What {robots:,} robots did"
     return "What Junior sensed and did"
 
 
@@ -70,7 +80,7 @@ def summary(data: RunData) -> list[str]:
     Args:
         data: The run.
     """
-    said = stops_said(data) + interruptions_said(data)
+    said = stops_said(data) + interruptions_said(data) + results_said(data)
     if data.learnt:
         said += [_effort(data), _progress(data)]
     series_played = _series(played_bouts(data))

@@ -17,13 +17,14 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action, situation_name, s
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
 from hil.mcaplog.errors import UnreadableLogError
+from hil.mcaplog.records import EventRecord
 from hil.report.gather import gather
 from hil.report.happened.course import MOST_HAPPENINGS, SILENCE, Course
 from hil.report.happened.course_figures import COLUMNS, MOST_LANES, thinned, time_line
-from hil.report.happened.words import MOST_ROWS, happenings_table, states_table, stops_said
+from hil.report.happened.words import MOST_ROWS, happenings_table, results_said, states_table, stops_said
 from hil.report.run_data import RunData
 from hil.report.style import styled
-from hil.report.words import summary
+from hil.report.words import summary, title_of
 from hil.statistics import quantile
 
 DISARMED, READY, DRIVING, STOPPED = State.DISARMED, State.READY, State.DRIVING, State.STOPPED
@@ -199,6 +200,39 @@ def test_somebody_else_s_log_is_told_as_that(tmp_path: Path) -> None:
         UnreadableLogError, match=r"nothing in it was recorded by hil. It holds /imu \(3 entries\), /camera \(1 entry\)"
     ):
         gather(tmp_path / "foreign.mcap")
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ('{"checks": [{"name": "a", "passed": true}, {"name": "b", "passed": null}]}', ["1 of 1 check passed."]),
+        (
+            '{"checks": [{"name": "a", "passed": true}, {"name": "b", "passed": false}, 3]}',
+            ["1 of 2 checks passed; what failed: b."],
+        ),
+        ('{"slots": [{}, {}]}', ["The memory of the robot holds what to do in 2 situations, as read back."]),
+        ('{"maneuvers": 5}', []),
+        ("[1]", []),
+        ("{", []),
+        ("", []),
+    ],
+)
+def test_what_came_of_a_check_or_a_deployment_is_told(fields: str, said: list[str]) -> None:
+    data = run_of(Course(), 1.0)
+    data.events = [(0.5, EventRecord("result", "done", fields))]
+    assert results_said(data) == said
+    assert happenings_table(data) is None
+
+
+def test_the_headline_is_of_who_was_there() -> None:
+    course = Course()
+    told(course, (0.0, READY))
+    assert title_of(run_of(course, 1.0)) == "What the robot did"
+    told(course, (0.0, READY), system=2)
+    data = run_of(course, 1.0)
+    assert title_of(data) == "What 2 robots did"
+    data.metadata = {"config": {"verb": "check"}}
+    assert title_of(data) == "A robot was checked"
 
 
 def test_few_bars_show_what_lasted_and_every_stop() -> None:

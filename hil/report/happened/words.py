@@ -7,7 +7,8 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages.robot import State
-from hil.report.report_table import ReportTable
+from hil.doors import DocumentError, parse_json
+from hil.report.report_table import ReportTable, counted, shortened
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 MOST_ROWS: Final = 60
 """Happenings in the table."""
+MOST_NAMED: Final = 8
+"""Checks that are named."""
 MOST_STOPS: Final = 3
 """Emergency stops that are told of one by one."""
 STATE_WORDS: Final = {
@@ -101,6 +104,30 @@ def interruptions_said(data: RunData) -> list[str]:
     """
     ends = [one for one in data.course.happenings if one.kind == "operator" and "interrupt" in one.text]
     return [f"At {one.time:.2f} s {one.text}." for one in ends[:1]]
+
+
+def results_said(data: RunData) -> list[str]:
+    """What came of a check of a robot, or of writing an advice into it, a paragraph an item; nothing of other runs.
+
+    Args:
+        data: The run.
+    """
+    fields = next((event.fields for _, event in reversed(data.events) if event.kind == "result"), "")
+    try:
+        told = parse_json(fields) if fields else None
+    except DocumentError:
+        return []
+    checks, slots = (told.get(name) if isinstance(told, dict) else None for name in ("checks", "slots"))
+    if isinstance(checks, list):
+        verdicts = [(check.get("passed"), str(check.get("name"))) for check in checks if isinstance(check, dict)]
+        failed = [shortened(name, 60) for passed, name in verdicts if passed is False]
+        made = sum(passed is not None for passed, _ in verdicts)
+        text = f"{made - len(failed):,} of {counted(made, 'check', 'checks')} passed"
+        more = ", …" if len(failed) > MOST_NAMED else ""
+        return [f"{text}; what failed: {', '.join(failed[:MOST_NAMED])}{more}." if failed else f"{text}."]
+    if isinstance(slots, list):
+        return [f"The memory of the robot holds what to do in {counted(len(slots), 'situation', 'situations')}, as read back."]
+    return []
 
 
 def states_table(data: RunData) -> ReportTable | None:
