@@ -156,6 +156,8 @@ def _watched(data: RunData) -> str:
 def _link_words(data: RunData) -> str:
     link = data.link
     if not link.good:
+        if data.surround or data.evaluations:
+            return "Workers played the runs, each with robots of its own: this log holds what came of them, and no messages."
         return "Nothing was received from a robot."
     text = f"The link carried {link.good:,} good frames from the robot; "
     if not link.lost and not link.rejected and not link.retries:
