@@ -4,59 +4,17 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+from crew_tasks import complain, die, die_once, process_of, wait_or_not
 
 from firmware_protocol.errors import AddressError
 from hil.working import Crew, WorkerError, open_crew
 from hil.working.crew import MOST_DEATHS
 
 pytestmark = pytest.mark.slow  # processes are started
-
-
-def process_of(_task: int) -> int:
-    return os.getpid()
-
-
-def die_once(task: tuple[Path, int]) -> int:
-    """Kill the process that does the task first."""
-    mark, number = task
-    if number == 2 and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number * number
-
-
-def die(task: tuple[Path, int]) -> int:
-    """Kill every process that does the fourth task, and leave a mark."""
-    folder, number = task
-    if number == 3:
-        (folder / f"{os.getpid()}").touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return number
-
-
-class UntoldError(Exception):
-    """Can't be made again of its words alone."""
-
-    def __init__(self, first: str, second: str) -> None:
-        super().__init__(f"{first} {second}")
-
-
-def complain(task: str) -> str:
-    if task == "told":
-        raise WorkerError("so it is", 4)
-    if task == "ours":
-        raise AddressError("nowhere", "is no place", "Look elsewhere")
-    raise UntoldError("not", task)
-
-
-def wait_for_ever(mark: Path) -> None:
-    mark.touch()
-    multiprocessing.Event().wait()
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -119,12 +77,6 @@ def test_closing_breaks_off_what_is_left_and_the_crew_goes_on(tmp_path: Path) ->
         begun(crew)
         assert list(crew.in_order(abs, [-2])) == [2]
     assert not multiprocessing.active_children()
-
-
-def wait_or_not(mark: Path) -> str:
-    if mark.name != "not":
-        wait_for_ever(mark)
-    return mark.name
 
 
 def fail_with(crew: Crew, mark: Path) -> None:

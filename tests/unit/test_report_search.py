@@ -177,7 +177,7 @@ def test_a_report_of_a_search_speaks_of_no_link(tmp_path: Path) -> None:
     assert [path.name for path in report.pictures] == ["evolution.svg"]
     assert "The link" not in page
     report = write_report(write_log(tmp_path / "all.mcap", exhaustive(), {**GA, "search": "exhaustive"}), tmp_path / "all")
-    assert [path.name for path in report.pictures] == ["conditions.png"]
+    assert [path.name for path in report.pictures] == ["conditions.svg"]
 
 
 @pytest.mark.slow
