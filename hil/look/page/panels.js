@@ -117,6 +117,11 @@ function strip(steps, colors) {
 class Events {
   constructor(model, onSeek) {
     Object.assign(this, { model, onSeek, hidden: new Set(["decision"]) }); // there is one for every maneuver
+    this.begin();
+  }
+
+  begin() {
+    const { model } = this;
     byId("events").hidden = !model.marks.length;
     const counts = new Map();
     for (const { kind } of model.marks) counts.set(kind, (counts.get(kind) || 0) + 1);
