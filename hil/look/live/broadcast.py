@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 MOST_KEPT: Final = 8_000_000
 """Letters of the parts that are over and are kept for who comes later; the oldest are given up."""
-ALIVE: Final = 5.0
+ALIVE: Final = 1.0
 """Where nothing happens for so long, in s, that is said: so it is found out that somebody has gone."""
 
 PART, BEGIN, OVER = "part", "begin", "over"
@@ -22,9 +22,14 @@ Told = tuple[str, str]
 
 
 class Broadcast:
-    """Holds what is told, for any number of listeners; each takes it at its own speed, and no one waits for them."""
+    """Holds what is told, for any number of listeners; each takes it at its own speed, and no one waits for them.
 
-    def __init__(self) -> None:
+    Args:
+        alive: Where nothing happens for so long, in s, that is said.
+    """
+
+    def __init__(self, alive: float = ALIVE) -> None:
+        self._alive = alive
         self._changed = Condition()
         self._over: deque[str] = deque()
         self._first = 0
@@ -133,4 +138,4 @@ class Broadcast:
                 return
 
     def _wait_for_more(self, version: int) -> bool:
-        return self._changed.wait_for(lambda: self._version != version or self._end is not None, ALIVE)
+        return self._changed.wait_for(lambda: self._version != version or self._end is not None, self._alive)

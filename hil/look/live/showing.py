@@ -31,7 +31,7 @@ LOCKSTEP: Final = 1.0
 SHARE: Final = 4.0
 """Making a part costs so many times less than the time until the next one: who writes the log has the machine."""
 CONFIRMED_WITHIN: Final = 1.0
-"""A robot that does not say within so long, in s, that it has stopped may not have."""
+"""How long robots have to say that they have stopped, in s."""
 HEARD_LATELY: Final = 5.0
 """A robot that has said nothing for so long, in s of log time, is not there."""
 TO_COME: Final = 5.0
@@ -136,11 +136,13 @@ class StopWatch:
 
     Args:
         ask: Passes it on to who controls.
+        within: A robot that does not say within so long, in s, that it has stopped may not have.
     """
 
-    def __init__(self, ask: Callable[[str], None]) -> None:
+    def __init__(self, ask: Callable[[str], None], within: float = CONFIRMED_WITHIN) -> None:
         self._ask = ask
-        self._changed = threading.Condition()
+        self._within = within
+        self._changed = threading.Condition()  # its lock may be taken again by who has it
         self._networks: set[str] = set()
         self._network = ""
         self._heard: dict[tuple[str, int], float] = {}
@@ -157,7 +159,7 @@ class StopWatch:
         with self._changed:
             self._stopped.clear()
             self._ask(STOP)
-            self._changed.wait_for(lambda: bool(self._there()) and not self._missing(), CONFIRMED_WITHIN)
+            self._changed.wait_for(lambda: bool(self._there()) and not self._missing(), self._within)
             there, missing = len(self._there()), len(self._missing())
             return {"confirmed": there > 0 and missing == 0, "robots": there, "missing": missing}
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_protocol.messages import ParamValue, RobotSession, SwarmSense
+from firmware_protocol.messages import ParamValue, Phase, RobotSession, SwarmSense
 from firmware_protocol.messages.table import TableReset
 from hil.look import lessons, micro, sumo, timeline, words
 from hil.look.document import TimeScale, document_of
@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from hil.look.live.overhearing import Overheard
-    from hil.look.scene import Array, Lane, Mark, TimeCurves, Track
+    from hil.look.scene import Array, Lane, TimeCurves, Track
     from hil.mcaplog.reading.reader import LogEntry
 
 TOPICS: Final = frozenset((*timeline.TOPICS, *sumo.TOPICS, *micro.TOPICS, *lessons.TOPICS))
 LONGEST: Final = 10.0
 """A stretch that no bout ends is over after so long, in s."""
 LONGEST_BOUT: Final = 120.0
-"""Likewise one in which bouts are played."""
+"""Likewise one in which bouts are played: where nobody tells that one is over, a stretch ends between two."""
 LEAD: Final = 3.0
 """So much of what was before is gathered with a stretch, in s: a state counts for so long after the last word of it."""
 MOST_ENTRIES: Final = 40_000
@@ -97,6 +97,8 @@ class Unfolding:
         self._told_learner = 0
         self._series: list[tuple[float, str]] = []
         self._played: list[Chapter] = []
+        self._refereed = False
+        self._due = False
         self._chapters: dict[float, Chapter] = {}
         self._terrain: Terrain | None = None
         self._metadata: Mapping[str, Mapping[str, str]] = {}
@@ -113,6 +115,9 @@ class Unfolding:
         over: list[Stretch] = []
         for one in overheard:
             self.version += 1
+            # What a step has received is older than the step, and stands behind it.
+            if self._due and one.topic == "/bridge/step" and one.time >= self._last + STEP:
+                over.append(self._begin_anew())
             if self.going is None:
                 self._zero = self._last = one.time
                 self.going = Stretch(one.time, one.time, [])
@@ -125,19 +130,24 @@ class Unfolding:
             stretch.entries.append(one)
             stretch.until = self._last
             if one.topic in _SETTING:
-                stretch.bout = self._set(one.entry())
+                stretch.bout = self._set(one.entry()) or stretch.bout
             elif one.topic == "/bridge/step" and len(self._stepped) < max(1, len(self._networks)):
                 self._keep_step(one.entry())
-            longest = LONGEST_BOUT if self._played else LONGEST
-            if stretch.bout or self._last - stretch.since > longest or len(stretch.entries) > MOST_ENTRIES:
-                over.append(self._begin_anew())
+            lasted = self._last - stretch.since
+            if one.topic == "/referee/state" and lasted > LONGEST:
+                stretch.bout = stretch.bout or one.entry().value.phase != Phase.RUNNING
+            elif one.topic == "/referee/state":
+                self._refereed = True
+            longest = LONGEST_BOUT if self._refereed else LONGEST
+            self._due = stretch.bout or lasted > longest or len(stretch.entries) > MOST_ENTRIES
         return over
 
     def _begin_anew(self) -> Stretch:
         """The stretch that goes on is over; the next one knows what was just before."""
         stretch = self.going
         assert stretch is not None, "an entry begins the first"
-        since = round(self._last - self._zero, 3) + self._zero
+        since = round(self._last - self._zero, 3) + STEP + self._zero
+        self._due = False
         context = [one for one in stretch.entries if one.time >= since - LEAD][-MOST_ENTRIES // 2 :]
         first = next((at for at, one in enumerate(context) if one.topic == "/bridge/step"), 0)
         self.ended, self.going = stretch, Stretch(since, since, context[first:])
@@ -220,7 +230,8 @@ class Unfolding:
 
     def _told(self, scene: Scene, stretch: Stretch, classes: Mapping[str, int]) -> str:
         since = stretch.since
-        chapters = [self._numbered(one) for one in scene.chapters if one.end > since + STEP]
+        first = since - STEP / 2  # what is rounded to it, or later
+        chapters = self._numbered([one for one in scene.chapters if one.end > since + STEP], since)
         self._chapters.update((one.begin, one) for one in chapters)
         learnt = self._learning()
         whole = replace(
@@ -237,10 +248,10 @@ class Unfolding:
             end=scene.end,
             chapters=chapters,
             terrain=self._ground(scene.terrain),
-            tracks=[_since_track(track, since) for track in scene.tracks],
-            traces=[_since_curves(trace, since) for trace in scene.traces],
+            tracks=[_since_track(track, first) for track in scene.tracks],
+            traces=[_since_curves(trace, first) for trace in scene.traces],
             lanes=[_since_lane(lane, since) for lane in scene.lanes],
-            marks=_since_marks(scene.marks, since),
+            marks=[mark for mark in scene.marks if mark.time >= first],
         )
         return json.dumps(document_of(part, TimeScale(self._zero, STEP), since), allow_nan=False, separators=(",", ":"))
 
@@ -260,12 +271,15 @@ class Unfolding:
             self._learnt = self._told_learner, scene
         return self._learnt[1]
 
-    def _numbered(self, chapter: Chapter) -> Chapter:
-        """A bout by its number in its series; others have their names already."""
-        if not chapter.outcome:
-            return chapter
-        before = sum(one.series == chapter.series and one.end < chapter.end - 2 * STEP for one in self._played)
-        return replace(chapter, name=f"Bout {before + 1}")
+    def _numbered(self, chapters: list[Chapter], since: float) -> list[Chapter]:
+        """Bouts by their numbers in their series, as those are counted that were told of, or shown; others have their names."""
+        found: list[Chapter] = []
+        for one in chapters:
+            told = sum(other.series == one.series and other.end < one.end - 2 * STEP for other in self._played)
+            shown = sum(other.series == one.series and other.end <= since for other in self._chapters.values())
+            here = sum(other.series == one.series for other in found)
+            found.append(replace(one, name=f"Bout {1 + max(told, shown + here)}") if one.outcome else one)
+        return found
 
     def _ground(self, terrain: Terrain | None) -> Terrain | None:
         """The arena; one whose size nobody tells does not shrink again."""
@@ -303,7 +317,3 @@ def _since_lane(lane: Lane, since: float) -> Lane:
         meanings=tuple(lane.meanings[code] for code in codes),
         tones=tuple(lane.tones[code] for code in codes),
     )
-
-
-def _since_marks(marks: list[Mark], since: float) -> list[Mark]:
-    return [mark for mark in marks if mark.time >= since]
