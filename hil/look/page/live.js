@@ -97,12 +97,12 @@ class LivePage {
   begin() {
     this.taking = this.taking.then(() => {
       if (this.view) this.model.forget(-Infinity);
-      this.tell(this.lockstep ? "Live: the newest bout that is over, at a speed to watch." : "Live.");
+      this.tell(this.lockstep ? "Live, at a speed to watch: what was over last; the run itself is ahead." : "Live.");
     });
   }
 
   heard(part) {
-    if (this.lockstep && this.view && !this.over) {
+    if (this.lockstep && this.view && !this.over && !document.hidden) {
       this.waiting = part;
       if (this.view.player.following && this.view.player.time >= this.until) this.next();
       else this.takeWords(part);
@@ -145,9 +145,9 @@ class LivePage {
     if (player.following) {
       player.whole = !model.chapters.length;
       if (this.lockstep) {
-        const last = model.chapters[model.chapters.length - 1];
-        player.time = last && last.end > part.since ? last.begin : Math.max(model.begin, part.since);
-        this.until = last && last.end > part.since ? last.end : part.end;
+        const last = model.chapters.findLast((one) => one.end > part.since);
+        player.time = Math.max(model.begin, part.since, last ? last.begin : -Infinity);
+        this.until = Math.max(player.time, Math.min(part.end, last ? last.end : Infinity));
       } else if (!player.playing) player.time = model.end;
       player.show(...player.spanOf(player.time));
       if (!player.playing) Player.prototype.toggle.call(player, true);

@@ -141,7 +141,7 @@ class Model {
     track.shape = shape;
     for (const table of ["poses", "senses", "rays"]) {
       const added = Object.fromEntries(Object.entries(told[table] || {}).map(([name, place]) => [name, column(place)]));
-      if (added.t && added.t.length) track[table] = joined(track[table], added);
+      if (added.t) track[table] = joined(track[table], added);
     }
     track.fan = Object.keys(track.rays).filter((name) => /^r\d+$/.test(name)).map((_, ray) => track.rays["r" + ray]);
     this.tracks.set(track.key, track);
