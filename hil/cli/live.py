@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -61,14 +62,9 @@ class LivePage:
             recorder: Writes the log.
             console: Where to say so.
         """
-        page, why = (
-            ("", "this Python can't be started once more")
-            if not isinstance(recorder, RecorderProcess)
-            else (
-                recorder.page,
-                recorder.unseen,
-            )
-        )
+        page, why = "", "this Python can't be started once more"
+        if isinstance(recorder, RecorderProcess):
+            page, why = recorder.page, recorder.unseen
         if not page:
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
@@ -81,7 +77,9 @@ def _door(page: str) -> Path:
     """A file of the user's own that leads to the page: its address has a token in it, which no command line may show."""
     with tempfile.NamedTemporaryFile("w", prefix="hil-live-", suffix=".html", delete=False, encoding="utf-8") as file:
         file.write(DOOR.format(page))
-    return Path(file.name)
+    path = Path(file.name)
+    atexit.register(path.unlink, missing_ok=True)
+    return path
 
 
 def live_page(live: bool, open_page: bool | None, *, public: bool, no_log: bool) -> LivePage | None:  # noqa: FBT001 - an option

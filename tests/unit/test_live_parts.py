@@ -117,6 +117,19 @@ def test_coaching_in_parts_is_the_coaching(tmp_path: Path) -> None:
     assert one.facts == other.facts
 
 
+def test_a_bout_that_goes_on_has_not_ended(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    bout_log(path, [(BoutOutcome.WIN, 3.0), (BoutOutcome.LOSS, 4.0)])
+    unfolding = Unfolding()
+    unfolding.hear(entry for entry in overheard(path) if entry.time < 6.0)
+    assert unfolding.going is not None
+    ends = [
+        [one["outcome"] for one in json.loads(unfolding.part(unfolding.going, unfinished=going))["chapters"]]
+        for going in (True, False)
+    ]
+    assert ends == [["won", ""], ["won", "broken off"]]
+
+
 def test_a_run_without_bouts_is_told_in_stretches(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     driving_log(path, seconds=35.0)

@@ -128,7 +128,7 @@ class Showing:
             broadcast.commit(unfolding.part(stretch), alone=self._lockstep)
         if unfolding.going is not None and unfolding.version != self._shown and (last or not self._lockstep):
             self._shown = unfolding.version
-            broadcast.show(unfolding.part(unfolding.going))
+            broadcast.show(unfolding.part(unfolding.going, unfinished=not last))
 
 
 class StopWatch:

@@ -48,6 +48,7 @@ STEP: Final = 1e-3
 BOUT: Final = "bout"
 """Kind of the event that ends a bout."""
 OUTCOMES: Final = {"win": "won", "loss": "lost", "draw": "drawn", "undecided": "broken off"}
+BROKEN_OFF: Final = OUTCOMES["undecided"]
 _LEARNER: Final = frozenset(lessons.TOPICS)
 _SETTING: Final = frozenset((
     "/events", "/mavlink/param_value", "/robot/session", "/mavlink/table_reset", "/swarm/sense", "/bridge/open",
@@ -204,11 +205,12 @@ class Unfolding:
         """
         self._metadata = metadata
 
-    def part(self, stretch: Stretch) -> str:
+    def part(self, stretch: Stretch, *, unfinished: bool = False) -> str:
         """A stretch, with all that is told of the whole run: a document as JSON.
 
         Args:
             stretch: Of this run.
+            unfinished: It goes on, and so does a bout that it ends with.
         """
         scene = Scene(begin=self._zero, end=max(stretch.until, stretch.since))
         run, junior, swarm = Timeline(), SumoPart(), MicroPart()
@@ -226,6 +228,8 @@ class Unfolding:
                 part.take(entry)
         for part in (junior, swarm, run):
             part.put(scene)
+        if unfinished and scene.chapters and scene.chapters[-1].outcome == BROKEN_OFF:
+            scene.chapters[-1] = replace(scene.chapters[-1], outcome="", story="")
         return self._told(scene, stretch, swarm.classes)
 
     def _told(self, scene: Scene, stretch: Stretch, classes: Mapping[str, int]) -> str:
@@ -278,7 +282,7 @@ class Unfolding:
             told = sum(other.series == one.series and other.end < one.end - 2 * STEP for other in self._played)
             shown = sum(other.series == one.series and other.end <= since for other in self._chapters.values())
             here = sum(other.series == one.series for other in found)
-            found.append(replace(one, name=f"Bout {1 + max(told, shown + here)}") if one.outcome else one)
+            found.append(replace(one, name=f"Bout {1 + max(told, shown + here)}") if one.name.startswith("Bout ") else one)
         return found
 
     def _ground(self, terrain: Terrain | None) -> Terrain | None:

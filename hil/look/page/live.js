@@ -16,8 +16,14 @@ class LivePlayer extends Player {
     this.speed = 1;
     if (!this.live.lockstep) this.time = Math.max(this.model.begin, this.model.end - BEHIND);
     this.live.next(true);
-    super.toggle(true);
+    this.run();
     this.onTime(this.time);
+  }
+
+  run() {
+    if (this.playing) return;
+    [this.playing, this.last] = [true, 0];
+    requestAnimationFrame((now) => this.frame(now));
   }
 
   seek(time, options) {
@@ -50,7 +56,7 @@ class LivePlayer extends Player {
     const { model } = this;
     if (!this.following || this.whole !== !model.chapters.length) return super.spanOf(time);
     const chapter = model.chapters[model.chapterAt(time)];
-    const from = chapter && chapter.outcome && chapter.end - chapter.begin < 4 * SHOWN ? chapter.begin : Math.max(model.begin, time - SHOWN);
+    const from = chapter && chapter.series !== "surround" && chapter.end - chapter.begin < 4 * SHOWN ? chapter.begin : Math.max(model.begin, time - SHOWN);
     const until = this.live.lockstep && chapter ? chapter.end : Math.max(from + 2, Math.min(model.end, time + BEHIND));
     return [from, Math.max(until, from + 0.01)];
   }
@@ -150,7 +156,7 @@ class LivePage {
         this.until = Math.max(player.time, Math.min(part.end, last ? last.end : Infinity));
       } else if (!player.playing) player.time = model.end;
       player.show(...player.spanOf(player.time));
-      if (!player.playing) Player.prototype.toggle.call(player, true);
+      player.run();
     }
     this.view.goOn();
     this.view.tell(player.time);
