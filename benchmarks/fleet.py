@@ -27,6 +27,7 @@ from firmware_protocol.events import PeerBack, PeerLost
 from firmware_protocol.messages import RobotStatus
 from firmware_protocol.roles.junior import drive
 from hil.bridge.clock import MonotonicClock
+from hil.statistics import quantile
 from simdevice.serving.endpoints import Endpoint, TcpEndpoint
 from simdevice.serving.server import Server
 from simdevice.sumo.crowd import Crowd
@@ -246,9 +247,8 @@ def report(links: int, off: str, figures: Figures) -> None:
     """Print what was measured."""
     name = f"{links} link{'s' if links > 1 else ''}, {off.replace('_', ' ')}"
     for phase, trips in figures.trips.items():
-        trips.sort()
-        middle, worst = median(trips) * 1e3, trips[int(0.99 * len(trips))] * 1e3
-        print(f"{name:24}{phase:10}{len(trips):8}{middle:12.2f}{worst:10.2f}{trips[-1] * 1e3:10.2f}")
+        middle, worst = (quantile(trips, share) * 1e3 for share in (0.5, 0.99))
+        print(f"{name:24}{phase:10}{len(trips):8}{middle:12.2f}{worst:10.2f}{max(trips) * 1e3:10.2f}")
     times = {"neutral": figures.neutral, "host told": figures.told, "back": figures.back, "drives again": figures.working}
     print(f"{name:24}" + ", ".join(f"{what} after {median(values):.3f} s" for what, values in times.items()), flush=True)
 

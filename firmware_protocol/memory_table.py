@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Self
 from fastcrc.crc16 import mcrf4xx
 
 from firmware_protocol.maneuver_fields import from_fields, to_fields
-from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Maneuver, Stimulus
+from firmware_protocol.vocabulary import MAX_ACTIONS, Maneuver, situation_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -54,8 +54,7 @@ class MemorySlot:
     @property
     def situation(self) -> str:
         """Previous and current stimulus in words."""
-        before = "" if self.previous == ANY_STIMULUS else f" after {Stimulus(self.previous).label}"
-        return f"{Stimulus(self.current).label}{before}"
+        return situation_name(self.previous, self.current)
 
 
 def memory_checksum(slots: Iterable[MemorySlot]) -> int:

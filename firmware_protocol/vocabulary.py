@@ -8,8 +8,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from itertools import groupby
 from math import isfinite, remainder, tau
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
 MAX_ACTIONS: Final = 8
 """Longest maneuver the wire and the firmware can carry, in actions."""
@@ -163,6 +167,23 @@ class Stimulus(IntFlag):
         raise ValueError(f"unknown stimulus {label!r}: expected none, left, right or both, with +touch-left, -right or -both")
 
 
+def situation_name(previous: int, current: int) -> str:
+    """A situation in a table or a legend: `left`, or `both, left arm touches, before: right`.
+
+    Args:
+        previous: Code of the previous stimulus; `ANY_STIMULUS` where it does not count.
+        current: Code of the current one.
+    """
+    name = _stimulus_name(current)
+    return name if previous == ANY_STIMULUS else f"{name}, before: {_stimulus_name(previous)}"
+
+
+def _stimulus_name(code: int) -> str:
+    eyes = Stimulus(code & 3).label
+    arms = ("", ", left arm touches", ", right arm touches", ", both arms touch")[code >> 2 & 3]
+    return eyes + arms
+
+
 class Outcome(IntEnum):
     """How a maneuver ended."""
 
@@ -208,6 +229,17 @@ class Maneuver:
 
     def __str__(self) -> str:
         return " ".join(action.name for action in self.actions)
+
+
+def spelled_out(actions: Iterable[Action]) -> str:
+    """A maneuver in words: `moderate forward; fast forward, twice; left wheel stalled, right wheel backward`.
+
+    Args:
+        actions: Its actions.
+    """
+    often = {1: "", 2: ", twice"}
+    runs = ((action.spec.meaning, sum(1 for _ in run)) for action, run in groupby(actions))
+    return "; ".join(f"{meaning}{often.get(count, f', {count} times')}" for meaning, count in runs)
 
 
 @dataclass(frozen=True)

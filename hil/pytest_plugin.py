@@ -8,6 +8,8 @@ fixtures, when a test asks for a robot.
     junior_pty      an emulated Junior served in real time on a pseudo-terminal, for programs that open a serial port
     hil_replay      replays a log of a run, see `hil.pytest_replay`; `--hil-replay PATTERN` makes a test of each log
 
+With `--hil-logs DIR` failing tests leave the logs of their robots, see `hil.pytest_logs`.
+
 `@pytest.mark.junior(opponent="flat-heavy", seed=3, faults="drop:0.05")` says what a test wants; the closest mark wins.
 """
 
@@ -19,10 +21,14 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from hil import pytest_logs
+from hil.pytest_logs import begin_link_log, begin_test_log, note_test
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from firmware_protocol.faults.spec import FaultSpec
+    from hil.bridge.taps import Tap
     from hil.sumo.junior import Junior
     from simdevice.sumo.world import World
 
@@ -68,8 +74,9 @@ class ServedJunior:
     world: World
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options `--hil-...`."""
+def pytest_addoption(parser: pytest.Parser, pluginmanager: pytest.PytestPluginManager) -> None:
+    """Add the options `--hil-...`, and what keeps logs: it has been imported already, so that no name of it would do."""
+    pluginmanager.register(pytest_logs, "junior_hil_logs")
     group = parser.getgroup("junior-hil", "robots (junior-hil)")
     group.addoption("--hil-link", metavar="URL", help="run tests that ask for `junior` with the robot at this address")
     group.addoption("--hil-signing-key", metavar="FILE", help="key file of the robot at --hil-link, or of logs, if it signs")
@@ -86,8 +93,11 @@ def pytest_configure(config: pytest.Config) -> None:
     """Register the mark.
 
     Raises:
-        UsageError: A key is given, and nothing that it is the key of.
+        UsageError: A key is given, and nothing that it is the key of; or one robot is to be used by several processes.
     """
+    if config.getoption("--hil-link") and (config.getoption("numprocesses", None) or 0) > 1:
+        text = "--hil-link is one robot, and several pytest-xdist workers can't share it: say -n 1, or leave -n out"
+        raise pytest.UsageError(text)
     if config.getoption("--hil-signing-key") and not (config.getoption("--hil-link") or config.getoption("--hil-replay")):
         text = (
             "--hil-signing-key is the key of the robot at --hil-link URL, or of the logs at --hil-replay: give one of these too"
@@ -115,12 +125,15 @@ def junior_emulation(request: pytest.FixtureRequest) -> WantedJunior:
 
 
 @pytest.fixture
-def junior_world(junior_emulation: WantedJunior) -> World:
+def junior_world(request: pytest.FixtureRequest, junior_emulation: WantedJunior) -> World:
     """An emulated Junior in its ring, in lock-step: bytes in, `step`, bytes out, 5 ms at a time.
 
     In a test that asks for `junior` as well, this is the world that robot lives in.
     """
-    return _world(junior_emulation)
+    world = _world(junior_emulation)
+    if "junior" not in request.fixturenames:  # else its bridge tells the log more
+        _watch(request, world, "junior_world", "sim://junior", junior_emulation)
+    return world
 
 
 @pytest.fixture(scope="session")
@@ -128,7 +141,9 @@ def junior_at_link(request: pytest.FixtureRequest) -> Iterator[Junior]:
     """The robot at `--hil-link`, connected once for the whole run: opening a port resets many boards."""
     from hil.sumo.connecting import connect  # noqa: PLC0415
 
-    with connect(request.config.getoption("--hil-link"), signing_key=request.config.getoption("--hil-signing-key")) as robot:
+    url, key = request.config.getoption("--hil-link"), request.config.getoption("--hil-signing-key")
+    log = begin_link_log(request.config, url)
+    with connect(url, signing_key=key, taps=[log.recorder] if log is not None and log.recorder is not None else []) as robot:
         yield robot
 
 
@@ -143,12 +158,14 @@ def junior(request: pytest.FixtureRequest, junior_emulation: WantedJunior) -> It
         if "junior_world" in request.fixturenames or junior_emulation.faults:
             pytest.skip("needs an emulated robot, and --hil-link gives another")
         robot: Junior = request.getfixturevalue("junior_at_link")
+        note_test(request.node)
         _place(robot, junior_emulation)
         yield robot
         _rest(robot)
         return
     world: World = request.getfixturevalue("junior_world")
-    robot = _connect(world, junior_emulation)
+    log = begin_test_log(request, "junior", "sim://junior", _described(junior_emulation), lockstep=True)
+    robot = _connect(world, junior_emulation, [log.recorder] if log is not None and log.recorder is not None else [])
     try:
         _place(robot, junior_emulation)
         yield robot
@@ -158,7 +175,7 @@ def junior(request: pytest.FixtureRequest, junior_emulation: WantedJunior) -> It
 
 
 @pytest.fixture
-def junior_pty(junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
+def junior_pty(request: pytest.FixtureRequest, junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
     """An emulated Junior in real time on a pseudo-terminal, which any program opens as a serial port.
 
     When the test ends, the robot must come to rest by itself and be disarmed. Skipped where the system has no
@@ -174,6 +191,7 @@ def junior_pty(junior_emulation: WantedJunior) -> Iterator[ServedJunior]:
         endpoint = PtyEndpoint()
     except LinkOpenError as error:
         pytest.skip(str(error))
+    _watch(request, world, "junior_pty", endpoint.url, junior_emulation)
     stop = threading.Event()
     failures: list[Exception] = []
 
@@ -210,6 +228,20 @@ def _world(wanted: WantedJunior) -> World:
     pytest.fail(message, pytrace=False)
 
 
+def _watch(request: pytest.FixtureRequest, world: World, title: str, link: str, wanted: WantedJunior) -> None:
+    """Have a log written of what passes between a world and whoever speaks with it, where that is asked for."""
+    log = begin_test_log(request, title, link, _described(wanted), lockstep=title == "junior_world")
+    if log is not None and log.recorder is not None:
+        from hil.recording.line_log import LineLog  # noqa: PLC0415
+
+        log.ending.append(LineLog(world, log.recorder).end)
+
+
+def _described(wanted: WantedJunior) -> dict[str, str]:
+    """What a log says of what a test wants."""
+    return {"opponent": wanted.opponent, "seed": str(wanted.seed), "faults": wanted.faults}
+
+
 def _faults(wanted: WantedJunior) -> FaultSpec:
     """What is to go wrong; something wrong in that fails the test."""
     from hil.files.fault_file import read_faults  # noqa: PLC0415
@@ -221,7 +253,7 @@ def _faults(wanted: WantedJunior) -> FaultSpec:
     pytest.fail(message, pytrace=False)
 
 
-def _connect(world: World, wanted: WantedJunior) -> Junior:
+def _connect(world: World, wanted: WantedJunior, taps: Sequence[Tap]) -> Junior:
     """Connect to the robot in a world, in lock-step."""
     from firmware_protocol.links.faulty import FaultyLink  # noqa: PLC0415
     from firmware_protocol.links.memory import MemoryLink  # noqa: PLC0415
@@ -233,7 +265,7 @@ def _connect(world: World, wanted: WantedJunior) -> Junior:
     spec = _faults(wanted)
     link = FaultyLink(MemoryLink(world, "sim://junior"), spec, seed=wanted.seed, clock=world, split=split_frames)
     numbers = generator(wanted.seed, Branch.SESSION)
-    robot = Junior(Bridge(link, world, session=lambda: int(numbers.integers(1, 0x10000))))
+    robot = Junior(Bridge(link, world, taps=taps, session=lambda: int(numbers.integers(1, 0x10000))))
     try:
         robot.find()
     except BaseException:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 
 import pytest
 
+from hil.pytest_logs import keep_replayed
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -96,7 +98,7 @@ class ReplayItem(pytest.Item):
 
     def runtest(self) -> None:
         """Replay the log."""
-        _replayed(self.path, _shown(self.path, self.config), key=self.config.getoption("--hil-signing-key"))
+        _replayed(self, self.path, key=self.config.getoption("--hil-signing-key"))
 
     def reportinfo(self) -> tuple[Path, None, str]:
         """Where it is, and what it is called."""
@@ -119,17 +121,18 @@ def hil_replay(request: pytest.FixtureRequest) -> HilReplay:
         if path is None:
             pytest.fail(f"there is no log {log}, seen from {' or '.join(map(str, dict.fromkeys(folders)))}", pytrace=False)
         key = signing_key or config.getoption("--hil-signing-key")
-        return _replayed(path, _shown(path, config), strict=strict, key=key)
+        return _replayed(request.node, path, strict=strict, key=key)
 
     return replayed
 
 
-def _replayed(log: Path, shown: str, *, strict: bool = False, key: Path | str | None = None) -> ReplayReport:
+def _replayed(item: pytest.Item, log: Path, *, strict: bool = False, key: Path | str | None = None) -> ReplayReport:
     """Replay a log; fail the running test at the first difference, or with why it can't be replayed."""
     from firmware_protocol.errors import HilError  # noqa: PLC0415 - all of this takes a moment to load
     from hil.replaying.host import replay  # noqa: PLC0415
     from hil.signing.key_file import load_key  # noqa: PLC0415
 
+    shown = _shown(log, item.config)
     try:
         report = replay(log, strict=strict, signing_key=None if key is None else load_key(Path(key)))
     except HilError as error:
@@ -141,6 +144,7 @@ def _replayed(log: Path, shown: str, *, strict: bool = False, key: Path | str | 
         told = str(report).partition("\n")[2].replace(str(report.path), shown)
         again = f"To see it again: hil replay {shown}{' --strict' if strict else ''}"
         text = f"{report.difference.head_of(shown)}\n{told}\n{again}"
+    keep_replayed(item, log, shown)
     pytest.fail(text, pytrace=False)
 
 

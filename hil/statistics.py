@@ -1,12 +1,30 @@
-"""The few statistics that the bridge prints: win rates with intervals, medians."""
+"""The few statistics that the bridge prints: win rates with intervals, quantiles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
 Z95 = 1.959963984540054
 """97.5 % point of the standard normal distribution."""
+
+
+def quantile(values: Sequence[float] | NDArray[np.float64], share: float) -> float:
+    """The value below which a share of the values lies, interpolated between neighbours (Hyndman & Fan 1996, type 7).
+
+    Args:
+        values: The values, at least one, in any order.
+        share: Of them, 0 to 1; 0.5 is the median.
+    """
+    return float(np.quantile(values, share))
 
 
 @dataclass(frozen=True)

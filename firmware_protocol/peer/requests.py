@@ -18,6 +18,7 @@ from firmware_protocol.messages import (
     SysStatus,
 )
 from firmware_protocol.peer.exchanges.commands import (
+    STATE_WAIT,
     ArmExchange,
     CommandExchange,
     NumberedExchange,
@@ -167,17 +168,22 @@ class Requests:
         """
         return self._exchanges.add(CommandExchange(name, CommandLong(self.system, component, command, 0, *parameters)))
 
-    def arm(self) -> Ticket[CommandAck]:
+    def arm(self, beside: float = 0.0) -> Ticket[CommandAck]:
         """Let the wheels turn from now on, and keep it moving as the host whose session is open, where one is.
 
         Answered when the robot itself says that it is armed. A robot that is ours is not armed before its session is open,
         which would disarm it again.
+
+        Args:
+            beside: What the line needs for the others that are armed at the same time, in s: it is repeated so much later, by
+                `STATE_WAIT / 4` at most.
         """
         question = CommandLong(self.system, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(self.host))
         exchange = ArmExchange("arming", question, lambda said: bool(said.base_mode & ARMED_FLAG))
         if self._open_session and self.unavailable is not None:
             exchange.fail(self.unavailable)
             return exchange.ticket
+        exchange.beside = min(beside, STATE_WAIT / 4)
         ticket = self._exchanges.add(exchange)
         self._arming = (ticket, True)
         return ticket

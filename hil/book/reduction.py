@@ -29,8 +29,6 @@ STIMULI: Final = (*range(1, 9), 23)
 """Stimuli of which it is kept what was learnt: those that the book has rules of, and those between."""
 BEHAVIOURS: Final = 6
 """Behaviours that are kept of each, those learnt most often."""
-RESAMPLES: Final = 2000
-"""Times that runs are drawn anew, with replacement, for an interval."""
 NEAR: Final = 0.1
 """D has come near its least value within this share of the way to it."""
 
@@ -163,18 +161,7 @@ def _runs(document: Plain) -> Plain:
         "columns": {name: column for name, column in columns.items() if any(value is not None for value in column)},
         "rules": {kind: _rules(runs, name) for kind, name in CLASSES.items()},
         "distance": [_rounded(value, 3) for value in distance.mean(axis=0).tolist()],
-        "settled": _settled_swarm(distance),
     }
-
-
-def _settled_swarm(distance: NDArray[np.float64]) -> list[float] | None:
-    """The step from which on the mean of D over all runs stays near its last value; its interval by drawing runs anew."""
-    if np.isnan(distance).any():
-        return None
-    rng = np.random.Generator(np.random.PCG64(len(distance)))
-    drawn = rng.integers(len(distance), size=(RESAMPLES, len(distance)))
-    steps = [settle_step(distance[runs].mean(axis=0)) for runs in drawn]
-    return [settle_step(distance.mean(axis=0)), *np.quantile(steps, (0.025, 0.975)).tolist()]
 
 
 def _rules(runs: list[Plain], name: str) -> Plain:

@@ -71,19 +71,6 @@ class StoredRuns:
             raise ResultMissingError(f"{name} has not been measured")
         return known
 
-    @property
-    def settled(self) -> Measurement:
-        """The step from which on the mean of D over the runs stays near its last value.
-
-        Raises:
-            ResultMissingError: It has not been measured.
-        """
-        found = self.data.get("settled")
-        if found is None:
-            raise ResultMissingError("it has not been measured when the swarm settles")
-        step, low, high = found
-        return Measurement(float(step), float(low), float(high), self.count)
-
     def rule(self, kind: str, stimulus: int) -> dict[str, Any]:
         """What was learnt for a stimulus: in how many runs (`learnt`), its mean `weight`, and each behaviour how often.
 

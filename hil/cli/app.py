@@ -35,7 +35,7 @@ class Verbs(VerbGroup):
         Verb(
             "monitor",
             "hil.cli.monitor:monitor",
-            "Show what a robot senses and how good the link is; drive it by keys.",
+            "Show robots on the terminal: where they are, what they sense, how good the link is.",
         ),
         Verb(
             "param",
@@ -64,7 +64,7 @@ class Verbs(VerbGroup):
             "difference.",
         ),
         Verb("view", "hil.cli.view:view", "Make one HTML page that plays a log: the arena, curves, events, lessons."),
-        Verb("report", "hil.cli.report:report", "Make one self-contained HTML page and PNG pictures of a log."),
+        Verb("report", "hil.cli.report:report", "Say what happened in a run, on one self-contained HTML page with pictures."),
         Verb(
             "runs",
             "hil.cli.runs:runs",

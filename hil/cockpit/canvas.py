@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from rich.text import Text
 
-from hil.cockpit.snapshot import Body, Figure, Ground, Senses
+from hil.cockpit.snapshot import Body, Figure, PlanView, Senses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -102,7 +102,7 @@ class Canvas:
         return ":" if dots & 0x1B and dots & 0xE4 else "'" if dots & 0x1B else "."
 
 
-def drawn(ground: Ground | Senses, columns: int, rows: int, *, braille: bool) -> list[Text]:
+def drawn(ground: PlanView | Senses, columns: int, rows: int, *, braille: bool) -> list[Text]:
     """Draw what there is to see, its caption below.
 
     Args:

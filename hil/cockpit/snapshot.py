@@ -47,7 +47,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Ground:
+class PlanView:
     """What robots stand on, seen from above: x to the right, y up, the origin in the middle of a ring.
 
     Attributes:
@@ -149,7 +149,7 @@ class Snapshot:
     state: str
     tone: Tone
     facts: tuple[Fact, ...]
-    ground: Ground | Senses | None
+    ground: PlanView | Senses | None
     heads: tuple[str, ...] = ()
     rows: tuple[Row, ...] = ()
     chosen: int = 0

@@ -9,6 +9,7 @@ import numpy as np
 from firmware_protocol.messages import BoutOutcome
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
 from hil.report.style import BLUE, GREEN, GREY, INK, VERMILLION, figure, whole_numbers
+from hil.statistics import quantile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -75,7 +76,7 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
         return None
     columns = min(3, len(bouts))
     rows = -(-len(bouts) // columns)
-    drawn = figure(3.0 * columns + 0.1, 2.32 * rows + 0.35)
+    drawn = figure(3.0 * columns + 0.1, 2.32 * rows + (0.35 if columns > 1 else 0.75))
     panels = drawn.subplots(rows, columns, squeeze=False).ravel()
     for axes, bout in zip(panels, bouts, strict=False):
         _draw_bout(axes, bout)
@@ -86,7 +87,7 @@ def trajectories(bouts: Sequence[BoutPath]) -> Figure | None:
         *panels[0].plot([], [], color=VERMILLION, linewidth=1.6, label="opponent"),
         *panels[0].plot([], [], "o", color="white", markeredgecolor=INK, markersize=4, label="every second"),
     ]
-    drawn.legend(handles=handles, loc="outside upper left", ncols=3, title=None)
+    drawn.legend(handles=handles, loc="outside upper left", ncols=min(3, columns + 1), title=None)
     return drawn
 
 
@@ -156,7 +157,7 @@ def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
     panels = drawn.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, times) in zip(panels, rows.items(), strict=True):
         axes.hist(times, bins=list(edges), color=GREEN, alpha=0.85, edgecolor="white", linewidth=0.8)
-        middle = float(np.median(times))
+        middle = quantile(times, 0.5)
         axes.axvline(middle, color=INK, linewidth=1.2, linestyle="--")
         axes.set_title(f"{name[:1].upper()}{name[1:]}: {len(times)} wins, half of them within {middle:.1f} s", fontsize=9)
         axes.set_ylabel("Bouts")

@@ -21,11 +21,15 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from firmware_protocol.wire.fields import Message
+from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.limits import ReadLimits
 from hil.mcaplog.reading.reader import LogEntry, LogReader
 from hil.mcaplog.records import (
+    RECORDS,
     SERIES,
     AdviceRecord,
+    BridgeOpening,
+    BridgeStep,
     EventRecord,
     RejectedInput,
     StepRecord,
@@ -39,30 +43,60 @@ from hil.mcaplog.records import (
 )  # fmt: skip
 from hil.mcaplog.writing.joints import PLOTS
 from hil.recording.protagonist import Protagonist
+from hil.report.happened.course import TELLING, of_the_operator
 from hil.report.learnt import read_learnt
 from hil.report.link import HEARD, LinkWatcher
+from hil.report.report_table import counted, shortened
 from hil.report.run_data import BoutPath, RunData, SensorTrack
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from hil.bridge.operator import OperatorInput
     from hil.report.link import Frame
 
-SKIPPED: Final = frozenset({"/bridge/step", "/tf", "/arena/scene", "/junior/joints", *PLOTS})
-"""Topics that tell a report nothing it does not know otherwise."""
+STEPS: Final = "/bridge/step"
+SKIPPED: Final = frozenset({"/tf", "/log", "/arena/scene", "/junior/joints", *PLOTS})
+"""Topics that tell a report nothing it does not know otherwise: `/log` says again what events and robots say."""
 SENSORS: Final = "/junior/sensors"
-UNREAD: Final = frozenset({SENSORS, "/mavlink/heartbeat", "/mavlink/sys_status", "/mavlink/command_ack"})
+UNREAD: Final = frozenset({SENSORS, "/mavlink/sys_status", "/mavlink/command_ack"})
 """Topics of which only the frames are counted at first; the sensors are read where there is nothing else to report on."""
 
-TOLD: Final[frozenset[type[Message]]] = HEARD | {ParamValue, RefereeState}
+TOLD: Final[frozenset[type[Message]]] = HEARD | TELLING | {ParamValue, RefereeState}
 """What is to be known of a robot's messages, but for who has sent the first one."""
 FARTHEST: Final = 1e4
 """Places farther away than this, in m, are none, and times longer, in s."""
+MOST_TOPICS: Final = 8
+"""Topics of somebody else's log that are named."""
 MOST_PARAMETERS: Final = 500
 MOST_ODDITIES: Final = 20
+_KEPT: Final[dict[type, str]] = {
+    TrialRecord: "trials", StepRecord: "generations", SurroundStateRecord: "surround", SurroundEvaluationRecord: "evaluations",
+    SurroundGenerationRecord: "search_generations", SurroundConditionRecord: "conditions", SwarmRoundRecord: "rounds",
+}  # fmt: skip
+"""Records that are kept as they are, and under which name."""
 _PHASES: Final = frozenset(Phase)
 _OUTCOMES: Final = frozenset(BoutOutcome)
+
+
+class ForeignLogError(UnreadableLogError):
+    """There is nothing in a log that this program has written.
+
+    Args:
+        path: The log.
+        topics: What it holds instead: how many entries of each topic.
+    """
+
+    def __init__(self, path: Path, topics: Counter[str]) -> None:
+        named = [
+            f"{shortened(topic, 80)} ({counted(count, 'entry', 'entries')})" for topic, count in topics.most_common(MOST_TOPICS)
+        ]
+        more = f", and {counted(len(topics) - MOST_TOPICS, 'topic', 'topics')} more" if len(topics) > MOST_TOPICS else ""
+        super().__init__(
+            f"there is nothing to report of {path}: nothing in it was recorded by hil. It holds {', '.join(named)}{more}. "
+            f"hil log info {path} says more"
+        )
 
 
 def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B008 - frozen
@@ -76,13 +110,20 @@ def gather(path: Path, limits: ReadLimits = ReadLimits()) -> RunData:  # noqa: B
         What there is in it, up to damage.
 
     Raises:
-        LogError: It cannot be opened, is not a log, or nothing of it could be read.
+        LogError: It cannot be opened, is not a log, nothing of it could be read, or it is somebody else's.
     """
     reader = LogReader(path, limits)
     gatherer = Gatherer(path)
-    for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD):
+    foreign = Counter[str]()
+    ours = False
+    for entry in reader.entries(leave_out=SKIPPED, unread=UNREAD, only={STEPS: of_the_operator}):
+        ours = ours or entry.sender is not None or isinstance(entry.value, RECORDS)
+        if not ours:
+            foreign[entry.topic] += 1
         gatherer.take(entry)
     reader.require_something()
+    if foreign and not ours:
+        raise ForeignLogError(path, foreign)
     return gatherer.finish(reader)
 
 
@@ -159,31 +200,35 @@ class Gatherer:
         """
         self._seen(time)
         data = self._data
-        if isinstance(value, TrialRecord):
-            data.trials.append(value)
-            data.trial_times.append(time)
-        elif isinstance(value, StepRecord):
-            data.generations.append(value)
-        elif isinstance(value, SurroundStateRecord):
-            data.surround.append(value)
-        elif isinstance(value, SurroundEvaluationRecord):
-            data.evaluations.append(value)
-        elif isinstance(value, SurroundGenerationRecord):
-            data.search_generations.append(value)
-        elif isinstance(value, SurroundConditionRecord):
-            data.conditions.append(value)
-        elif isinstance(value, SwarmRoundRecord):
-            data.rounds.append(value)
+        kept = _KEPT.get(type(value))
+        if kept is not None:
+            getattr(data, kept).append(value)
+            if kept == "trials":
+                data.trial_times.append(time)
         elif isinstance(value, AdviceRecord):
             self._advice = value.json
+        elif isinstance(value, BridgeStep):
+            data.course.asked(time, value.inputs, value.input_robots)
+        elif isinstance(value, BridgeOpening):
+            data.course.networks += 1
         elif isinstance(value, RejectedInput):
             self._watcher.rejected(value.reason, time)
         elif isinstance(value, EventRecord):
             if value.kind == SERIES:
                 self._end_bout()
                 self._series = value.text
+                data.course.chapters.append((time, value.text))
             else:
                 data.events.append((time, value))
+
+    def asked(self, inputs: Sequence[OperatorInput], time: float) -> None:
+        """The operator asked for something in a step of the bridge.
+
+        Args:
+            inputs: For what.
+            time: Log time in s.
+        """
+        self._data.course.asked(time, [one.what for one in inputs], [one.robot for one in inputs])
 
     def sent(self, message: Message | None, topic: str, time: float) -> None:
         """A message was sent.
@@ -195,6 +240,7 @@ class Gatherer:
         """
         self._seen(time)
         self._watcher.sent(message, topic, time)
+        self._data.course.sent(message, time)
         if isinstance(message, RobotSession):
             self.robot.taken(message.target_system)
         elif isinstance(message, JuniorWheels) and message.target_system == self.robot.system:
@@ -219,6 +265,7 @@ class Gatherer:
             time: Log time in s.
         """
         self._watcher.received(message, time)
+        self._data.course.received(message, sender, time)
         if sender[0] == HOST_SYSTEM or not self.robot.heard(sender[0]):
             return
         if isinstance(message, RefereeState):

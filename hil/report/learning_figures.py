@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus, situation_name
 from hil.report.style import BLUE, GREEN, GREY, INK, PALE, VERMILLION, bare, figure
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
 MOST_STRIPS: Final = 64
 """Maneuvers drawn."""
+WIDE: Final = 5
+"""Of more actions than this the words are set one below the other."""
 WINDOW: Final = 20
 """Bouts that the running share of wins is taken over."""
 SPEEDS: Final = {
@@ -54,12 +56,11 @@ def eyes_of(category: Category) -> int:
 
 
 def category_name(category: Category) -> str:
-    """A category in a legend: `left`, or `right, before: left`."""
+    """A category as in all legends and tables: `left`, or `right, before: left`."""
     if not known(category):
         return f"{category[0][:40]}, {category[1][:40]} (not known)"
     previous, current = category
-    current = current.replace("+", ", ").replace("-", " ")
-    return current if previous == "any" else f"{current}, before: {previous}"
+    return situation_name(ANY_STIMULUS if previous == "any" else _CODES[previous], _CODES[current])
 
 
 def sort_key(category: Category) -> tuple[int, int, int]:
@@ -121,7 +122,7 @@ def maneuver_strips(data: RunData) -> Figure | None:
     if data.advice is None or not data.advice.entries:
         return None
     entries = sorted(data.advice.entries, key=lambda entry: sort_key(situation(entry)))[:MOST_STRIPS]
-    drawn = figure(9.0, 0.55 + 1.1 * len(entries))
+    drawn = figure(9.0, 0.55 + 1.25 * len(entries))
     panels = drawn.subplots(len(entries), 1, squeeze=False, sharex=True)[:, 0]
     period = data.advice.period
     longest = max(len(entry.actions) for entry in entries)
@@ -152,10 +153,12 @@ def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: f
             axes.add_patch(
                 Rectangle((start + 0.03 * period, lanes[lane]), 0.94 * period, height, color=color, linewidth=0, zorder=2)
             )
-        axes.text(start + period / 2, 2.35, action.name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
+        axes.text(start + period / 2, 3.5, action.name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
+        words = spec.meaning.replace(", ", ",\n").replace(" ", "\n" if longest > WIDE else " ")
+        axes.text(start + period / 2, 3.4, words, ha="center", va="top", fontsize=6.5, color="#555555", linespacing=0.95)
         axes.axvline(start + period, color=PALE, linewidth=0.8, zorder=0)
     axes.set_xlim(-0.001, longest * period)
-    axes.set_ylim(-2.3, 3.5)
+    axes.set_ylim(-2.3, 4.6)
     axes.tick_params(axis="x", length=0)
     name = category_name(situation(entry)).replace(", ", ",\n")
     axes.set_ylabel(name, rotation=0, ha="right", va="center", labelpad=24, fontsize=10, fontweight="bold")

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.events import Received, Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from firmware_protocol.wire.rows import messages_of
+from hil.bridge.taps import NOTHING
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import SERIES, AdviceRecord, EventRecord
 from hil.mcaplog.schemas import message_schema
@@ -22,14 +23,16 @@ from hil.recording.recorder import Recorder
 from hil.report.gather import TOLD, Gatherer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from firmware_protocol.wire.batch import Arrivals
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.rows import Rows
+    from hil.bridge.taps import Circumstances
     from hil.mcaplog.writing.sink import LogSink
     from hil.report.link import Frame
+    from hil.report.page import Picture
     from hil.report.run_data import RunData
 
 TOGETHER: Final = 1000
@@ -67,11 +70,17 @@ class ListeningRecorder(Recorder):
         self._frames: list[Frame] = []
         self._wire: dict[str, list[tuple[float, int]]] = {"rx": [], "tx": []}
         self._coached = False
-        self._drawn: dict[str, bytes] = {}
+        self._drawn: dict[str, Picture] = {}
         self._drawing_early: Thread | None = None
         super().__init__(
             path, run=run, config=config, link=link, lockstep=lockstep, system=system, component=component, writer=writer
         )
+
+    def step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Circumstances = NOTHING) -> None:
+        """See `WireLog.step`."""
+        super().step(time, chunks, met)
+        if met.inputs:
+            self._gatherer.asked(met.inputs, _stamp(time))
 
     def wire_rx(self, time: float, data: bytes) -> None:
         """See `Recorder.wire_rx`."""
@@ -182,7 +191,8 @@ class ListeningRecorder(Recorder):
         Raises:
             LogError: The log is not there, or the report can't be written.
         """
-        from hil.report.write import write_pages  # noqa: PLC0415 - as above
+        from hil.report.page import Pictures  # noqa: PLC0415 - as above
+        from hil.report.write import write_pages  # noqa: PLC0415 - likewise
 
         if self._drawing_early is not None:
             self._drawing_early.join()
@@ -190,7 +200,7 @@ class ListeningRecorder(Recorder):
         reader = LogReader(self.path)
         for _ in reader.entries(()):
             pass  # there is none: what is read is the metadata
-        return write_pages(self._gatherer.finish(reader), folder, self._drawn).page
+        return write_pages(self._gatherer.finish(reader), folder, Pictures(self._drawn)).page
 
 
 def _stamp(time: float) -> float:

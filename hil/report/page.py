@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from html import escape
 from importlib.resources import files
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from hil.report.report_table import shortened
-from hil.report.style import can_draw, png
+from hil.report.style import can_draw, png, svg, with_variables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -24,21 +23,60 @@ UNDRAWABLE: Final = (ArithmeticError, AttributeError, LookupError, MemoryError, 
 """What matplotlib raises on numbers that make no picture."""
 
 
+MOST_SVG: Final = 300_000
+"""Letters of a drawing: one that takes more, of a thousand robots for example, is on the page as pixels."""
+
+
 @dataclass(frozen=True)
 class Picture:
-    """A picture.
+    """A picture: a drawing, or pixels where a drawing would be huge.
 
     Attributes:
         name: Name of its file, without the suffix.
-        data: PNG.
         caption: What there is to see.
-        alternative: The same for who can't see it; the caption where it is empty.
+        svg: The drawing; empty where it would be huge.
+        png: Pixels, where they were asked for, or there is no drawing.
     """
 
     name: str
-    data: bytes
     caption: str
-    alternative: str = ""
+    svg: str = ""
+    png: bytes = b""
+
+    def files(self) -> dict[str, bytes]:
+        """Name and content of each of its files."""
+        named = {f"{self.name}.svg": self.svg.encode(), f"{self.name}.png": self.png}
+        return {name: data for name, data in named.items() if data}
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """How pictures come about.
+
+    Attributes:
+        drawn: Those that are drawn already, by name.
+        png: Each is wanted as pixels as well.
+    """
+
+    drawn: Mapping[str, Picture] = field(default_factory=dict)
+    png: bool = False
+
+    def drawing(self, name: str, draw: Callable[[], Figure | None], caption: str) -> Picture | None:
+        """Draw one, unless it is there.
+
+        Args:
+            name: Its name.
+            draw: Draws it; None where there is nothing to draw.
+            caption: What there is to see.
+        """
+        there = self.drawn.get(name)
+        if there is not None and (there.png or not self.png):
+            return replace(there, caption=caption)
+        made = draw()
+        if made is None:
+            return None
+        text = svg(made, name)
+        return Picture(name, caption, "" if (huge := len(text) > MOST_SVG) else text, png(made) if huge or self.png else b"")
 
 
 @dataclass
@@ -70,7 +108,7 @@ def add_picture(
     name: str,
     draw: Callable[[], Figure | None],
     caption: str,
-    drawn: Mapping[str, bytes] = MappingProxyType({}),
+    pictures: Pictures = Pictures(),
 ) -> None:
     """Add a picture, or say why there is none: what a log holds never costs the report. Where nothing draws none is added.
 
@@ -79,16 +117,12 @@ def add_picture(
         name: Its name.
         draw: Draws it; None where there is nothing to draw.
         caption: What there is to see.
-        drawn: Pictures that are drawn already, by name.
+        pictures: How it comes about.
     """
     if not can_draw():
         return
-    if name in drawn:
-        section.pictures.append(Picture(name, drawn[name], caption))
-        return
     try:
-        made = draw()
-        picture = None if made is None else Picture(name, png(made), caption)
+        picture = pictures.drawing(name, draw, caption)
     except UNDRAWABLE as error:
         section.text.append(f"The picture “{name}” can’t be drawn from what the log holds: {shortened(str(error), 200)}.")
     else:
@@ -145,11 +179,12 @@ def _section(section: Section) -> str:
 
 
 def _picture(picture: Picture) -> str:
-    source = b64encode(picture.data).decode("ascii")
-    return (
-        f'<figure><img alt="{escape(picture.alternative or picture.caption)}" src="data:image/png;base64,{source}">'
-        f"<figcaption>{escape(picture.caption)}</figcaption></figure>\n"
-    )
+    words = escape(picture.caption)
+    if picture.svg:
+        shown = with_variables(picture.svg).replace("<svg ", f'<svg role="img" aria-label="{words}" ', 1)
+    else:
+        shown = f'<img alt="{words}" src="data:image/png;base64,{b64encode(picture.png).decode("ascii")}">'
+    return f'<figure><div class="scroll">{shown}</div><figcaption>{words}</figcaption></figure>\n'
 
 
 def _table(table: ReportTable, *, titled: bool = True) -> str:

@@ -36,3 +36,14 @@ class ReportTable:
 def shortened(text: str, most: int = LONGEST_CELL) -> str:
     """The beginning of a text, where it is long."""
     return text if len(text) <= most else text[: most - 1] + "…"
+
+
+def counted(number: int, one: str, several: str) -> str:
+    """A number and what it counts.
+
+    Args:
+        number: How many.
+        one: What one of them is called.
+        several: What several are.
+    """
+    return f"{number:,} {one if number == 1 else several}"

@@ -9,6 +9,7 @@ import numpy as np
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.peer.streams import STALE_INTERVALS, STALE_LEAST
+from hil.report.happened.course import Course
 from hil.report.link import LinkQuality
 
 if TYPE_CHECKING:
@@ -121,6 +122,7 @@ class RunData:
         link: How good the link was.
         sensors: What the robot sensed.
         events: Log times in s and events.
+        course: What happened besides: states, emergency stops, keys.
         parameters: The robot's parameters, as last told.
         oddities: What the log holds that this program does not know or can't draw, in words.
     """
@@ -145,6 +147,7 @@ class RunData:
     link: LinkQuality = field(default_factory=LinkQuality)
     sensors: SensorTrack | None = None
     events: list[tuple[float, EventRecord]] = field(default_factory=list)
+    course: Course = field(default_factory=Course)
     parameters: dict[str, float] = field(default_factory=dict)
     oddities: list[str] = field(default_factory=list)
 

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from statistics import median
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import ANY_STIMULUS
+from firmware_protocol.vocabulary import spelled_out
 from hil.report.bout_figures import OUTCOME_WORDS
+from hil.report.happened.words import interruptions_said, results_said, stops_said
 from hil.report.learning_figures import Category, category_name, situation, sort_key
 from hil.report.learnt import Learnt
-from hil.report.report_table import ReportTable, shortened
+from hil.report.report_table import ReportTable, counted, shortened
 from hil.report.swarm.runs import surround_runs
 from hil.report.swarm.search_words import search_said, search_title
 from hil.report.swarm.words import surround_said
-from hil.statistics import Rate
+from hil.statistics import Rate, quantile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hil.mcaplog.records import StepRecord, TrialRecord
     from hil.report.run_data import BoutPath, RunData
-    from pal_advisor.maneuvers import AdviceEntry
 
 OBJECTIVES: Final = {
     "contact": "seeing, holding and coming into contact (Liu & Wu 2001, Eq. 10.1)",
@@ -31,6 +30,8 @@ OBJECTIVES: Final = {
 OUTCOME_COLUMNS: Final = (BoutOutcome.WIN, BoutOutcome.LOSS, BoutOutcome.DRAW, BoutOutcome.UNDECIDED)
 MOST_NAMED: Final = 10
 """Series and opponents told of in words."""
+SITUATION: Final = "The eyes that see it"
+"""Head of the column that names situations, as it heads the legends of pictures."""
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
 
@@ -47,6 +48,16 @@ def title_of(data: RunData) -> str:
         return f"Pal coached Junior{versus}"
     if data.bouts:
         return f"Junior’s bouts{versus}"
+    return _title_of_others(data)
+
+
+def _title_of_others(data: RunData) -> str:
+    """The headline of a run in which nothing was learnt or played."""
+    robots = len(data.course.states)
+    if data.metadata.get("config", {}).get("verb") == "check":
+        return "A robot was checked"
+    if data.sensors is None and robots:
+        return "What the robot did" if robots == 1 else f"What {robots:,} robots did"
     return "What Junior sensed and did"
 
 
@@ -69,7 +80,7 @@ def summary(data: RunData) -> list[str]:
     Args:
         data: The run.
     """
-    said = []
+    said = stops_said(data) + interruptions_said(data) + results_said(data)
     if data.learnt:
         said += [_effort(data), _progress(data)]
     series_played = _series(played_bouts(data))
@@ -127,7 +138,7 @@ def _played(series: str, opponent: str, bouts: Sequence[BoutPath]) -> str:
     text = f"{name}, against {opponent}: {len(wins)} of {len(over)} won"
     if over:
         text += f", {len(wins) / len(over):.1%} (95% interval {low:.1%} to {high:.1%})"
-    return text + (f", half of the wins within {median(wins):.1f} s." if wins else ".")
+    return text + (f", half of the wins within {quantile(wins, 0.5):.1f} s." if wins else ".")
 
 
 def _watched(data: RunData) -> str:
@@ -145,6 +156,8 @@ def _watched(data: RunData) -> str:
 def _link_words(data: RunData) -> str:
     link = data.link
     if not link.good:
+        if data.surround or data.evaluations:
+            return "Workers played the runs, each with robots of its own: this log holds what came of them, and no messages."
         return "Nothing was received from a robot."
     text = f"The link carried {link.good:,} good frames from the robot; "
     if not link.lost and not link.rejected and not link.retries:
@@ -152,8 +165,10 @@ def _link_words(data: RunData) -> str:
     rejected = sum(link.rejected.values())
     troubles = [
         f"{link.lost:,} were lost or damaged ({link.loss:.2%})" if link.lost else "none was lost",
-        f"{rejected:,} pieces of input were rejected" if rejected else "",
-        f"{link.retries:,} commands were sent again" if link.retries else "no command had to be repeated",
+        f"{counted(rejected, 'piece of input was', 'pieces of input were')} rejected" if rejected else "",
+        f"{counted(link.retries, 'command was', 'commands were')} sent again"
+        if link.retries
+        else "no command had to be repeated",
     ]
     *first, last = (trouble for trouble in troubles if trouble)
     return f"{text}{', '.join(first)}, and {last}."
@@ -166,7 +181,8 @@ def learnt_table(data: RunData) -> ReportTable | None:
         return None
     rows = tuple(
         (
-            _situation(entry),
+            category_name(situation(entry)),
+            spelled_out(entry.actions),
             " ".join(action.name for action in entry.actions),
             ", ".join(entry.names) or "—",
             f"{entry.fitness:.2f}",
@@ -175,16 +191,8 @@ def learnt_table(data: RunData) -> ReportTable | None:
         )
         for entry in sorted(entries, key=lambda entry: sort_key(situation(entry)))
     )
-    head = ("When Junior’s eyes see it", "It does", "Known as", "Fitness", "Tried", "Phase")
-    return ReportTable("What Junior learnt", head, rows, frozenset({3, 4, 5}))
-
-
-def _situation(entry: AdviceEntry) -> str:
-    words = {0: "with neither", 1: "with the left", 2: "with the right", 3: "with both"}
-    code = entry.current
-    arms = {0: "", 1: ", left arm touching", 2: ", right arm touching", 3: ", both arms touching"}[code >> 2]
-    before = "" if entry.previous == ANY_STIMULUS else f" (before: {situation(entry)[0]})"
-    return words[code & 3] + arms + before
+    head = (SITUATION, "What Junior does", "In the book’s terms", "Known as", "Fitness", "Tried", "Phase")
+    return ReportTable("What Junior learnt", head, rows, frozenset({4, 5, 6}))
 
 
 def effort_table(data: RunData) -> ReportTable | None:
@@ -211,7 +219,7 @@ def effort_table(data: RunData) -> ReportTable | None:
                 f"{steps[-1].best:.1f}" if steps else "—",
             )
         )
-    head = ("Category", "Maneuvers", "of these in the exam", "Generations", "Best in the first", "Best in the last")
+    head = (SITUATION, "Maneuvers", "of these in the exam", "Generations", "Best in the first", "Best in the last")
     return ReportTable("How much was practised", head, tuple(rows), frozenset(range(1, 6)))
 
 
@@ -232,7 +240,7 @@ def bout_table(data: RunData) -> ReportTable | None:
                 *(f"{number:,}" for number in (over, *(count[outcome] for outcome in OUTCOME_COLUMNS))),
                 f"{count[BoutOutcome.WIN] / over:.3f}" if over else "—",
                 f"{low:.3f} to {high:.3f}" if over else "—",
-                f"{median(wins):.2f} s" if wins else "—",
+                f"{quantile(wins, 0.5):.2f} s" if wins else "—",
             )
         )
     head = ("Series", "Opponent", "Decided", "Won", "Lost", "Drawn", "Broken off", "Share won", "95% interval", "Median win")
@@ -252,11 +260,8 @@ def link_table(data: RunData) -> ReportTable:
         ("Bytes received, sent", f"{link.bytes_received:,}, {link.bytes_sent:,}"),
     ]
     if link.round_trips:
-        ordered = sorted(link.round_trips)
-        last = ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))]
-        rows.append(
-            (f"Time to an answer, of {len(ordered):,}", f"median {median(ordered) * 1e3:.1f} ms, 99 % {last * 1e3:.1f} ms")
-        )
+        middle, last = (quantile(link.round_trips, share) * 1e3 for share in (0.5, 0.99))
+        rows.append((f"Time to an answer, of {len(link.round_trips):,}", f"median {middle:.1f} ms, 99 % {last:.1f} ms"))
     if link.robot is not None:
         told = link.robot
         rows += [
@@ -266,16 +271,6 @@ def link_table(data: RunData) -> ReportTable:
             ("Starts of the robot so far", f"{told.boot_count:,}"),
         ]
     return ReportTable("Link", ("What", "How much"), tuple(rows), frozenset({1}))
-
-
-def event_table(data: RunData, most: int = 40) -> ReportTable | None:
-    """Events other than bouts, the last ones where there are many."""
-    told = [(time, event) for time, event in data.events if event.kind != "bout"]
-    if not told:
-        return None
-    rows = tuple((f"{time:.2f} s", event.kind, event.text) for time, event in told[-most:])
-    title = "Events" if len(told) <= most else f"Events, the last {most} of {len(told)}"
-    return ReportTable(title, ("Log time", "Kind", "What happened"), rows)
 
 
 def oddity_table(data: RunData) -> ReportTable | None:

@@ -6,7 +6,6 @@ from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.resources import files
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
@@ -16,9 +15,11 @@ from hil.mcaplog.limits import lifted
 from hil.report.bout_figures import choose, times_to_win, trajectories
 from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import gather
+from hil.report.happened.course_figures import time_line
+from hil.report.happened.words import happenings_table, states_table
 from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
-from hil.report.page import Section, add_picture, render
+from hil.report.page import Picture, Pictures, Section, add_picture, render
 from hil.report.report_table import shortened
 from hil.report.style import INSTALL, can_draw, styled
 from hil.report.swarm.runs import see_steps, surround_runs
@@ -30,7 +31,6 @@ from hil.report.words import (
     chosen_caption,
     coaching_bouts,
     effort_table,
-    event_table,
     learnt_table,
     link_table,
     metadata_tables,
@@ -41,7 +41,6 @@ from hil.report.words import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from hil.report.run_data import RunData
@@ -58,7 +57,7 @@ class ReportFiles:
 
     Attributes:
         page: The HTML page; it holds the pictures and needs no other file.
-        pictures: The pictures again, as PNG files.
+        pictures: The pictures again, as files: SVG drawings, PNG where a drawing would be huge or pixels were asked for.
         layout: Layout for viewing the log in Foxglove.
         title: The report's headline.
         summary: What happened, in words.
@@ -74,7 +73,12 @@ class ReportFiles:
 
 
 def write_report(
-    log: Path, folder: Path, *, max_chunk: int | None = None, steps: tuple[int, int | None] | None = None
+    log: Path,
+    folder: Path,
+    *,
+    max_chunk: int | None = None,
+    steps: tuple[int, int | None] | None = None,
+    png: bool = False,
 ) -> ReportFiles:
     """Report on a log.
 
@@ -83,6 +87,7 @@ def write_report(
         folder: Where the report goes; made where it does not exist.
         max_chunk: The log is in order, and its chunks unpack to up to this many MiB; None: the usual limits hold.
         steps: First and last step of the surround task that are shown; None for the last: to the end; None: all.
+        png: Each picture is wanted as pixels as well.
 
     Returns:
         The files written.
@@ -94,32 +99,33 @@ def write_report(
     data = gather(log, lifted(max_chunk))
     data.steps = steps
     see_steps(data)
-    return write_pages(data, folder)
+    return write_pages(data, folder, Pictures(png=png))
 
 
-def early_pictures(data: RunData) -> dict[str, bytes]:
+def early_pictures(data: RunData) -> dict[str, Picture]:
     """Those pictures of a coaching run that are as they will be as soon as the coaching is over.
 
     Args:
         data: The run so far.
 
     Returns:
-        PNG by the picture's name; without those that can't be drawn.
+        Pictures by name; without those that can't be drawn.
     """
     if not can_draw():
         return {}
+    pictures = Pictures()
     with styled():
-        sections = (_learnt(data, {}), _learning(data, {}), _bouts(data, {}))
-    return {picture.name: picture.data for section in sections for picture in section.pictures if picture.name in EARLY}
+        sections = (_learnt(data, pictures), _learning(data, pictures), _bouts(data, pictures))
+    return {picture.name: picture for section in sections for picture in section.pictures if picture.name in EARLY}
 
 
-def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = MappingProxyType({})) -> ReportFiles:
+def write_pages(data: RunData, folder: Path, pictures: Pictures = Pictures()) -> ReportFiles:  # noqa: B008 - frozen
     """Draw and write a report of what has been gathered.
 
     Args:
         data: It.
         folder: Where the report goes; made where it does not exist.
-        drawn: Pictures that are drawn already, as `early_pictures` has them.
+        pictures: How its pictures come about: some may be drawn already.
 
     Returns:
         The files written.
@@ -128,50 +134,70 @@ def write_pages(data: RunData, folder: Path, drawn: Mapping[str, bytes] = Mappin
         LogError: The report cannot be written.
     """
     with styled() if can_draw() else nullcontext():
-        sections = _sections(data, drawn)
+        sections = _sections(data, pictures)
     said = summary(data)
     title = title_of(data)
     footer = f"Made by {_program(data)} from {data.path.name}."
     page = render(title, _subtitle(data), said, numbers=_numbers(data), sections=sections, footer=footer)
-    pictures = [picture for section in sections for picture in section.pictures]
+    drawn = {name: content for section in sections for picture in section.pictures for name, content in picture.files().items()}
     try:
-        for picture in pictures:
-            write_output(folder / f"{picture.name}.png", picture.data, overwrite=True)
+        for name, content in drawn.items():
+            write_output(folder / name, content, overwrite=True)
         write_output(folder / LAYOUT, files("hil.mcaplog").joinpath(LAYOUT).read_bytes(), overwrite=True)
         write_output(folder / PAGE, page.encode(), overwrite=True)  # the last: where it is, the report is whole
     except OSError as error:
         with suppress(OSError):
             folder.rmdir()  # where nothing is in it
         raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
-    paths = tuple(folder / f"{picture.name}.png" for picture in pictures)
+    paths = tuple(folder / name for name in drawn)
     return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)
 
 
-def _sections(data: RunData, drawn: Mapping[str, bytes]) -> list[Section]:
+def _sections(data: RunData, pictures: Pictures) -> list[Section]:
     found = [
-        _learnt(data, drawn),
-        _learning(data, drawn),
-        _bouts(data, drawn),
-        *surround_sections(data),
-        *search_sections(data),
+        _happened(data, pictures),
+        _learnt(data, pictures),
+        _learning(data, pictures),
+        _bouts(data, pictures),
+        *surround_sections(data, pictures),
+        *search_sections(data, pictures),
     ]
     if not data.evaluations:  # of runs that had their own tables
-        found.append(_link(data))
+        found.append(_link(data, pictures))
     if data.of_junior:
-        found.insert(0, _sensed(data))
+        found.insert(1, _sensed(data, pictures))
     about = Section("About this run")
     if not can_draw():
         about.text.append(f"There are no pictures here, since matplotlib is not installed: {INSTALL} adds them.")
     if data.learnt and not all(known((trial.previous, trial.current)) for trial in data.trials):
         data.oddities.append("Trials of situations that this program does not know are counted, and not drawn.")
-    events = event_table(data)
     odd = oddity_table(data)
-    about.tables = [table for table in (events, odd) if table]
+    about.tables = [table for table in (odd,) if table]
     about.folded = metadata_tables(data)
     return [*found, about]
 
 
-def _learnt(data: RunData, drawn: Mapping[str, bytes]) -> Section:
+def _happened(data: RunData, pictures: Pictures) -> Section:
+    section = Section("What happened")
+    course = data.course
+    if course.networks > 1 and course.states:
+        section.text.append(
+            f"The robots were on {course.networks} networks; those of the same number on several of them are told of as one."
+        )
+    many = len(course.states) > 1
+    add_picture(
+        section,
+        "course",
+        partial(time_line, data),
+        f"In which state {'the robots were' if many else 'the robot was'}, as far as it was told: about once a second, and "
+        "whenever it was asked for. Below, when something happened: the table says what.",
+        pictures,
+    )
+    section.tables = [table for table in (states_table(data), happenings_table(data)) if table]
+    return section
+
+
+def _learnt(data: RunData, pictures: Pictures) -> Section:
     section = Section("What Junior learnt")
     table = learnt_table(data)
     if table:
@@ -180,13 +206,13 @@ def _learnt(data: RunData, drawn: Mapping[str, bytes]) -> Section:
             "maneuvers",
             partial(maneuver_strips, data),
             "The best maneuver for each thing the eyes see: how fast the left (L) and the right wheel (R) turn in each action.",
-            drawn,
+            pictures,
         )
         section.tables.append(table)
     return section
 
 
-def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
+def _learning(data: RunData, pictures: Pictures) -> Section:
     section = Section("How it learnt")
     add_picture(
         section,
@@ -194,14 +220,14 @@ def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
         partial(fitness_by_generation, data),
         "Best fitness by generation. A category makes a step when all of its maneuvers are rated, so situations that come up "
         "often make many steps, and the curves have different lengths.",
-        drawn,
+        pictures,
     )
     add_picture(
         section,
         "learning",
         partial(fitness_by_maneuvers, data),
         "The same against the maneuvers performed. In the exam (grey) the best of each category are tested again.",
-        drawn,
+        pictures,
     )
     if data.learnt:
         add_picture(
@@ -209,14 +235,14 @@ def _learning(data: RunData, drawn: Mapping[str, bytes]) -> Section:
             "wins",
             partial(wins_over_run, data, coaching_bouts(data)),
             "Share of bouts won during coaching, with maneuvers on trial; each tick above is a bout.",
-            drawn,
+            pictures,
         )
     effort = effort_table(data)
     section.tables = [effort] if effort else []
     return section
 
 
-def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
+def _bouts(data: RunData, pictures: Pictures) -> Section:
     section = Section("Bouts")
     table = bout_table(data)
     if table is None:
@@ -230,7 +256,7 @@ def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
             partial(trajectories, early),
             f"Bouts of the coaching, first, middle and last ({chosen_caption(early)}), seen from above. "
             "Dashed: where they started; filled: where they ended.",
-            drawn,
+            pictures,
         )
     played = played_bouts(data)
     first = [bout for bout in played if bout.series == played[0].series]
@@ -241,12 +267,13 @@ def _bouts(data: RunData, drawn: Mapping[str, bytes]) -> Section:
         "bouts",
         partial(trajectories, shown),
         f"A few {name} ({chosen_caption(shown)}), seen from above. Dashed: where they started; filled: where they ended.",
+        pictures,
     )
-    add_picture(section, "times", partial(times_to_win, played), "How long it took to win.")
+    add_picture(section, "times", partial(times_to_win, played), "How long it took to win.", pictures)
     return section
 
 
-def _link(data: RunData) -> Section:
+def _link(data: RunData, pictures: Pictures) -> Section:
     section = Section("The link")
     add_picture(
         section,
@@ -254,17 +281,18 @@ def _link(data: RunData) -> Section:
         partial(link_quality, data),
         "Left: frames from the robot over the run. Right: how long an acknowledgement or a time comparison took, where the "
         "question had to be asked only once.",
+        pictures,
     )
     section.tables.append(link_table(data))
     return section
 
 
-def _sensed(data: RunData) -> Section:
+def _sensed(data: RunData, pictures: Pictures) -> Section:
     section = Section("Sensors and wheels")
     marked = any(event.kind in {"link", "safety"} for _, event in data.events)
     lines = " Amber lines mark events of the link and of safety." if marked else ""
     caption = f"What Junior sensed, and what its wheels were told.{lines}"
-    add_picture(section, "sensors", partial(sensors_over_time, data), caption)
+    add_picture(section, "sensors", partial(sensors_over_time, data), caption, pictures)
     return section
 
 
@@ -281,6 +309,9 @@ def _subtitle(data: RunData) -> str:
 
 def _numbers(data: RunData) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = []
+    stops = len(data.course.stops())
+    if stops:
+        found.append((f"{stops:,}", "emergency stop" if stops == 1 else "emergency stops"))
     if data.surround:
         found += surround_numbers(surround_runs(data))
     if data.evaluations:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from firmware_protocol.events import PeerLost
-from firmware_protocol.messages import ROBOT_COMPONENT, SwarmSense
+from firmware_protocol.messages import ROBOT_COMPONENT, CommandLong, SwarmSense
 from firmware_protocol.peer.exchanges.commands import NumberedExchange
+from firmware_protocol.peer.pacing import frame_length
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from firmware_protocol.vocabulary import RobotClass
 
@@ -55,6 +56,12 @@ class NetworkRows:
             length: How many.
         """
         return length / self.fleet.capacity if self.fleet.capacity else 0.0
+
+    @property
+    def arming_time(self) -> float:
+        """Time that the line needs to have all of them armed, in s; 0 where nobody knows its rate."""
+        command = frame_length(CommandLong, signed=self.bridge.signing is not None)
+        return self.line_time(2 * command * len(self.systems))  # with the request for the state; the answers take less
 
 
 @dataclass

@@ -275,6 +275,10 @@ class Swarm(RobotHandles[MicroRobot]):
                 self.attendance.miss(self.attendance.rows[address], self.now())
         return answers
 
+    def _arming_time(self, network: str) -> float:
+        times = [each.arming_time for each in self.attendance.networks if each.bridge.network == network]
+        return max(times, default=0.0)
+
     def disarm(self) -> Answers[CommandAck]:
         """Stop all, and keep their wheels from turning; ends emergency stops."""
         self.attendance.orders.armed = False

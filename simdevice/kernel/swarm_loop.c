@@ -86,14 +86,19 @@ static void look(swarm_loop *loop, uint32_t row)
     io->ready = 1;
 }
 
+static int32_t encoder(const kernel_table *table, uint32_t wheel)
+{
+    return (int32_t)(table->counted[wheel] + (uint32_t)micrometres(table->travel[wheel]));
+}
+
 static void read_drivers(swarm_loop *loop, uint32_t row)
 {
     kernel_table *table = loop->table;
     host_io *io = &loop->robot[row].io;
 
     io->battery_mv = loop->battery[row];
-    io->travel_um[0] = micrometres(table->travel[2 * row]);
-    io->travel_um[1] = micrometres(table->travel[2 * row + 1]);
+    io->travel_um[0] = encoder(table, 2 * row);
+    io->travel_um[1] = encoder(table, 2 * row + 1);
     io->bump = table->bump[row];
     io->touch = table->touch[row];
     if (table->fix_age[row] == 0) {
@@ -140,6 +145,7 @@ static void boot(swarm_loop *loop, uint32_t row)
 {
     loop->micros[row] = 0;
     loop->table->travel[2 * row] = loop->table->travel[2 * row + 1] = 0.0;
+    loop->table->counted[2 * row] = loop->table->counted[2 * row + 1] = 0;
     host_restart(&loop->robot[row]);
     loop->system[row] = loop->robot[row].as.robot.system;
 }

@@ -54,7 +54,8 @@ typedef struct {
 
     /* For each robot: its wheels. */
     double *gain;              /* share of a command that a wheel turns; left, right */
-    double *rim, *travel;      /* m/s, m; left, right */
+    double *rim, *travel;      /* m/s, m since the reset; left, right */
+    uint32_t *counted;         /* um that its encoders had counted before, modulo 2^32; left, right */
     double *slip, *way_cos, *way_sin; /* of the way that it is on */
     uint8_t *rolling;          /* it has been commanded to move in the last period */
 

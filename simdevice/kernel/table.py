@@ -36,6 +36,7 @@ _EACH: Final[Mapping[str, tuple[type, int]]] = {
     **dict.fromkeys(("gap", "fix_x", "fix_y", "fix_angle", "seen_x", "seen_y"), (np.float64, 1)),
     **dict.fromkeys(("found_bearing", "found_distance"), (np.float64, 1)),
     **dict.fromkeys(("rolling", "group", "bump", "touch"), (np.uint8, 1)),
+    "counted": (np.uint32, 2),
     **dict.fromkeys(("fix_age", "lost", "cell_item", "cell_of", "found_row", "near_row"), (np.uint32, 1)),
 }
 """Type and number of the values that each robot has in an array."""
@@ -88,7 +89,8 @@ class TableArrays:
         command: What the wheels are commanded, in m/s, shape (2 count,): left and right of row 0, of row 1, ...
         effort: Share of the traction that a robot's thrust may use, 0..1.
         gain: Share of a command that a wheel turns, shape (2 count,).
-        travel: Way of each wheel's rim, in m, shape (2 count,).
+        travel: Way of each wheel's rim since the reset, in m, shape (2 count,).
+        counted: What encoders had counted before, in um, modulo 2**32, likewise.
         rim: Its speed, in m/s, shape (2 count,).
         group: Each robot's class.
         gap: Contact is what is nearer to the robot's edge than this, in m.
@@ -112,6 +114,7 @@ class TableArrays:
     gain: NDArray[np.float64]
     rim: NDArray[np.float64]
     travel: NDArray[np.float64]
+    counted: NDArray[np.uint32]
     slip: NDArray[np.float64]
     way_cos: NDArray[np.float64]
     way_sin: NDArray[np.float64]

@@ -229,7 +229,7 @@ class SwarmTable:
         struct.box_x = struct.box_y = struct.box_angle = struct.box_sin = struct.goal_x = struct.goal_y = 0.0
         struct.box_cos = 1.0
         arrays.effort[:] = 1.0
-        arrays.travel[:] = 0.0
+        arrays.travel[:] = arrays.rim[:] = 0.0
         arrays.fix_x[:] = arrays.fix_y[:] = arrays.fix_angle[:] = 0.0
         arrays.fix_age[:], arrays.lost[:] = NEVER, 0
         for noise in self._noise:

@@ -7,6 +7,8 @@ from collections import deque
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from firmware_protocol.messages import BoxShape, Reason, TableKind, TableState
 from firmware_protocol.messages.table import THE_BOX, THE_GOAL
 from simdevice.boards import board_host
@@ -279,7 +281,8 @@ class SwarmWorld:
         size = (wanted.size[0], wanted.size[1])
         if network != 0 or boxed != (wanted.box != BoxShape.NONE) or (not all(size) and (any(size) or room is None)):
             return Reason.BAD_VALUE
-        way = self.table.arrays.travel.copy()  # who is picked up turns no wheel
+        arrays = self.table.arrays  # who is picked up turns no wheel: encoders go on from a whole count
+        counted = arrays.counted + (arrays.travel * 1e6).astype(np.int64).astype(np.uint32)
         try:
             self.table.reset(
                 wanted.seed,
@@ -290,8 +293,7 @@ class SwarmWorld:
             )
         except ValueError:
             return Reason.BAD_VALUE
-        finally:
-            self.table.arrays.travel[:] = way
+        arrays.counted[:] = counted
         for body in self.table.bodies.robots:
             make_way(body, gives_way=True)
         self._set_up_at = self._ticks + round(SETTING_UP / self.period)

@@ -202,8 +202,8 @@ def test_a_case_without_letters_takes_who_is_there(capsys: pytest.CaptureFixture
 def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["swarm", "surround", "--case", "B2R6W2", "--steps", "6", "--seeds", "2", "--json", "--quiet"]) == 0
     page = Path(json.loads(capsys.readouterr().out)["report"])
-    assert {path.name for path in page.parent.glob("*.png")} == {
-        f"{name}.png" for name in ("behaviours", "distances", "link", "rules", "snapshots", "stimuli", "trajectories")
+    assert {path.name for path in page.parent.glob("*.svg")} == {
+        f"{name}.svg" for name in ("behaviours", "course", "distances", "link", "rules", "snapshots", "stimuli", "trajectories")
     }
     text = page.read_text()
     for said in (
@@ -322,3 +322,13 @@ def test_a_line_that_loses_frames_loses_no_robot(capsys: pytest.CaptureFixture[s
     assert found["missing"] == []
     assert [sum(row) for row in found["behaviours"]] == [6] * 4
     assert replay(found["log"], strict=True).same
+
+
+def test_a_seed_is_the_same_after_others_as_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    """Nothing of a run is left on the table or in its robots: else a run of several seeds that was cut could not go on."""
+    asked = ("swarm", "surround", "--case", "B1D3", "--no-report", "--no-log", "--json", "--quiet", "--steps", "6")
+    assert run([*asked, "--seeds", "3"]) == 0
+    row = json.loads(capsys.readouterr().out)["runs"]
+    assert run([*asked, "--seed", "3"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert measured(row[2]) == measured(alone)

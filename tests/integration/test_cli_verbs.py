@@ -13,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from mcap.writer import Writer
 
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
 from hil.cli.app import Verbs, run
@@ -274,7 +275,44 @@ def test_a_log_is_reported_on(capsys: pytest.CaptureFixture[str]) -> None:
     assert "<html" in page.read_text(encoding="utf-8")
     assert document["pictures"]
     for picture in document["pictures"]:
-        assert Path(picture).read_bytes().startswith(b"\x89PNG")
+        assert Path(picture).read_text(encoding="utf-8").startswith("<svg ")
+    assert run(["report", "play.mcap", "--json", "--out", "pages", "--overwrite", "--png"]) == 0
+    pictures = json.loads(capsys.readouterr().out)["pictures"]
+    assert {Path(picture).suffix for picture in pictures} == {".svg", ".png"}
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_report_is_opened_where_there_is_a_desktop(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, there: bool
+) -> None:
+    shown: list[str] = []
+
+    def show(url: str) -> bool:
+        shown.append(url)
+        return True
+
+    monkeypatch.setattr("hil.cli.desktop.on_a_desktop", lambda: there)
+    monkeypatch.setattr("webbrowser.open", show)
+    assert run([*CHASE, "--quiet"]) == 0
+    capsys.readouterr()
+    assert run(["report", "--open"]) == 0
+    (page,) = Path("runs").resolve().glob("*/report/report.html")
+    assert shown == ([page.as_uri()] if there else [])
+    assert ("there is no desktop here" in capsys.readouterr().err) is not there
+    assert run(["report", "--open"]) == 0, "it is there already, and shown again"
+    assert len(shown) == 2 * there
+
+
+def test_somebody_else_s_log_is_told_of_and_not_reported_on(capsys: pytest.CaptureFixture[str], folder: Path) -> None:
+    with (folder / "foreign.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        channel = writer.register_channel("/imu", "json", 0)
+        writer.add_message(channel, log_time=0, publish_time=0, data=b"{}")
+        writer.finish()  # type: ignore[no-untyped-call]
+    assert run(["report", "foreign.mcap"]) == 4
+    assert "It holds /imu (1 entry)" in capsys.readouterr().err.replace("\n", " ")
+    assert not (folder / "foreign-report").exists()
 
 
 @pytest.mark.parametrize("content", [None, b"", b"no log at all", b"\x89MCAP0\r\n\xff\xff"])

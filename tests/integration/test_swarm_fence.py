@@ -89,6 +89,20 @@ def test_who_is_pushed_out_beside_its_way_steers_back_in() -> None:
     assert bench.world.table.arrays.y[0] < FENCE
 
 
+@pytest.mark.parametrize(("heading", "turned"), [(np.pi, np.pi), (np.pi / 2 + 0.2, np.pi / 2)])
+def test_who_is_put_outside_and_turned_round_stops_at_once(heading: float, turned: float) -> None:
+    bench = fenced(0.5)
+    bench.live(0.02, bench.encode(bench.move(1, 1, heading, 0.5)))
+    bench.keep(1.0)
+    bench.heard.clear()
+    y = float(bench.world.table.arrays.y[0])
+    bench.live(0.02, bench.encode(bench.place(4, 1, 0.65, y, heading - turned)))
+    bench.keep(1.0)
+    seen = bench.of(SwarmObservation, 1)[0]
+    assert (seen.outcome, seen.reason) == (SwarmOutcome.STOPPED, Reason.BAD_VALUE)
+    assert bench.world.table.arrays.x[0] == pytest.approx(0.65, abs=0.01)
+
+
 class Beyond:
     """How far beyond the fence each robot is.
 

@@ -33,7 +33,6 @@ def test_what_33_robots_observe_comes_over_a_slow_line_and_nobody_is_asked_twice
         connect_swarm(*robots.urls, expect=33, timeout=15.0) as swarm,
     ):
         assert not swarm.arm().errors
-        swarm.wait(1.0)  # what arming has put on the line is through
         for _ in range(3):
             assert swarm.observe().there.all()
         assert robots.asked == [(1, 0)] * 3

@@ -28,7 +28,8 @@ from hil.mcaplog.making.slimming import slim
 from hil.mcaplog.reading.flattening import write_tables
 from hil.mcaplog.reading.overview import overview
 from hil.report.gather import gather
-from hil.report.words import bout_table, effort_table, event_table, learnt_table, link_table, metadata_tables, summary, title_of
+from hil.report.happened.words import happenings_table, states_table, stops_said
+from hil.report.words import bout_table, effort_table, learnt_table, link_table, metadata_tables, summary, title_of
 from hil.signing.key_file import KeyFileError, load_key
 from hil.sumo.advice_file import AdviceFileError, load_advice, save_advice
 from hil.sumo.coaching import CheckpointError, load_checkpoint
@@ -113,7 +114,16 @@ def _log(path: Path) -> None:
     data = gather(path)
     summary(data)
     title_of(data)
-    for table in (bout_table, effort_table, event_table, learnt_table, link_table, metadata_tables):
+    for table in (
+        bout_table,
+        effort_table,
+        happenings_table,
+        states_table,
+        stops_said,
+        learnt_table,
+        link_table,
+        metadata_tables,
+    ):
         table(data)
 
 

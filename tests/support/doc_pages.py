@@ -189,7 +189,10 @@ def refresh(page: Path) -> None:
             elif block.language == "text" and block.use == "output":
                 outputs.append((block, printed))
         for figure, made, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
-            shutil.copyfile(Path("runs") / made / "report" / f"{name}.png", page.parent / figure)
+            picture = Path("runs") / made / "report" / f"{name}.png"
+            if not picture.exists():
+                run(["report", str(picture.parent.parent), "--png", "--quiet"])
+            shutil.copyfile(picture, page.parent / figure)
     for block, new in reversed(outputs):
         text = text[: block.start] + new + text[block.start + len(block.text) :]
     page.write_text(text, encoding="utf-8")

@@ -218,7 +218,7 @@ _REFUSALS: Final = (
         "fence-stops-outward",
         "drives on when it is beyond the fence",
         "move.c",
-        "} else if (fence_there(micro) && fence_crossed(micro, move->way)) {",
+        "} else if (fence_there(micro) && fence_crossed(micro, move->way, heading)) {",
         "} else if (false) {",
     ),
     MicroMutant(

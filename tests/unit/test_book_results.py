@@ -51,14 +51,6 @@ def test_runs_are_reduced_to_columns() -> None:
     assert "pushed" not in columns, "nobody has measured it"
     assert found["rules"]["ranger"] == {"2": {"learnt": 2, "weights": LEARNT, "B8": 2}}
     assert len(found["distance"]) == 51
-    assert found["settled"] == [27, 27.0, 27.0]
-
-
-def test_the_interval_of_when_the_swarm_settles_is_that_of_its_runs() -> None:
-    early, late = one_run(1), one_run(2)
-    late["distance"] = [max(1.0, 4.0 - 0.075 * step) for step in range(51)]
-    step, low, high = reduced(ResultKind.RUNS, {"runs": [early, late] * 10})["settled"]
-    assert 27 < low < step < high < 36
 
 
 def test_what_is_measured_of_whole_histories_is_kept() -> None:

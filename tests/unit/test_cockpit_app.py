@@ -10,7 +10,7 @@ from rich.text import Text
 from textual.widgets import Static
 
 from hil.cockpit.app import Cockpit
-from hil.cockpit.snapshot import Body, Fact, Figure, Ground, Row, Snapshot, Tone
+from hil.cockpit.snapshot import Body, Fact, Figure, PlanView, Row, Snapshot, Tone
 
 if TYPE_CHECKING:
     from collections.abc import Awaitable, Callable
@@ -25,7 +25,7 @@ FACTS = (
     Fact("eye left", "58", 0.06),
     Fact("battery", "7.49 V"),
 )
-GROUND = Ground((Body(Figure.JUNIOR, (0.1, 0.1), 0.0, 0.05, chosen=True),), ring=0.77, caption="bout 1, 0.1 s")
+GROUND = PlanView((Body(Figure.JUNIOR, (0.1, 0.1), 0.0, 0.05, chosen=True),), ring=0.77, caption="bout 1, 0.1 s")
 ONE = Snapshot("Junior 1 on sim://junior", 12.3, "READY (armed)", Tone.WARNING, FACTS, GROUND, keys=KEYS)
 
 

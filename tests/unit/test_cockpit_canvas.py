@@ -7,9 +7,9 @@ from math import pi
 import pytest
 
 from hil.cockpit.canvas import Canvas, drawn
-from hil.cockpit.snapshot import Body, Figure, Ground, Senses
+from hil.cockpit.snapshot import Body, Figure, PlanView, Senses
 
-RING = Ground(
+RING = PlanView(
     (
         Body(Figure.OPPONENT, (-0.4, 0.2), 0.0, 0.05),
         Body(Figure.JUNIOR, (0.3, -0.3), pi / 2, 0.05, chosen=True),
@@ -19,17 +19,17 @@ RING = Ground(
 )
 
 
-def text(ground: Ground | Senses, columns: int, rows: int, *, braille: bool = True) -> list[str]:
+def text(ground: PlanView | Senses, columns: int, rows: int, *, braille: bool = True) -> list[str]:
     return [line.plain for line in drawn(ground, columns, rows, braille=braille)]
 
 
 @pytest.mark.parametrize(("columns", "rows"), [(24, 14), (60, 20), (3, 2), (200, 5), (1, 1), (0, 0)])
 @pytest.mark.parametrize("braille", [True, False])
-@pytest.mark.parametrize("ground", [RING, Senses((True, False), (False, False), (False, True)), Ground(())])
-def test_it_fills_the_room_and_no_more(ground: Ground | Senses, columns: int, rows: int, *, braille: bool) -> None:
+@pytest.mark.parametrize("ground", [RING, Senses((True, False), (False, False), (False, True)), PlanView(())])
+def test_it_fills_the_room_and_no_more(ground: PlanView | Senses, columns: int, rows: int, *, braille: bool) -> None:
     lines = text(ground, columns, rows, braille=braille)
     assert len(lines) == (rows if columns else 0)
-    if isinstance(ground, Ground):
+    if isinstance(ground, PlanView):
         assert all(len(line) <= columns for line in lines)
     if not braille:
         assert all(line.isascii() for line in lines)
@@ -58,7 +58,7 @@ def test_a_ring_is_round() -> None:
 def test_the_chosen_one_is_in_front() -> None:
     there = (0.0, 0.0)
     bodies = (Body(Figure.RANGER, there, None, 0.02, chosen=True), Body(Figure.WILD, there, None, 0.02))
-    assert "R" in "".join(text(Ground(bodies), 20, 10))
+    assert "R" in "".join(text(PlanView(bodies), 20, 10))
 
 
 def test_what_is_sensed_is_in_capitals() -> None:

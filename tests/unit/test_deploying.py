@@ -89,7 +89,7 @@ def test_without_room_the_robot_still_has_an_answer_to_everything(advice: Advice
 def test_what_was_tried_least_is_left_out_first() -> None:
     pairs = [(previous, 0, "B") for previous in range(4)]
     plan = plan_memory(make_advice(*pairs[:3], (ANY_STIMULUS, 0, "F"), (3, 0, "R")), 6)
-    assert [slot.situation for slot in plan.left_out] == ["none after none", "none after left"]
+    assert [slot.situation for slot in plan.left_out] == ["none, before: none", "none, before: left"]
 
 
 def test_fewer_slots_than_the_eyes_need_are_refused() -> None:

@@ -8,7 +8,7 @@ import pytest
 from micro_bench import MicroBench
 
 from firmware_protocol.messages import Reason, SwarmFix, SwarmObservation
-from firmware_protocol.vocabulary import ObservationFlag, SwarmOutcome
+from firmware_protocol.vocabulary import MoveOption, ObservationFlag, SwarmOutcome
 from simdevice._host import lib
 
 
@@ -179,6 +179,28 @@ def test_one_that_is_pushed_outside_stops_when_it_goes_outward() -> None:
     bench.x, bench.y = 0.2, 0.34
     observation = bench.finish()
     assert (observation.outcome, observation.reason) == (SwarmOutcome.STOPPED, Reason.BAD_VALUE)
+
+
+@pytest.mark.parametrize(
+    ("turned", "options", "stops"),
+    [
+        (math.pi, MoveOption(0), True),
+        (2.0, MoveOption(0), True),
+        (-2.0, MoveOption(0), True),
+        (1.0, MoveOption(0), False),
+        (math.pi, MoveOption.BACKWARD, True),
+        (0.0, MoveOption.BACKWARD, False),
+    ],
+)
+def test_one_that_is_put_outside_stops_when_it_was_turned_outward(turned: float, options: MoveOption, *, stops: bool) -> None:
+    bench = fenced(0.08, FENCE_X=0.1)
+    bench.move(math.pi, 0.15, options=options)
+    bench.run(400 if options else 900)  # backward it need not turn first
+    bench.x, bench.y, bench.angle = 0.12, 0.0, bench.angle + turned
+    observation = bench.finish()
+    ended = (SwarmOutcome.STOPPED, Reason.BAD_VALUE) if stops else (SwarmOutcome.ARRIVED, Reason.NONE)
+    assert (observation.outcome, observation.reason) == ended
+    assert bench.x < (0.13 if stops else 0.0)
 
 
 def test_with_a_fence_and_no_fix_it_only_turns() -> None:

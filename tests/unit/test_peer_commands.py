@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from peer_bench import HOST_NUMBER, Bench, failed
@@ -35,12 +35,16 @@ from firmware_protocol.messages import (
     RobotStatus,
     State,
 )
+from firmware_protocol.peer.peer import Peer
 from firmware_protocol.peer.quality import ClockComparison, Counters
 from firmware_protocol.roles.junior import contest, drive, erase_memory, perform, read_memory, write_memory
 from firmware_protocol.roles.referee import reset_bout
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from firmware_protocol.messages import CommandAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
 
 QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
@@ -97,6 +101,50 @@ def test_commands_of_a_kind_go_one_after_the_other(bench: Bench) -> None:
     assert [message.param1 for message in bench.take(CommandLong)] == [RobotStatus.ID]
     bench.command_ack(Command.SET_MESSAGE_INTERVAL)
     assert second.done
+
+
+ASKED_OF: dict[str, tuple[Callable[[Peer], Ticket[CommandAck]], Command, dict[str, Any]]] = {
+    "arming": (Peer.arm, Command.ARM_DISARM, {"armed": True}),
+    "disarming": (Peer.disarm, Command.ARM_DISARM, {"armed": False, "state": State.DISARMED}),
+    "the emergency stop": (Peer.emergency_stop, Command.FLIGHT_TERMINATION, {"state": State.STOPPED}),
+}
+
+
+@pytest.mark.parametrize("name", ASKED_OF)
+def test_a_state_that_is_reached_is_asked_for_once(bench: Bench, name: str) -> None:
+    ask, command, said = ASKED_OF[name]
+    ticket = ask(bench.peer)
+    bench.wait(0.01)
+    assert [m.command for m in bench.take(CommandLong)] == [command, Command.REQUEST_MESSAGE]
+    bench.command_ack(command)
+    assert not ticket.done
+    bench.heartbeat(**said)
+    assert ticket.value().command == command
+    assert ticket.answered_at == bench.clock.now()
+    bench.wait(1.0)
+    assert not [m for m in bench.take(CommandLong) if m.command == command]
+    assert bench.peer.counters.retries == 0
+
+
+def test_arming_is_repeated_later_where_others_are_armed_on_the_same_line(bench: Bench) -> None:
+    def armed() -> list[CommandLong]:
+        return [m for m in bench.take(CommandLong) if m.command == Command.ARM_DISARM]
+
+    bench.peer.arm(beside=0.25)
+    bench.wait(0.3)
+    assert len(armed()) == 1
+    bench.wait(0.05)
+    assert [message.confirmation for message in armed()] == [1]
+
+
+def test_a_state_that_is_reached_makes_way_for_the_next_of_its_kind(bench: Bench) -> None:
+    bench.peer.disarm()
+    bench.peer.arm()
+    bench.wait(0.01)
+    bench.take(CommandLong)
+    bench.command_ack(Command.ARM_DISARM)
+    bench.heartbeat(state=State.DISARMED)
+    assert [m.param1 for m in bench.take(CommandLong) if m.command == Command.ARM_DISARM] == [1.0]
 
 
 def test_disarming_does_not_wait_for_arming(bench: Bench) -> None:

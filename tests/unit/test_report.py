@@ -12,7 +12,7 @@ import pytest
 from report_logs import Wire, bout_log, coaching_log, driving_log, open_recorder
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode, RobotStatus, Timesync
-from firmware_protocol.vocabulary import ANY_STIMULUS
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action, spelled_out
 from hil.mcaplog import LogError, LogReader
 from hil.report import ReportFiles, write_report
 from hil.report.bout_figures import choose, trajectories
@@ -20,15 +20,18 @@ from hil.report.curve_figures import fitness_by_generation, fitness_by_maneuvers
 from hil.report.gather import gather
 from hil.report.learning_figures import category_name, maneuver_strips, sort_key, wins_over_run
 from hil.report.link import LinkWatcher
-from hil.report.link_figures import sensors_over_time
+from hil.report.link_figures import MOST_POINTS, link_quality, sensors_over_time, with_extremes
+from hil.report.page import Pictures, Section, render
 from hil.report.run_data import BoutPath, RunData
-from hil.report.style import EYE_STYLES, png, styled
+from hil.report.style import EYE_STYLES, figure, png, styled
 from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
 from pal_advisor.maneuvers import GenerationRecord
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
+
+    from matplotlib.figure import Figure
 
 pytestmark = pytest.mark.slow  # pictures are drawn
 
@@ -50,7 +53,7 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: Sequence[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
-        self.wanted += [value or "" for name, value in attrs if name in {"src", "href", "srcset", "data"}]
+        self.wanted += [value or "" for name, value in attrs if name in {"src", "href", "xlink:href", "srcset", "data"}]
         if tag not in {"meta", "img", "link", "br"}:
             self._open.append(tag)
 
@@ -78,18 +81,43 @@ def test_the_page_needs_nothing_else(report: ReportFiles) -> None:
     page = Page(html)
     assert page.balanced
     assert page.wanted
-    assert all(address.startswith("data:image/png;base64,") for address in page.wanted)
-    assert not {"script", "link", "iframe"} & set(page.tags)
+    names = set(re.findall(r' id="([^"]*)"', html))
+    assert all(address.startswith("#") and address[1:] in names for address in page.wanted)
+    assert not {"script", "link", "iframe", "metadata"} & set(page.tags)
     assert "@import" not in html
-    assert not re.findall(r"url\(|https?://", html)
+    assert "DejaVu" not in html, "letters are the reader's own"
+    assert set(re.findall(r"url\(#([^)]*)\)", html)) <= names
+    assert not re.findall(r"url\((?!#)|https?://", html)
+
+
+def test_no_two_pictures_of_a_page_share_a_name(report: ReportFiles) -> None:
+    names: list[str] = []
+    for picture in report.pictures:
+        names += set(re.findall(r' id="([^"]*)"', picture.read_text("utf-8")))
+    assert names
+    assert len(names) == len(set(names))
+
+
+def test_colours_are_the_page_s_to_change(report: ReportFiles) -> None:
+    html = report.page.read_text("utf-8")
+    (dark,) = re.findall(r"@media screen and \(prefers-color-scheme: dark\) \{(.*?)\n\}", html, re.DOTALL)
+    drawn = re.findall(r"<svg.*?</svg>", html, re.DOTALL)
+    assert len(drawn) == len(report.pictures)
+    used = set(re.findall(r"var\((--c-[0-9a-f]{6}),", "".join(drawn)))
+    assert "--c-0072b2" in used
+    assert used <= set(re.findall(r"--c-[0-9a-f]{6}", dark)), "each has a colour of its own in the dark"
+    assert not re.search(r"[ :]#[0-9a-f]{6}", "".join(drawn)), "none is fixed"
+    assert all("var(" not in picture.read_text("utf-8") for picture in report.pictures), "drawing programs know no variables"
 
 
 def test_every_picture_is_on_the_page_and_beside_it(report: ReportFiles) -> None:
     names = [path.stem for path in report.pictures]
     assert names == ["maneuvers", "fitness", "learning", "wins", "trajectories", "link"]
-    assert all(path.read_bytes().startswith(PNG) for path in report.pictures)
+    drawings = [path.read_text("utf-8") for path in report.pictures]
+    assert all(drawing.startswith("<svg ") and Page(drawing).balanced for drawing in drawings)
     html = report.page.read_text("utf-8")
-    assert html.count("data:image/png") == len(names)
+    assert html.count("<svg ") == html.count('role="img"') == len(names)
+    assert len(html) < 500_000
     assert json.loads(report.layout.read_text("utf-8"))["layout"]
 
 
@@ -102,6 +130,7 @@ def test_the_numbers_are_those_of_the_log(report: ReportFiles, coached: Path) ->
     advice = json.loads(next(e.value.json for e in entries if e.topic == "/pal/advice"))
     for entry in advice["entries"]:
         assert " ".join(entry["actions"]) in page.text
+        assert spelled_out([Action[name] for name in entry["actions"]]) in page.text
         assert f"{entry['fitness']:.2f}" in page.text
     frames = sum(e.frame is not None for e in entries)
     assert f"The link carried {frames:,} good frames" in page.text
@@ -231,6 +260,50 @@ def test_round_trips_and_the_robot_s_own_counters(tmp_path: Path) -> None:
     assert rows["Time to an answer, of 20"] == "median 25.0 ms, 99 % 30.0 ms"
 
 
+def test_the_picture_and_the_table_tell_the_same_quantiles(tmp_path: Path) -> None:
+    data = RunData(tmp_path)
+    data.link.arrivals = [0.0, 10.0]
+    data.link.round_trips = [0.001 * number for number in range(1, 101)]
+    with styled():
+        drawn = link_quality(data)
+    assert drawn is not None
+    assert [line.get_label() for line in drawn.axes[1].get_lines()] == ["median: 50.5 ms", "99 %: 99 ms"]
+    assert ("Time to an answer, of 100", "median 50.5 ms, 99 % 99.0 ms") in link_table(data).rows
+
+
+def test_a_long_line_keeps_its_extremes() -> None:
+    times, values = np.arange(10_000.0), np.zeros(10_000)
+    values[7_777], values[1_234] = 900.0, -3.0
+    shown = dict(zip(*(column.tolist() for column in with_extremes(times, values)), strict=True))
+    assert len(shown) <= MOST_POINTS
+    assert list(shown) == sorted(shown)
+    assert (shown[7_777.0], shown[1_234.0]) == (900.0, -3.0)
+
+
+def test_a_drawing_that_would_be_huge_is_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    def draw() -> Figure:
+        drawn = figure(2.0, 1.0)
+        drawn.subplots().plot([0, 1], [0, 1])
+        return drawn
+
+    small = Pictures().drawing("line", draw, "A line.")
+    both = Pictures(png=True).drawing("line", draw, "A line.")
+    monkeypatch.setattr("hil.report.page.MOST_SVG", 100)
+    huge = Pictures().drawing("line", draw, "A line.")
+    assert small is not None
+    assert both is not None
+    assert huge is not None
+    assert (list(small.files()), list(both.files()), list(huge.files())) == (
+        ["line.svg"],
+        ["line.svg", "line.png"],
+        ["line.png"],
+    )
+    assert huge.png.startswith(PNG)
+    page = render("", "", [], numbers=[], sections=[Section("", pictures=[huge])], footer="")
+    assert "data:image/png;base64," in page
+    assert "<svg" not in page
+
+
 @pytest.mark.parametrize(
     ("frames", "lost", "duplicates"),
     [
@@ -331,7 +404,7 @@ def test_many_categories_have_a_row_of_panels_for_what_the_eyes_see(tmp_path: Pa
 
 def test_categories_have_names_and_an_order() -> None:
     assert category_name(("any", "left")) == "left"
-    assert category_name(("right", "both+touch-left")) == "both, touch left, before: right"
+    assert category_name(("right", "both+touch-left")) == "both, left arm touches, before: right"
     assert sorted([("any", "none"), ("any", "both"), ("left", "both")], key=sort_key) == [
         ("any", "both"), ("left", "both"), ("any", "none"),
     ]  # fmt: skip

@@ -174,7 +174,7 @@ def test_words_say_what_is_best_and_where_the_book_stands() -> None:
 def test_a_report_of_a_search_speaks_of_no_link(tmp_path: Path) -> None:
     report = write_report(write_log(tmp_path / "ga.mcap", genetic(), GA), tmp_path / "report")
     page = report.page.read_text("utf-8")
-    assert [path.name for path in report.pictures] == ["evolution.png"]
+    assert [path.name for path in report.pictures] == ["evolution.svg"]
     assert "The link" not in page
     report = write_report(write_log(tmp_path / "all.mcap", exhaustive(), {**GA, "search": "exhaustive"}), tmp_path / "all")
     assert [path.name for path in report.pictures] == ["conditions.png"]

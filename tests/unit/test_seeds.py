@@ -29,4 +29,5 @@ def test_branches_keep_their_numbers() -> None:
         "CONTROLLER": 6,
         "SURROUND": 7,
         "START_PLACES": 8,
+        "SEARCH": 9,
     }

@@ -124,9 +124,14 @@ def test_messages_about_different_things_may_pass_each_other(bench: SwarmBench) 
 
 
 def test_who_is_picked_up_turns_no_wheel(bench: SwarmBench) -> None:
-    bench.world.table.arrays.travel[:] = 1.5
+    arrays = bench.world.table.arrays
+    arrays.travel[:] = 1.5
     bench.say(bench.reset(1), bench.place(2, 1, 0.3, 0.3))
-    assert bench.world.table.arrays.travel.tolist() == [1.5] * 8
+    assert arrays.counted.tolist() == [1_500_000] * 8
+    assert arrays.travel.tolist() == [0.0] * 8, "what encoders count goes on from a whole count, whatever was before"
+    arrays.travel[:] = -0.5
+    bench.say(bench.reset(3))
+    assert arrays.counted.tolist() == [1_000_000] * 8
 
 
 @pytest.mark.parametrize(

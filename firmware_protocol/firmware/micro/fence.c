@@ -1,7 +1,7 @@
 /* The fence: a rectangle about the origin, for the robot's centre. */
 #include "micro/modules.h"
 
-enum { LOOK_AHEAD_MM = 10 };
+enum { LOOK_AHEAD_MM = 10, SWING = 5461 /* 30 degrees: a heading swings about the way */ };
 #define EXCESS_MOST 46340L /* whose square, and twice it, 32 bits hold */
 
 static int32_t excess(const struct micro *micro, uint8_t param, int32_t um)
@@ -43,9 +43,11 @@ bool fence_leaves(const struct micro *micro, uint16_t way, uint16_t distance)
     return there > 0 && there >= outside(micro, micro->pose.x, micro->pose.y);
 }
 
-bool fence_crossed(const struct micro *micro, uint16_t way)
+bool fence_crossed(const struct micro *micro, uint16_t way, uint16_t heading)
 {
     uint32_t here = outside(micro, micro->pose.x, micro->pose.y);
 
-    return here > 0 && outside_there(micro, way, LOOK_AHEAD_MM) > here;
+    return here > 0
+           && (outside_there(micro, way, LOOK_AHEAD_MM) > here
+               || (angles_size((uint16_t)(heading - way)) > SWING && outside_there(micro, heading, LOOK_AHEAD_MM) > here));
 }

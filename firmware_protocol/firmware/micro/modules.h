@@ -70,7 +70,8 @@ int16_t pose_mm(int32_t um);
 /* fence.c */
 bool fence_there(const struct micro *micro);
 bool fence_leaves(const struct micro *micro, uint16_t way, uint16_t distance); /* mm: ends outside, and no nearer */
-bool fence_crossed(const struct micro *micro, uint16_t way);                   /* outside, and going outward */
+/* Outside, and going outward: by its way, or since it was turned off it. The heading is the one that it drives to. */
+bool fence_crossed(const struct micro *micro, uint16_t way, uint16_t heading);
 
 /* move.c */
 uint8_t move_request(struct micro *micro, const mavlink_swarm_move_t *request); /* Reason */

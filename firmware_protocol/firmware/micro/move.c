@@ -230,12 +230,13 @@ static bool stalls(const struct micro *micro)
 static bool drive_ends(struct micro *micro)
 {
     struct move *move = &micro->move;
+    uint16_t heading = (uint16_t)(pose_heading(micro) + move->way - move->nose); /* backward it drives to its tail */
 
     if (move->distance - move->travelled <= (int32_t)micro_milli(micro, MICRO_PARAM_ARRIVE_DIST) * UM_PER_MM) {
         fire(micro, ON_REACHED);
     } else if (fence_there(micro) && !pose_known(micro)) {
         end(micro, SWARM_OUTCOME_REFUSED, ROBOT_REASON_NOT_FOUND);
-    } else if (fence_there(micro) && fence_crossed(micro, move->way)) {
+    } else if (fence_there(micro) && fence_crossed(micro, move->way, heading)) {
         end(micro, SWARM_OUTCOME_STOPPED, ROBOT_REASON_BAD_VALUE);
     } else if ((move->options & (SWARM_MOVE_OPTION_STOP_ON_CONTACT | SWARM_MOVE_OPTION_PUSH)) == SWARM_MOVE_OPTION_STOP_ON_CONTACT
                && (move_contact_ahead(micro) || stalls(micro))) {

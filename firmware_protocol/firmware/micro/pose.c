@@ -95,6 +95,8 @@ void pose_fix(struct micro *micro, const struct hal_fix *fix)
         x /= SHARE;
         y /= SHARE;
         turn /= SHARE;
+    } else {
+        pose->heading &= 0xFFFF0000UL; /* what was thought before is of no account, not even in what no fix can tell */
     }
     pose->x = micro_sum(pose->x, x);
     pose->y = micro_sum(pose->y, y);

@@ -105,6 +105,7 @@ class Exchange(ABC, Generic[T]):
         urgent: It goes before what is due at the same time and is not.
         holds: The answers to two questions could not be told apart: where it was repeated, the next of its lane has to wait
             for `Retry.hold` after the last question, even after the answer.
+        beside: What the line needs for what others are asked at the same time, in s: it is repeated so much later.
         due: When to ask (again), in s.
         tries: How often it was asked since the last progress.
         repeated: It was asked more than once.
@@ -114,6 +115,7 @@ class Exchange(ABC, Generic[T]):
 
     urgent: bool = False
     holds: bool = False
+    beside: float = 0.0
 
     def __init__(self, name: str, lane: Hashable, component: int, question: Message) -> None:
         self.ticket: Ticket[T] = Ticket(name)
@@ -166,7 +168,7 @@ class Exchange(ABC, Generic[T]):
             self.sent_first = self.ticket.asked_at = now
         self.tries += 1
         self.sent_last = now
-        self.due = now + self._interval
+        self.due = now + self._interval + self.beside
         return self.messages()
 
     def over(self, now: float, retry: Retry) -> bool:  # noqa: ARG002 - `now` is for those that have a deadline
@@ -343,7 +345,10 @@ class Exchanges:
                     elif exchange.due < self.next_due:
                         self._hasten(exchange.due)
                     return True
-                if exchange.due < self.next_due:  # it may have learnt something all the same
+                if exchange.ticket.done:  # by what it leaves to others, too
+                    exchange.ticket.answered_at = received.time
+                    self._sweep()
+                elif exchange.due < self.next_due:  # it may have learnt something all the same
                     self._hasten(exchange.due)
         return False
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import OpponentCode, Phase, RefereeState, SensorFlag, State
 from firmware_protocol.messages.referee import BoutOutcome
 from firmware_protocol.vocabulary import Stimulus
-from hil.cockpit.snapshot import Body, Fact, Figure, Ground, Senses, Tone
+from hil.cockpit.snapshot import Body, Fact, Figure, PlanView, Senses, Tone
 from hil.jobs.words import sensed
 from hil.sumo.junior import STIMULUS_BITS
 
@@ -152,7 +152,7 @@ def facts(junior: Junior) -> tuple[Fact, ...]:
 _OFF_RING: Final = SensorFlag.OFF_RING_LEFT | SensorFlag.OFF_RING_RIGHT
 
 
-def ring(word: RefereeState, trail: tuple[tuple[float, float], ...]) -> Ground:
+def ring(word: RefereeState, trail: tuple[tuple[float, float], ...]) -> PlanView:
     """The ring as the referee sees it.
 
     Args:
@@ -168,7 +168,7 @@ def ring(word: RefereeState, trail: tuple[tuple[float, float], ...]) -> Ground:
         caption = f"bout {word.bout}, {word.elapsed:.1f} s"
     elif word.phase == Phase.OVER:
         caption = f"bout {word.bout} {OUTCOMES.get(BoutOutcome(word.outcome), 'over')}; b: another"
-    return Ground(bodies, ring=hypot(*word.opponent) + word.clearance, trail=trail, caption=caption)
+    return PlanView(bodies, ring=hypot(*word.opponent) + word.clearance, trail=trail, caption=caption)
 
 
 def senses(sensors: JuniorSensors) -> Senses:

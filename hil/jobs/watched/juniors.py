@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from firmware_protocol.errors import HilError
-    from hil.cockpit.snapshot import Ground, Senses
+    from hil.cockpit.snapshot import PlanView, Senses
     from hil.connecting.handles import RobotHandles
     from hil.sumo.junior import Junior
 
@@ -266,7 +266,7 @@ class JuniorsWatch:
             keys=keys,
         )
 
-    def _ground(self, junior: Junior) -> Ground | Senses | None:
+    def _ground(self, junior: Junior) -> PlanView | Senses | None:
         """Where it is, by the referee's word; else what it senses."""
         if junior.referee is not None and junior.referee.latest is not NOBODY:
             word = junior.referee.latest

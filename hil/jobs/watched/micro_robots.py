@@ -12,7 +12,7 @@ from firmware_protocol.events import Received
 from firmware_protocol.messages import State, TableState
 from firmware_protocol.roles.swarm import longest_time, move, observe
 from firmware_protocol.vocabulary import Move, MoveOption, RobotClass
-from hil.cockpit.snapshot import Body, Fact, Figure, Ground, Row, Snapshot, Tone
+from hil.cockpit.snapshot import Body, Fact, Figure, PlanView, Row, Snapshot, Tone
 from hil.connecting.handle import answered
 from hil.jobs.watched.orders import OrderQueue, taken
 from hil.jobs.watched.quality import Quality
@@ -249,7 +249,7 @@ class MicroRobotsWatch:
             keys=HELP_MANY if many else HELP,
         )
 
-    def _ground(self) -> Ground | None:
+    def _ground(self) -> PlanView | None:
         """Where everybody is, by their own word; the box and the goal by the table's."""
         bodies = [
             Body(_figure(robot), seen.position, seen.heading, _BODY, chosen=robot is self._chosen)
@@ -260,9 +260,9 @@ class MicroRobotsWatch:
             bodies.append(Body(Figure.GOAL, self._table.goal, None, _BOX))
         if not bodies:
             return None
-        ground = Ground(tuple(bodies), caption=f"{len(self._seen)} have said where they are", area=self._area)
+        ground = PlanView(tuple(bodies), caption=f"{len(self._seen)} have said where they are", area=self._area)
         self._area = ground.bounds
-        return Ground(ground.bodies, caption=ground.caption, area=self._area)
+        return PlanView(ground.bodies, caption=ground.caption, area=self._area)
 
     def _facts(self, robot: MicroRobot) -> tuple[Fact, ...]:
         """What is known of one, line by line."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass
 from struct import Struct, iter_unpack
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, NamedTuple
 
 from mcap.opcode import Opcode
@@ -20,7 +21,7 @@ from hil.mcaplog.reading.walking import RawRecord, TooMuchError, WalkedLog, show
 from hil.mcaplog.writing.packing import INDEX_HEAD
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Iterator
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
     from hil.mcaplog.reading.index import IndexedChunk, LogIndex
 
@@ -90,6 +91,7 @@ class LogReader(WalkedLog):
         start: float | None = None,
         leave_out: Collection[str] = (),
         unread: Collection[str] = (),
+        only: Mapping[str, Callable[[bytes], bool]] = MappingProxyType({}),
     ) -> Iterator[LogEntry]:
         """Everything readable, in the order of the file.
 
@@ -98,11 +100,14 @@ class LogReader(WalkedLog):
             start: Only entries of this log time and later, in s.
             leave_out: Not these topics.
             unread: Of these topics of robot messages only who sent them: their value is None. It is much faster.
+            only: Of these topics only entries of which this holds, told by their bytes; the others are not decoded.
 
         Yields:
             The entries.
         """
         for entry in self.raw_entries(topics, start=start, leave_out=leave_out):
+            if entry.topic in only and not only[entry.topic](entry.data):
+                continue
             if entry.topic in unread and entry.channel not in self._decoders:
                 self._decoders[entry.channel] = sender_only
             decoded = self._decode(entry)

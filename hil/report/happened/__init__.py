@@ -1,0 +1,1 @@
+"""What happened in a run: states of the robots, emergency stops, keys, and what else is worth telling."""
