@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from hil.look.live.overhearing import Overheard
-    from hil.look.live.unfolding import Stretch
+    from hil.look.live.unfolding import Episode
     from hil.mcaplog.reading.reader import LogEntry
     from hil.mcaplog.writing.sink import LogSink
 
@@ -102,7 +102,7 @@ class Showing:
 
     def _run(self) -> None:
         every = LOCKSTEP if self._lockstep else REAL_TIME
-        over: list[Stretch] = []
+        over: list[Episode] = []
         due = 0.0
         while not self._leaving.wait(REAL_TIME):
             over += self._hear()
@@ -114,13 +114,13 @@ class Showing:
                 due = max(begun + every, done + SHARE * (done - begun))
         self._tell(over + self._hear(), last=True)
 
-    def _hear(self) -> list[Stretch]:
+    def _hear(self) -> list[Episode]:
         """Take what has come."""
         heard = self.sink.take()
         self._stops.hear(heard)
         return self._unfolding.hear(heard)
 
-    def _tell(self, over: list[Stretch], *, last: bool) -> None:
+    def _tell(self, over: list[Episode], *, last: bool) -> None:
         """Tell of what is over, and how the rest stands; in lock-step, of what was over last."""
         unfolding, broadcast = self._unfolding, self._broadcast
         unfolding.about(dict(self.sink.records))

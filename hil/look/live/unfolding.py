@@ -58,7 +58,7 @@ _SETTING: Final = frozenset((
 
 
 @dataclass
-class Stretch:
+class Episode:
     """The entries of a part of the run.
 
     Attributes:
@@ -84,8 +84,8 @@ class Unfolding:
     """
 
     def __init__(self) -> None:
-        self.ended: Stretch | None = None
-        self.going: Stretch | None = None
+        self.ended: Episode | None = None
+        self.going: Episode | None = None
         self.version = 0
         self._zero = math.nan
         self._last = -math.inf
@@ -104,7 +104,7 @@ class Unfolding:
         self._terrain: Terrain | None = None
         self._metadata: Mapping[str, Mapping[str, str]] = {}
 
-    def hear(self, overheard: Iterable[Overheard]) -> list[Stretch]:
+    def hear(self, overheard: Iterable[Overheard]) -> list[Episode]:
         """Take what was overheard.
 
         Args:
@@ -113,7 +113,7 @@ class Unfolding:
         Returns:
             The stretches that are over by it, in order.
         """
-        over: list[Stretch] = []
+        over: list[Episode] = []
         for one in overheard:
             self.version += 1
             # What a step has received is older than the step, and stands behind it.
@@ -121,7 +121,7 @@ class Unfolding:
                 over.append(self._begin_anew())
             if self.going is None:
                 self._zero = self._last = one.time
-                self.going = Stretch(one.time, one.time, [])
+                self.going = Episode(one.time, one.time, [])
             self._last = max(self._last, one.time)
             stretch = self.going
             if one.topic in _LEARNER and one.topic != "/surround/state":
@@ -143,7 +143,7 @@ class Unfolding:
             self._due = stretch.bout or lasted > longest or len(stretch.entries) > MOST_ENTRIES
         return over
 
-    def _begin_anew(self) -> Stretch:
+    def _begin_anew(self) -> Episode:
         """The stretch that goes on is over; the next one knows what was just before."""
         stretch = self.going
         assert stretch is not None, "an entry begins the first"
@@ -151,7 +151,7 @@ class Unfolding:
         self._due = False
         context = [one for one in stretch.entries if one.time >= since - LEAD][-MOST_ENTRIES // 2 :]
         first = next((at for at, one in enumerate(context) if one.topic == "/bridge/step"), 0)
-        self.ended, self.going = stretch, Stretch(since, since, context[first:])
+        self.ended, self.going = stretch, Episode(since, since, context[first:])
         return stretch
 
     def _set(self, entry: LogEntry) -> bool:
@@ -205,7 +205,7 @@ class Unfolding:
         """
         self._metadata = metadata
 
-    def part(self, stretch: Stretch, *, unfinished: bool = False) -> str:
+    def part(self, stretch: Episode, *, unfinished: bool = False) -> str:
         """A stretch, with all that is told of the whole run: a document as JSON.
 
         Args:
@@ -232,7 +232,7 @@ class Unfolding:
             scene.chapters[-1] = replace(scene.chapters[-1], outcome="", story="")
         return self._told(scene, stretch, swarm.classes)
 
-    def _told(self, scene: Scene, stretch: Stretch, classes: Mapping[str, int]) -> str:
+    def _told(self, scene: Scene, stretch: Episode, classes: Mapping[str, int]) -> str:
         since = stretch.since
         first = since - STEP / 2  # what is rounded to it, or later
         chapters = self._numbered([one for one in scene.chapters if one.end > since + STEP], since)
