@@ -2,8 +2,8 @@
 
 `cost` plays bouts by the chase in lock-step without a recorder, with one in the same process, and with the one in a process of
 its own, by turns. `size` coaches and plays, and measures the logs. `jitter` steps a robot that is served by another process
-every 5 ms in real time, with and without the recorder. `kills` kills one of the two processes at a random moment, and looks at
-what the stock reader reads of the log.
+every 5 ms in real time, with and without the recorder, and with one that shows the run to four who look on. `kills` kills one
+of the two processes at a random moment, and looks at what the stock reader reads of the log.
 
     python benchmarks/recorder_process.py cost|size|jitter|kills [--bouts 100] [--rounds 5] [--kills 200] [--seconds 20]
 """
@@ -18,6 +18,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from contextlib import ExitStack
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time, sleep
@@ -29,7 +30,7 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
 import hil
-from hil.recording.process import RecorderProcess
+from hil.recording.process import Live, RecorderProcess
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.controllers import ChaseController
@@ -122,8 +123,8 @@ def jitter(options: argparse.Namespace) -> None:
         try:
             assert served.stdout is not None
             served.stdout.readline()
-            for name in ("without", "with", "without", "with"):
-                late = _paced(options.seconds, recorded=name == "with")
+            for name in ("without", "with", "shown") * 2:
+                late = _paced(options.seconds, recorded=name != "without", shown=name == "shown")
                 late.sort()
                 shown = "  ".join(f"{share:g} % {late[int(len(late) * share / 100)] * 1e3:.3f} ms" for share in (50, 99, 99.9))
                 print(f"  {name:8} recorder: off by at most, of {len(late)} periods: {shown}")
@@ -131,11 +132,22 @@ def jitter(options: argparse.Namespace) -> None:
             served.send_signal(signal.SIGINT)
 
 
-def _paced(seconds: float, *, recorded: bool) -> list[float]:
+VIEWERS = """
+import sys, threading, urllib.request
+def look(): sum(map(len, urllib.request.urlopen(sys.argv[1] + "told")))
+threads = [threading.Thread(target=look) for _ in range(4)]
+for thread in threads: thread.start()
+"""
+
+
+def _paced(seconds: float, *, recorded: bool, shown: bool) -> list[float]:
     """Deviations of the period from 5 ms, in s."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
-        recorder = RecorderProcess(log, **{**ABOUT, "link": SERVED, "lockstep": False}) if recorded else None
+        live = Live(lambda _: None) if shown else None
+        recorder = RecorderProcess(log, **{**ABOUT, "link": SERVED, "lockstep": False}, live=live) if recorded else None
+        if recorder is not None and shown:
+            stack.enter_context(subprocess.Popen([sys.executable, "-c", VIEWERS, recorder.page]))  # noqa: S603 - ourselves
         with hil.connect(SERVED, taps=[recorder] if recorder else []) as junior:
             junior.wait(0.5)
             begun, late, last = perf_counter(), list[float](), perf_counter()

@@ -22,6 +22,8 @@ SUSPEND: Final = "suspend"
 """The program is to be stopped for a while: Ctrl-Z."""
 CONTINUE: Final = "continue"
 """It was stopped, and goes on."""
+STOP: Final = "stop"
+"""The robots are to stop at once, and to stay stopped: a button on a page that somebody looks on by."""
 KEY: Final = "key "
 """What a pressed key begins with."""
 POSE: Final = "pose "
@@ -32,7 +34,7 @@ class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, `key X`, or `pose LINE`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 
@@ -139,6 +141,10 @@ class Operator:
     def signals(self) -> list[str]:
         """Likewise, whether the program was to be stopped, or has gone on."""
         return [one.what for one in self._done(lambda one: one.what in {SUSPEND, CONTINUE})]
+
+    def stops(self) -> bool:
+        """Likewise, whether the robots are to stop."""
+        return bool(self._done(lambda one: one.what == STOP))
 
     def _done(self, wanted: Callable[[OperatorInput], bool]) -> list[OperatorInput]:
         if not self._taken:

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from hil import runs
 from hil.cli import common, links
+from hil.cli import live as live_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
@@ -63,6 +64,9 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    live: live_options.LiveOption = False,
+    open_page: live_options.OpenOption = None,
+    public: live_options.PublicOption = False,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -83,7 +87,8 @@ def bout(
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
-        check_side_by_side(link, log)
+        check_side_by_side(link, log, live=live)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE
     used: str | None = None
@@ -112,7 +117,8 @@ def bout(
     ) as run:
         logs: list[str] | None = None
         if workers is None:
-            tally = job.perform(LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config))
+            stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page)
+            tally = job.perform(stage)
         else:
             tally, made = play_side_by_side(
                 job, url, workers, run, console, quiet=quiet, signing_key=signing_key, options=config

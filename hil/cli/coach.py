@@ -13,6 +13,7 @@ import typer
 from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
+from hil.cli import live as live_options
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
@@ -96,6 +97,9 @@ def coach(
         Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
+    live: live_options.LiveOption = False,
+    open_page: live_options.OpenOption = None,
+    public: live_options.PublicOption = False,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -116,6 +120,7 @@ def coach(
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
@@ -168,6 +173,7 @@ def coach(
             signing_key=signing_key,
             options=config,
             reports=files.report is not None,
+            page=page,
         )
         with closing(stage):
             coached = job.perform(stage)

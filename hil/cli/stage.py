@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.address import Address
     from firmware_protocol.link import Link
+    from hil.cli.live import LivePage
     from hil.cli.running import ActiveRun
     from hil.cockpit.window import CockpitWindow
     from hil.connecting.connecting import NetworkOpener
@@ -65,6 +66,7 @@ class LiveStage(Stage):
         gather: In lock-step, what comes within so long comes together, in s; 0: it comes at once.
         live: What happens is shown by a window on the terminal, in real time.
         crew: Does what is done by other processes.
+        page: How the run is shown in a browser while it goes on; None: not at all.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -85,6 +87,7 @@ class LiveStage(Stage):
         gather: float = 0.0,
         live: bool = False,
         crew: Crew | None = None,
+        page: LivePage | None = None,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -100,6 +103,7 @@ class LiveStage(Stage):
         self._window: CockpitWindow | None = None
         self._pacer = Pacer(self._clock)
         self._crew = crew
+        self._page = page
 
     @contextmanager
     def window(self) -> Iterator[Window | None]:
@@ -175,9 +179,12 @@ class LiveStage(Stage):
             on_failure=run.log_failed,
             on_loss=run.failed,
             listens=self._reports,
-            beside=self._beside,
+            beside=self._beside or self._page is not None,
+            live=None if self._page is None else self._page.served(self.operator),
         )
         self._recorder = recorder
+        if self._page is not None:
+            self._page.announce(recorder, self.console)
         files = job.files()
         if address is not None and (faults := fault_file(address)) is not None:
             files["faults.toml"] = faults

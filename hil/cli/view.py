@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import sys
-import webbrowser
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from hil.cli import common
+from hil.cli.browsing import browse, on_a_desktop
 from hil.cli.log_arguments import LogArgument, MaxChunkOption, find
 from hil.mcaplog.limits import lifted
 
@@ -52,19 +50,11 @@ def view(
     if not quiet:
         for note in scene.notes:
             common.plain_console(stderr=True).print(note)
-    shown = _on_a_desktop() if open_page is None else open_page
-    if shown and not webbrowser.open(page.resolve().as_uri()):
-        common.complain(f"no web browser could be started: open {page} yourself")
+    if on_a_desktop() if open_page is None else open_page:
+        browse(page.resolve().as_uri(), str(page))
     if as_json:
         common.print_json({"page": str(page), "title": scene.title, "notes": scene.notes})
     elif quiet:
         typer.echo(str(page))
     else:
         console.print(f"Page: {page}", markup=False)
-
-
-def _on_a_desktop() -> bool:
-    """Somebody sits at a terminal, and there is a screen for a browser."""
-    if sys.stdout is None or not sys.stdout.isatty():
-        return False
-    return sys.platform in {"win32", "darwin"} or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))

@@ -111,16 +111,17 @@ def play_part(part: Part) -> Played:
     return Played(opponent, tuple(bouts), run.log, tuple(run.failures))
 
 
-def check_side_by_side(link: str | None, log: Path | None) -> None:
+def check_side_by_side(link: str | None, log: Path | None, *, live: bool = False) -> None:
     """See that bouts can be played side by side.
 
     Args:
         link: Address of the robot as given; None is an emulated robot in this process.
         log: Where a log was asked for.
+        live: The run is to be shown while it goes on.
 
     Raises:
         AddressError: That is no address.
-        UsageError: There is but one of that robot, or one log was asked for.
+        UsageError: There is but one of that robot, or one log was asked for, or one page.
     """
     if link is not None and parse_address(link).scheme != "sim":
         raise common.UsageError(
@@ -129,6 +130,8 @@ def check_side_by_side(link: str | None, log: Path | None) -> None:
         )
     if log is not None:
         raise common.UsageError("--log names one log, and with --workers ten bouts each have one, in the run's folder")
+    if live:
+        raise common.UsageError("--live shows one robot, and with --workers there are several: leave out one of the two")
 
 
 def play_side_by_side(

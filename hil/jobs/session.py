@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from firmware_protocol.events import Event
     from hil.bridge.bridge import Bridge
     from hil.bridge.networks import Networks
+    from hil.bridge.operator import Operator
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
     from hil.safety import Limits
@@ -102,6 +103,29 @@ class Session(Generic[H]):
             self.recorder.note("result", "done", **kept)
 
 
+class StopAttendant:
+    """Stops a robot where a person who looks on asks for it, between two steps of the link.
+
+    The robot stays stopped until it is disarmed and armed again: whatever it was to do ends by that.
+
+    Args:
+        operator: Tells of it.
+        robot: The robot.
+        attend: What else is seen to.
+    """
+
+    def __init__(self, operator: Operator, robot: RobotHandle, attend: Callable[[], None]) -> None:
+        self._operator = operator
+        self._robot = robot
+        self._attend = attend
+
+    def attend(self) -> None:
+        """Do what was asked for."""
+        if self._operator.stops():
+            self._robot.ask_emergency_stop()
+        self._attend()
+
+
 @contextmanager
 def open_session(
     make: type[H], stage: Stage, *, reconnect: float = 0.0, system: int | None = None, arm: bool = True
@@ -146,7 +170,7 @@ def open_session(
         suspension = Suspension(
             stage.operator, lambda: [robot], lambda: bridges, robot.step, robot.now, replayed=stage.replayed
         )
-        robot.between = stack.enter_context(suspension).attend
+        robot.between = StopAttendant(stage.operator, robot, stack.enter_context(suspension).attend).attend
         tell = stage.tell
         if tell is not None:
             _tell_pace(robot.bridge, tell)

@@ -66,15 +66,17 @@ def text_of(scene: Scene) -> str:
     return json.dumps(document_of(scene), allow_nan=False, ensure_ascii=True, separators=(",", ":")).translate(_ESCAPES)
 
 
-def document_of(scene: Scene) -> dict[str, Any]:
+def document_of(scene: Scene, scale: TimeScale | None = None, since: float | None = None) -> dict[str, Any]:
     """The document.
 
     Args:
         scene: What is to be shown.
+        scale: How times are told; None: from the beginning of the scene. All parts of one run have the same.
+        since: Log time from which on this replaces what was told before, in s; None: it replaces nothing.
     """
     columns = Columns()
     shapes: list[BodyShape] = []
-    scale = TimeScale.of(scene)
+    scale = scale or TimeScale.of(scene)
     tracks = [_track(track, shapes, columns, scale) for track in scene.tracks]
     document: dict[str, Any] = {
         "version": VERSION,
@@ -119,6 +121,8 @@ def document_of(scene: Scene) -> dict[str, Any]:
             for one in scene.lessons
         ],
     }
+    if since is not None:
+        document["since"] = scale.tell(since)
     document["columns"] = columns.text()
     return document
 

@@ -7,6 +7,7 @@ by their hashes, and nothing else: no request, no picture, no frame.
 
 from __future__ import annotations
 
+import json
 import re
 from base64 import b64encode
 from functools import cache
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 SCRIPTS: Final = ("model.js", "ground.js", "arena.js", "timeline.js", "panels.js", "player.js", "main.js")
 """In the order in which they are put together."""
+LIVE: Final = "live.js"
+"""What the page of a run that goes on has besides: it alone asks for anything."""
 LARGEST: Final = 5_000_000
 """A page has no more bytes."""
 _PLACE: Final = re.compile(r"\{\{(\w+)\}\}")
@@ -41,13 +44,24 @@ def page_of(scene: Scene, largest: int = LARGEST) -> bytes:
     return _filled(thinned(scene, text_of, room)).encode()
 
 
-def _filled(scene: str) -> str:
-    style, vendor, script = _style(), _read("vendor", "uPlot.iife.min.js"), _script()
+def live_page(*, lockstep: bool) -> bytes:
+    """The page of a run that goes on: it is told everything by the server that it comes from, and asks nobody else.
+
+    Args:
+        lockstep: The run goes as fast as the machine can, and what is over is shown at a speed to watch.
+    """
+    return _filled(json.dumps({"live": {"lockstep": lockstep}}), live=True).encode()
+
+
+def _filled(scene: str, *, live: bool = False) -> str:
+    style, vendor, script = _style(), _read("vendor", "uPlot.iife.min.js"), _script(live=live)
+    asks = "connect-src 'self'; " if live else ""
     policy = (
-        f"default-src 'none'; script-src {_hash(vendor)} {_hash(script)}; style-src {_hash(style)}; "
+        f"default-src 'none'; {asks}script-src {_hash(vendor)} {_hash(script)}; style-src {_hash(style)}; "
         "base-uri 'none'; form-action 'none'"
     )
-    parts = {"policy": policy, "style": style, "vendor": vendor, "script": script, "scene": scene}
+    bar = _read("page", "live.html") if live else ""
+    parts = {"policy": policy, "style": style, "vendor": vendor, "script": script, "scene": scene, "live": bar}
     return _PLACE.sub(lambda place: parts[place[1]], _read("page", "page.html"))
 
 
@@ -57,8 +71,9 @@ def _read(folder: str, name: str) -> str:
 
 
 @cache
-def _script() -> str:
-    parts = "\n".join(_read("page", name) for name in SCRIPTS)
+def _script(*, live: bool) -> str:
+    names = (*SCRIPTS[:-1], LIVE, SCRIPTS[-1]) if live else SCRIPTS
+    parts = "\n".join(_read("page", name) for name in names)
     return f'(() => {{\n"use strict";\n{parts}}})();\n'
 
 

@@ -44,6 +44,7 @@ INPUTS: Final = {
     "interrupted": "the program was interrupted, and ended",
     "suspend": "the program was suspended (Ctrl-Z)",
     "continue": "the program went on",
+    "stop": "stop, asked for on the live page",
 }
 KEYS: Final = {
     " ": "space, stop", "e": "e, emergency stop", "E": "e, emergency stop", "a": "a, arm", "d": "d, disarm", "q": "q, quit",

@@ -8,6 +8,7 @@ import sys
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, Final, cast
 
 from hil.files.outputs import Output
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import BinaryIO
 
+    from hil.look.live.showing import Showing
+    from hil.mcaplog.writing.sink import LogSink
     from hil.recording.handover import Item
     from hil.report.listening import ListeningRecorder
 
@@ -56,6 +59,8 @@ class _Helper:
         self._settings = settings
         self._outgoing = outgoing
         self._failed = False
+        self._answering = Lock()
+        self._showing: Showing | None = None
 
     def serve(self, incoming: BinaryIO) -> None:
         """Write the log.
@@ -85,6 +90,7 @@ class _Helper:
             sync_every=0.0 if lockstep else SYNC_REAL_TIME,
             output=Output.taken_over(path, Path(beside) if beside else None) if settings["begun"] else None,
         )
+        sink = writer if settings["live"] is None else self._show(writer, settings["live"])
         kind: Callable[..., Recorder] = Recorder
         if settings["listens"]:
             from hil.report.listening import ListeningRecorder  # noqa: PLC0415 - only where a report may be wanted
@@ -98,8 +104,23 @@ class _Helper:
             lockstep=lockstep,
             system=settings["system"],
             component=settings["component"],
-            writer=writer,
+            writer=sink,
         )
+
+    def _show(self, writer: LogWriter, live: dict[str, bool]) -> LogSink:
+        """Show what is written while it is; where that can't be, the log is written all the same."""
+        from hil.look.live.showing import Showing  # noqa: PLC0415 - only where somebody looks on
+
+        settings = self._settings
+        try:
+            self._showing = Showing(
+                writer, settings["run"], partial(self._answer, "asked"), lockstep=settings["lockstep"], **live
+            )
+        except OSError as error:
+            self._answer("serving", "", str(error))
+            return writer
+        self._answer("serving", self._showing.url, "")
+        return self._showing.sink
 
     def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
         playback = Playback(recorder, self._answer, partial(self._report, recorder))
@@ -115,10 +136,14 @@ class _Helper:
                 self._play(playback, items)
             if items and items[-1][0] in {CLOSE, DISCARD}:
                 ended = True
+                if self._showing is not None:
+                    self._showing.finish()
                 self._answer("closed")
         if not ended:
             recorder.metadata(CUT, {"why": "the program that was recorded has ended without closing its log"})
             recorder.close()
+            if self._showing is not None:
+                self._showing.finish(died=True)
 
     def _report(self, recorder: Recorder, folder: str) -> None:
         """Draw the report of the log, which is closed; where that fails, the control process draws it, or says why not."""
@@ -144,7 +169,8 @@ class _Helper:
 
     def _answer(self, *answer: object) -> None:
         try:
-            self._outgoing.write(frame(answer))
-            self._outgoing.flush()
+            with self._answering:
+                self._outgoing.write(frame(answer))
+                self._outgoing.flush()
         except OSError:  # nobody listens any more
             pass

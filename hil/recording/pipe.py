@@ -26,7 +26,7 @@ else:
     import fcntl
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from io import RawIOBase
 
 FRAME: Final = Struct("<I")
@@ -85,12 +85,16 @@ class HelperPipe:
     Args:
         settings: What it begins with.
         lockstep: Time stands still while it is waited for.
+        asked: Is told, by a thread, what somebody who looks on asks for.
 
     Raises:
         OSError: It can't be started.
     """
 
-    def __init__(self, settings: Mapping[str, object], *, lockstep: bool) -> None:
+    def __init__(
+        self, settings: Mapping[str, object], *, lockstep: bool, asked: Callable[[str], None] = lambda _: None
+    ) -> None:
+        self._asked = asked
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
             [sys.executable, *_FLAGS, "-c", _START, str(_ROOT), *(one for one in sys.path if isinstance(one, str))],
@@ -184,6 +188,9 @@ class HelperPipe:
         closed = False
         with cast("IO[bytes]", self._process.stdout) as stdout:
             while (answer := read_frame(stdout)) is not None:
+                if answer[0] == "asked":
+                    self._asked(answer[1])
+                    continue
                 if answer[0] == "failed":
                     self.news = answer
                 elif answer[0] == "refused":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from os import fspath
 from typing import TYPE_CHECKING, Final
 
@@ -36,6 +37,21 @@ AFTERWARDS: Final = -2
 """Number of the batch that comes after the last."""
 
 
+@dataclass(frozen=True)
+class Live:
+    """How a run is shown while it goes on.
+
+    Attributes:
+        asked: Is told, by a thread, what somebody asks for who looks on.
+        public: Others on the network may look on.
+        awaited: A browser is being started that will: where the run is over sooner, it is waited for.
+    """
+
+    asked: Callable[[str], None]
+    public: bool = False
+    awaited: bool = False
+
+
 class RecorderProcess(Recorder):
     """Records as `Recorder` does, the same bytes, with little of the control process's time.
 
@@ -60,10 +76,13 @@ class RecorderProcess(Recorder):
         on_loss: Is told, in words, what was lost, when there is room again; the log tells it too.
         listens: A report may be asked for when the log is closed: the other process gathers it meanwhile, and stays until
             `end`.
+        live: Shows the run in a browser while it goes on; None: nobody looks on.
 
     Attributes:
         lost: Entries that were lost so far.
         feed: Hands over.
+        page: Address of the page that shows it; empty where none does.
+        unseen: Why it can't be shown; empty where it is, or need not be.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
@@ -84,8 +103,10 @@ class RecorderProcess(Recorder):
         on_failure: Callable[[str, Path | None], None] | None = None,
         on_loss: Callable[[str], None] | None = None,
         listens: bool = False,
+        live: Live | None = None,
     ) -> None:
         self.path = path
+        self.page = self.unseen = ""
         self._listens = listens
         self.lost = 0
         self._network = _HandedNetwork(self, link, OWN)
@@ -103,13 +124,16 @@ class RecorderProcess(Recorder):
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
             "system": system, "component": component, "overwrite": overwrite, "listens": listens,
+            "live": None if live is None else {"public": live.public, "awaited": live.awaited},
         }  # fmt: skip
         try:
-            self._pipe = HelperPipe(settings, lockstep=lockstep)
+            self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda _: None) if live is None else live.asked)
         except OSError as error:
             if output is not None:
                 output.discard()
             raise LogError(f"cannot write the log {path}: no process for it can be started: {error.strerror}") from error
+        if live is not None:
+            self._see_served()
         if output is None:
             self._see_opened()
         self.feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
@@ -268,6 +292,14 @@ class RecorderProcess(Recorder):
         number, take = RECORD_VALUES[kind or type(record)]
         self.feed.keep((kinds.RECORD, topic, number, exact(take(record)), time))
 
+    def _see_served(self) -> None:
+        """Wait until the other process serves the page."""
+        answer = self._pipe.wait_for("serving")
+        if answer is None:
+            self.unseen = "the process that was to serve the page has ended"
+        else:
+            _, self.page, self.unseen = answer
+
     def _see_opened(self) -> None:
         """Wait until the other process has opened what is no regular file."""
         if self._pipe.wait_for("opened") is not None:
@@ -361,6 +393,7 @@ def begin_log(
     on_loss: Callable[[str], None] | None = None,
     listens: bool = False,
     beside: bool = True,
+    live: Live | None = None,
 ) -> Recorder:
     """Begin a log, written by a process of its own; by this one where it is asked to, or can't be started once more.
 
@@ -376,6 +409,7 @@ def begin_log(
         on_failure: Likewise.
         on_loss: Likewise.
         listens: Likewise.
+        live: As of `RecorderProcess`; it needs a process of its own, and is left out where there is none.
         beside: A process of its own is to write it: where there is a core for that, and it is worth the time that it takes to
             start.
 
@@ -395,4 +429,5 @@ def begin_log(
         on_failure=on_failure,
         on_loss=on_loss,
         listens=listens,
+        live=live,
     )

@@ -236,8 +236,12 @@ class Page:
             path: The file.
             ready: What is true of the page then, in JavaScript; empty: it is loaded.
         """
-        self._url = path.resolve().as_uri()
-        self.call("Page.navigate", url=self._url)
+        self.visit(path.resolve().as_uri(), ready)
+
+    def visit(self, url: str, ready: str = "") -> None:
+        """Open a page by its address; see `open`."""
+        self._url = url
+        self.call("Page.navigate", url=url)
         self.wait(ready or "document.readyState === 'complete'")
 
     def ask(self, expression: str) -> Any:  # noqa: ANN401 - whatever the page says

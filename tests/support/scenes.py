@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from report_logs import FRAME, Wire
@@ -40,6 +40,8 @@ from hil.recording.recorder import Recorder
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from numpy.typing import NDArray
+
 HOSTILE: Final = (
     "</script><script>alert(1)</script>",
     "<!--<script>alert(2)//",
@@ -52,6 +54,20 @@ HOSTILE: Final = (
     "__proto__",
     "constructor",
 )
+
+
+def unpacked(data: bytes, place: dict[str, Any]) -> NDArray[np.float64]:
+    """A column, as the page's script reads it.
+
+    Args:
+        data: All columns of a document, inflated.
+        place: Where it is, and how it is read.
+    """
+    at, count, width = place["at"], place["n"], place["b"]
+    planes = np.frombuffer(data[at : at + count * width], np.uint8).reshape(width, count)
+    whole = np.cumsum(np.ascontiguousarray(planes.T).view(f"<i{width}").ravel().astype(np.int64))
+    found = whole * place["s"]
+    return np.where(whole == place["z"], np.nan, found) if "z" in place else found
 
 
 def scene_of(text: str, other: str = "x") -> Scene:

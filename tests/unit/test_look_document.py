@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scenes import HOSTILE, scene_of
+from scenes import HOSTILE, scene_of, unpacked
 
 import hil.look
 from hil.look.columns import LARGEST, Columns
@@ -31,15 +31,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FOLDER = files(hil.look)
-
-
-def unpacked(data: bytes, place: dict[str, Any]) -> NDArray[np.float64]:
-    """A column, as the page's script reads it."""
-    at, count, width = place["at"], place["n"], place["b"]
-    planes = np.frombuffer(data[at : at + count * width], np.uint8).reshape(width, count)
-    whole = np.cumsum(np.ascontiguousarray(planes.T).view(f"<i{width}").ravel().astype(np.int64))
-    found = whole * place["s"]
-    return np.where(whole == place["z"], np.nan, found) if "z" in place else found
 
 
 def taken_apart(columns: Columns) -> bytes:

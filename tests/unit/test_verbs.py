@@ -107,7 +107,7 @@ def test_the_list_of_verbs_imports_none() -> None:
         ("hil re", ["replay", "report"]),
         ("hil emulate ", ["junior", "swarm"]),
         ("hil log d", ["diff"]),
-        ("hil coach --o", ["--opponent", "--objective", "--out", "--overwrite"]),
+        ("hil coach --o", ["--opponent", "--objective", "--open", "--out", "--overwrite"]),
         ("hil coach --opponent f", ["flat-light", "flat-heavy"]),
         ("hil coach --opponent f --no-r", ["--no-report"]),
         ("hil emulate swarm --wa", ["--wall"]),

@@ -14,6 +14,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
+from hil.cli import live as live_options
 from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -140,6 +141,9 @@ def surround(
     spare: options.SpareOption = False,
     deadline: options.DeadlineOption = None,
     no_fence: options.NoFenceOption = False,
+    live: live_options.LiveOption = False,
+    open_page: live_options.OpenOption = None,
+    public: live_options.PublicOption = False,
     yes: options.YesOption = False,
     no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -164,6 +168,7 @@ def surround(
 
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8 --workers 2; hil swarm surround tcp://127.0.0.1:5760
     """
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
     if evolve is None:
@@ -270,6 +275,7 @@ def surround(
             signing_key=signing_key,
             options=config,
             reports=files.report is not None,
+            page=page,
             gather=GATHER,
         )
         with closing(stage):

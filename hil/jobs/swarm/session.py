@@ -123,7 +123,7 @@ class SwarmKeys:
             self._swarm.step()
 
     def attend(self) -> None:
-        """Stop all where a stop key was pressed.
+        """Stop all where a stop key was pressed, or somebody who looks on asks for it.
 
         Raises:
             SwarmStoppedError: One was.
@@ -134,7 +134,7 @@ class SwarmKeys:
             return
         pressed = {one.what.removeprefix(KEY) for one in self._operator.pressed()}
         self._pressed |= pressed
-        if pressed & STOP_KEYS:
+        if self._operator.stops() or pressed & STOP_KEYS:
             self._stopping = True
             answers = self._swarm.stop()
             silent = sorted(answers.errors)

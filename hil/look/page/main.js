@@ -1,14 +1,16 @@
 // Puts the page together.
 
 class View {
-  constructor(model) {
+  constructor(model, live = null) {
     this.model = model;
+    this.live = live;
     this.shades = new Map();
     this.colors = (name) => this.shade(name);
     this.arena = new Arena(byId("arena"), model, this.colors);
-    this.player = new Player(model, (time) => this.tell(time), (from, to) => this.show(from, to));
+    this.player = new (live ? LivePlayer : Player)(model, (time) => this.tell(time), (from, to) => this.show(from, to), live);
     this.overview = new Overview(byId("overview"), model, this.colors);
-    this.bands = [...model.lanes.values()].map((lane) => new Band(byId("lanes"), lane, this.colors));
+    this.bands = [];
+    this.addBands();
     this.traces = new Traces(byId("traces"), model, this.colors, (time) => this.player.seek(time), (from, to) => this.player.closer(from, to));
     this.toldAt = 0;
     this.told = null;
@@ -24,9 +26,13 @@ class View {
     return found;
   }
 
-  open() {
+  addBands() {
+    for (const lane of [...this.model.lanes.values()].slice(this.bands.length)) this.bands.push(new Band(byId("lanes"), lane, this.colors));
+  }
+
+  // What is there at all, and all that stands in words.
+  fill() {
     const { model, player } = this;
-    byId("main").hidden = byId("play").hidden = false;
     byId("arena-box").hidden = !model.terrain;
     document.body.classList.toggle("bare", !model.terrain);
     fillPage(model, this.colors);
@@ -35,10 +41,16 @@ class View {
       player.chapter(index);
       player.toggle(true);
     });
-    this.events = new Events(model, (time) => player.seek(time));
-    byId("axis-words").textContent = "Click to go there, drag to look closer, double-click for all of it. The line is now.";
     this.fillRobots();
     byId("curves").hidden = !model.curves.size;
+  }
+
+  open() {
+    const { model, player } = this;
+    byId("main").hidden = byId("play").hidden = false;
+    this.fill();
+    this.events = new Events(model, (time) => player.seek(time));
+    byId("axis-words").textContent = "Click to go there, drag to look closer, double-click for all of it. The line is now.";
     this.controls();
     this.layOut();
     addEventListener("resize", () => this.later());
@@ -63,6 +75,29 @@ class View {
     this.curves = drawCurves(byId("curve-list"), this.model, this.colors);
     this.show(from, to);
     this.tell(time);
+  }
+
+  // The run has gone on: what has changed is shown, and no more is built anew than has to be.
+  goOn() {
+    const { model, player } = this;
+    const { terrain } = model;
+    const words = [model.title, model.said, model.facts, model.notes, model.about, model.lessons, model.chapters, [...model.tracks.keys()], terrain];
+    const [said, drawn, marks] = [JSON.stringify(words), JSON.stringify([terrain, [...model.tracks.keys()]]), model.marks.length];
+    if (drawn !== this.drawnBefore) {
+      this.arena.arrange();
+      byId("arena-box").hidden = !terrain; // it has a width from here on
+      this.arena.resize();
+    }
+    if (said !== this.saidBefore) this.fill();
+    if (marks !== this.marksBefore) this.events.begin();
+    [this.saidBefore, this.drawnBefore, this.marksBefore] = [said, drawn, marks];
+    this.addBands();
+    this.traces.goOn(player.from, player.to);
+    if (model.curves.size && performance.now() - (this.curvesAt || -1e9) > 900) {
+      this.curvesAt = performance.now();
+      this.curves = drawCurves(byId("curve-list"), model, this.colors);
+    }
+    this.show(player.from, player.to);
   }
 
   fillRobots() {
@@ -199,6 +234,7 @@ class View {
 
   say(time) {
     const { model, player } = this;
+    if (!Number.isFinite(time)) return;
     const text = `${seconds(time, 2)} of ${seconds(model.end)}`;
     byId("clock").textContent = text;
     byId("slider").setAttribute("aria-valuetext", text);
@@ -235,7 +271,9 @@ function describe(model, time) {
 async function start() {
   try {
     const model = new Model();
-    await model.take(JSON.parse(byId("scene").textContent));
+    const scene = JSON.parse(byId("scene").textContent);
+    if (scene.live) return void new LivePage(scene.live);
+    await model.take(scene);
     const view = new View(model);
     view.open();
     globalThis.hilView = view;

@@ -30,6 +30,30 @@ function behind(first, second) {
   return joined;
 }
 
+// A table with another behind it; a column that one of them lacks has holes there.
+function joined(first, second) {
+  if (!first.t || !first.t.length) return second;
+  const table = {};
+  for (const name of new Set([...Object.keys(first), ...Object.keys(second)])) {
+    const none = (rows) => new Float64Array(rows.t.length).fill(NaN);
+    table[name] = behind(first[name] || none(first), second[name] || none(second));
+  }
+  return table;
+}
+
+const NEAR = 5e-4; // seconds: half of what times are rounded to
+
+// How many rows stand before a time.
+function rowBefore(times, time) {
+  return times ? rowAt(times, time - NEAR) + 1 : 0;
+}
+
+// The rows of a table before a time.
+function before(table, time) {
+  const kept = rowBefore(table.t, time);
+  return Object.fromEntries(Object.entries(table).map(([name, values]) => [name, values.subarray(0, kept)]));
+}
+
 // The last row at or before a time; -1: none.
 function rowAt(times, time) {
   let low = 0;
@@ -76,6 +100,7 @@ class Model {
       const [ground, width, height, wall] = part.terrain;
       this.terrain = { ground, width, height, wall };
     }
+    if (part.since !== undefined) this.forget(part.since);
     this.begin = Math.min(this.begin, part.begin);
     this.end = Math.max(this.end, part.end);
     for (const track of part.tracks) this.takeTrack(track, part.shapes[track.shape], column);
@@ -92,36 +117,67 @@ class Model {
     }
   }
 
+  // What was told from a moment on is told anew.
+  forget(since) {
+    for (const track of this.tracks.values()) for (const table of ["poses", "senses", "rays"]) track[table] = before(track[table], since);
+    for (const trace of this.traces.values()) {
+      const kept = rowBefore(trace.t, since);
+      trace.t = trace.t.subarray(0, kept);
+      trace.values = trace.values.map((values) => values.subarray(0, kept));
+    }
+    for (const lane of this.lanes.values()) {
+      const kept = rowBefore(lane.begin, since);
+      for (const name of ["begin", "end", "code"]) lane[name] = lane[name].subarray(0, kept);
+      if (kept && lane.end[kept - 1] > since) lane.end[kept - 1] = since;
+    }
+    this.marks = this.marks.filter((mark) => mark.time < since - NEAR);
+    this.chapters = this.chapters.filter((chapter) => chapter.begin < since - NEAR);
+  }
+
   takeTrack(told, shape, column) {
     const track = this.tracks.get(told.key) || { key: told.key, poses: {}, senses: {}, rays: {} };
     track.label = told.label;
     track.kind = told.kind;
     track.shape = shape;
     for (const table of ["poses", "senses", "rays"]) {
-      for (const [name, place] of Object.entries(told[table] || {})) {
-        track[table][name] = behind(track[table][name], column(place));
-      }
+      const added = Object.fromEntries(Object.entries(told[table] || {}).map(([name, place]) => [name, column(place)]));
+      if (added.t) track[table] = joined(track[table], added);
     }
     track.fan = Object.keys(track.rays).filter((name) => /^r\d+$/.test(name)).map((_, ray) => track.rays["r" + ray]);
     this.tracks.set(track.key, track);
   }
 
   takeTrace(told, column) {
-    const trace = this.traces.get(told.name) || { t: null, values: told.values.map(() => null) };
-    trace.t = behind(trace.t, column(told.t));
-    trace.values = told.values.map((place, index) => behind(trace.values[index], column(place)));
-    this.traces.set(told.name, { ...told, t: trace.t, values: trace.values });
+    const trace = this.traces.get(told.name) || { t: new Float64Array(0), labels: [], values: [] };
+    const labels = [...trace.labels, ...told.labels.filter((label) => !trace.labels.includes(label))];
+    const by = (one, values) => Object.fromEntries([["t", one.t], ...one.labels.map((label, index) => ["=" + label, values[index]])]);
+    const added = by({ t: column(told.t), labels: told.labels }, told.values.map(column));
+    const table = joined(by(trace, trace.values), added);
+    const values = labels.map((label) => table["=" + label] || new Float64Array(table.t.length).fill(NaN));
+    this.traces.set(told.name, { ...told, labels, t: table.t, values });
   }
 
   takeLane(told, column) {
     const lane = this.lanes.get(told.name) || { name: told.name, begin: null, end: null, code: null, words: [], meanings: [], tones: [] };
-    const first = lane.words.length;
-    lane.words = lane.words.concat(told.words);
-    lane.meanings = lane.meanings.concat(told.meanings);
-    lane.tones = lane.tones.concat(told.tones);
-    lane.begin = behind(lane.begin, column(told.begin));
-    lane.end = behind(lane.end, column(told.end));
-    lane.code = behind(lane.code, column(told.code).map((code) => code + first));
+    const known = new Map(lane.words.map((word, index) => [[word, lane.meanings[index], lane.tones[index]].join("\n"), index]));
+    const codes = told.words.map((word, index) => {
+      const key = [word, told.meanings[index], told.tones[index]].join("\n");
+      if (!known.has(key)) {
+        known.set(key, lane.words.length);
+        lane.words.push(word);
+        lane.meanings.push(told.meanings[index]);
+        lane.tones.push(told.tones[index]);
+      }
+      return known.get(key);
+    });
+    const [begin, end, code] = [column(told.begin), column(told.end), column(told.code).map((one) => codes[one])];
+    const last = lane.begin ? lane.begin.length - 1 : -1;
+    const goesOn = last >= 0 && begin.length && code[0] === lane.code[last] && begin[0] - lane.end[last] < NEAR;
+    if (goesOn) lane.end[last] = end[0];
+    const from = goesOn ? 1 : 0;
+    lane.begin = behind(lane.begin, begin.subarray(from));
+    lane.end = behind(lane.end, end.subarray(from));
+    lane.code = behind(lane.code, code.subarray(from));
     this.lanes.set(told.name, lane);
   }
 

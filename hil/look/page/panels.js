@@ -47,7 +47,7 @@ function fillBouts(model, onPick) {
   const section = byId("bouts");
   section.hidden = model.chapters.length < 2 && !model.chapters.some((one) => one.outcome);
   if (section.hidden) return [];
-  section.querySelector("h2").textContent = model.chapters.some((one) => one.outcome) ? "Bouts" : "Runs";
+  section.querySelector("h2").textContent = model.chapters.some((one) => one.name.startsWith("Bout")) ? "Bouts" : "Runs";
   const counts = new Map();
   for (const { outcome } of model.chapters) if (outcome) counts.set(outcome, (counts.get(outcome) || 0) + 1);
   byId("bout-key").textContent = [...counts].map(([outcome, count]) => `${own(OUTCOMES, outcome)?.sign || ""} ${count} ${outcome}`).join("   ");
@@ -117,6 +117,11 @@ function strip(steps, colors) {
 class Events {
   constructor(model, onSeek) {
     Object.assign(this, { model, onSeek, hidden: new Set(["decision"]) }); // there is one for every maneuver
+    this.begin();
+  }
+
+  begin() {
+    const { model } = this;
     byId("events").hidden = !model.marks.length;
     const counts = new Map();
     for (const { kind } of model.marks) counts.set(kind, (counts.get(kind) || 0) + 1);
@@ -163,7 +168,7 @@ function nowTerms(model, time, picked) {
   const terms = [];
   const chapter = model.chapters[model.chapterAt(time)];
   if (chapter && time <= chapter.end + 0.05) {
-    terms.push([chapter.outcome ? "Bout" : "Run", `${chapter.name.replace(/^(Bout|Run) /, "")}${chapter.series && chapter.series !== "surround" ? `, ${chapter.series}` : ""}: ${seconds(Math.max(0, time - chapter.begin))} of ${seconds(chapter.end - chapter.begin)}`]);
+    terms.push([chapter.name.startsWith("Run") ? "Run" : "Bout", `${chapter.name.replace(/^(Bout|Run) /, "")}${chapter.series && chapter.series !== "surround" ? `, ${chapter.series}` : ""}: ${seconds(Math.max(0, time - chapter.begin))} of ${seconds(chapter.end - chapter.begin)}`]);
   } else if (model.chapters.length) terms.push(["Bout", "between bouts"]);
   for (const lane of model.lanes.values()) {
     const at = model.stretchAt(lane, time);

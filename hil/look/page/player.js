@@ -7,11 +7,15 @@ class Player {
   constructor(model, onTime, onWindow) {
     Object.assign(this, { model, onTime, onWindow, playing: false, speed: 1, whole: false, zoomed: false });
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
-    const first = model.chapters[0];
-    this.whole = !first;
-    this.time = first ? first.begin : model.begin;
-    [this.from, this.to] = this.spanOf(this.time);
     this.last = 0;
+    this.begin();
+  }
+
+  begin() {
+    const first = this.model.chapters[0];
+    this.whole = !first;
+    this.time = first ? first.begin : this.model.begin;
+    [this.from, this.to] = this.spanOf(this.time);
   }
 
   spanOf(time) {

@@ -234,6 +234,19 @@ class Traces {
     for (const trace of this.model.traces.values()) this.add(trace, from, to);
   }
 
+  // The same curves, gone on: nothing is built anew where none has come.
+  goOn(from, to) {
+    const traces = [...this.model.traces.values()];
+    const same = traces.length === this.plots.length && traces.every((trace, index) => alike(trace, this.plots[index].trace));
+    if (!same) return this.build(from, to);
+    this.plots.forEach((one, index) => {
+      one.trace = Object.assign(traces[index], { digits: one.trace.digits });
+      one.range = rangeOf(one.trace);
+      one.plot.setData([one.trace.t, ...one.trace.values.map(holed)], false);
+      one.plot.setScale("x", { min: from, max: to });
+    });
+  }
+
   add(trace, from, to) {
     const { colors } = this;
     const box = element("div", undefined, "trace");
@@ -248,7 +261,8 @@ class Traces {
     box.append(top, under);
     this.parent.append(box);
     const steps = trace.stepped ? { paths: uPlot.paths.stepped({ align: 1 }) } : {};
-    const [low, high] = rangeOf(trace);
+    const made = { head, values, trace, range: rangeOf(trace) };
+    const [low, high] = made.range;
     trace.digits = trace.values.every((values) => values.every((value) => !(value % 1))) ? 0 : digitsOf((high - low) / 100);
     const plot = new uPlot(
       {
@@ -257,7 +271,7 @@ class Traces {
         padding: [6, 8, 0, 0],
         legend: { show: false },
         cursor: { sync: { key: "time" }, drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
-        scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: () => [low, high] } },
+        scales: { x: { time: false, range: (_, min, max) => [min, max] }, y: { range: () => made.range } },
         axes: [
           axisOf(colors, { size: 22, space: 70, values: (_, ticks) => ticks.map((tick) => seconds(tick, tick % 1 ? 1 : 0)) }),
           axisOf(colors, { size: GUTTER, space: 26, values: (_, ticks) => ticks.map((tick) => shown(tick, digitsOf(ticks[1] - ticks[0] || 1))) }),
@@ -287,7 +301,8 @@ class Traces {
       this.onSeek(plot.posToVal(event.clientX - left, "x"));
     });
     plot.setScale("x", { min: from, max: to });
-    this.plots.push({ plot, head, values, trace });
+    made.plot = plot;
+    this.plots.push(made);
   }
 
   show(from, to) {
@@ -313,6 +328,10 @@ class Traces {
       });
     }
   }
+}
+
+function alike(one, other) {
+  return one.name === other.name && one.level === other.level && one.labels.join("\n") === other.labels.join("\n");
 }
 
 // uPlot leaves a hole for null, not for NaN.

@@ -155,6 +155,15 @@ def decoder_of(name: str, schema: bytes, schema_encoding: str, encoding: str) ->
     return lambda data: decode(data)[0]
 
 
+def entry_decoder(schema: Schema) -> Decode:
+    """What decodes entries of ours that are on their way into a log, as `Channels.decoder` does those of a log.
+
+    Args:
+        schema: What they look like.
+    """
+    return _decoder(SchemaRecord(id=1, name=schema.name, encoding="protobuf", data=schema.data), "protobuf")
+
+
 def _decoder(record: SchemaRecord, encoding: str) -> Decode:
     parse = DecoderFactory().decoder_for(encoding, record)
     if parse is None:

@@ -1,0 +1,103 @@
+"""`--live`: a run is shown in a browser while it goes on."""
+
+from __future__ import annotations
+
+import atexit
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
+
+import typer
+
+from hil.cli import common
+from hil.cli.browsing import browse, on_a_desktop
+from hil.recording.process import Live, RecorderProcess
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hil.bridge.operator import Operator
+    from hil.recording.recorder import Recorder
+
+LiveOption = Annotated[bool, typer.Option("--live", help="Show the run in a web browser while it goes on, with a stop button.")]
+OpenOption = Annotated[
+    bool | None, typer.Option("--open/--no-open", help="With --live: start the browser [default: on a terminal of a desktop].")
+]
+PublicOption = Annotated[
+    bool, typer.Option("--public", help="With --live: whoever knows its address may look on, and stop, from other machines.")
+]
+DOOR: Final = """<!DOCTYPE html>
+<meta charset="utf-8">
+<meta name="referrer" content="no-referrer">
+<meta http-equiv="refresh" content="0; url={0}">
+<title>hil</title>
+<a href="{0}">The live page</a>
+"""
+
+
+class LivePage:
+    """The page of a run that goes on.
+
+    Args:
+        opened: The browser is started.
+        public: Others on the network may look on.
+    """
+
+    def __init__(self, *, opened: bool, public: bool) -> None:
+        self._opened = opened
+        self._public = public
+
+    def served(self, operator: Operator) -> Live:
+        """How the process that writes the log shows it.
+
+        Args:
+            operator: Asks for what is asked for on the page.
+        """
+        return Live(operator.ask, public=self._public, awaited=self._opened)
+
+    def announce(self, recorder: Recorder, console: Console) -> None:
+        """Say where it is, and start the browser.
+
+        Args:
+            recorder: Writes the log.
+            console: Where to say so.
+        """
+        page, why = "", "this Python can't be started once more"
+        if isinstance(recorder, RecorderProcess):
+            page, why = recorder.page, recorder.unseen
+        if not page:
+            common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
+            return
+        console.print(f"Live: {page}", markup=False, soft_wrap=True)
+        if self._opened:
+            browse(_door(page).as_uri(), page)
+
+
+def _door(page: str) -> Path:
+    """A file of the user's own that leads to the page: its address has a token in it, which no command line may show."""
+    with tempfile.NamedTemporaryFile("w", prefix="hil-live-", suffix=".html", delete=False, encoding="utf-8") as file:
+        file.write(DOOR.format(page))
+    path = Path(file.name)
+    atexit.register(path.unlink, missing_ok=True)
+    return path
+
+
+def live_page(live: bool, open_page: bool | None, *, public: bool, no_log: bool) -> LivePage | None:  # noqa: FBT001 - an option
+    """What the options ask for; None: the run is not shown.
+
+    Args:
+        live: `--live`.
+        open_page: `--open`, or `--no-open`; None: neither.
+        public: `--public`.
+        no_log: `--no-log`.
+
+    Raises:
+        UsageError: Options exclude each other.
+    """
+    if not live:
+        if public or open_page is not None:
+            raise common.UsageError("--open, --no-open and --public go with --live")
+        return None
+    if no_log:
+        raise common.UsageError("--live shows what is recorded: leave out --no-log")
+    return LivePage(opened=on_a_desktop() if open_page is None else open_page, public=public)

@@ -1,0 +1,141 @@
+"""What is told to everybody who looks on: the parts of a run that are over, and the one that goes on as it stands."""
+
+from __future__ import annotations
+
+from collections import deque
+from threading import Condition
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MOST_KEPT: Final = 8_000_000
+"""Letters of the parts that are over and are kept for who comes later; the oldest are given up."""
+ALIVE: Final = 1.0
+"""Where nothing happens for so long, in s, that is said: so it is found out that somebody has gone."""
+
+PART, BEGIN, OVER = "part", "begin", "over"
+"""Kinds of events: a part; forget what was told; nothing more comes."""
+
+Told = tuple[str, str]
+"""A kind of event, and its text in one line; an empty kind: nothing has happened."""
+
+
+class Broadcast:
+    """Holds what is told, for any number of listeners; each takes it at its own speed, and no one waits for them.
+
+    Args:
+        alive: Where nothing happens for so long, in s, that is said.
+    """
+
+    def __init__(self, alive: float = ALIVE) -> None:
+        self._alive = alive
+        self._changed = Condition()
+        self._over: deque[str] = deque()
+        self._first = 0
+        self._size = 0
+        self._going: str | None = None
+        self._version = 0
+        self._end: str | None = None
+        self._listening = 0
+        self._came = False
+
+    def commit(self, text: str, *, alone: bool = False) -> None:
+        """Tell of a part that is over.
+
+        Args:
+            text: The part, in one line.
+            alone: Who comes later needs none of those before it.
+        """
+        with self._changed:
+            if alone:
+                self._first += len(self._over)
+                self._size = 0
+                self._over.clear()
+            self._over.append(text)
+            self._size += len(text)
+            while self._size > MOST_KEPT and len(self._over) > 1:
+                self._size -= len(self._over.popleft())
+                self._first += 1
+            self._going = None
+            self._version += 1
+            self._changed.notify_all()
+
+    def show(self, text: str) -> None:
+        """Tell how the part that goes on stands.
+
+        Args:
+            text: The part, in one line.
+        """
+        with self._changed:
+            self._going = text
+            self._version += 1
+            self._changed.notify_all()
+
+    def end(self, text: str) -> None:
+        """Nothing more comes.
+
+        Args:
+            text: Why, in words, as JSON.
+        """
+        with self._changed:
+            self._end = text
+            self._changed.notify_all()
+
+    def wait_for_first(self, wait: float) -> None:
+        """Wait until somebody listens, or has.
+
+        Args:
+            wait: At most so long, in s.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._came, wait)
+
+    def wait_for_last(self, wait: float) -> None:
+        """Wait until everybody who listens has been told the end.
+
+        Args:
+            wait: At most so long, in s.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: not self._listening, wait)
+
+    def listen(self) -> Iterator[Told]:
+        """What is told from now on, and before that what there is; ends with the end."""
+        with self._changed:
+            self._listening += 1
+            self._came = True
+            self._changed.notify_all()
+        try:
+            yield BEGIN, "{}"
+            yield from self._events()
+        finally:
+            with self._changed:
+                self._listening -= 1
+                self._changed.notify_all()
+
+    def _events(self) -> Iterator[Told]:
+        following, version = 0, -1
+        while True:
+            with self._changed:
+                changed = self._wait_for_more(version)
+                skipped = following < self._first
+                parts = list(self._over)[max(0, following - self._first) :]
+                following = self._first + len(self._over)
+                going = self._going if self._version != version else None
+                version, end = self._version, self._end
+            if not changed:
+                yield "", ""
+                continue
+            if skipped and len(parts) > 1:
+                yield BEGIN, "{}"
+            for text in parts:
+                yield PART, text
+            if going is not None:
+                yield PART, going
+            if end is not None:
+                yield OVER, end
+                return
+
+    def _wait_for_more(self, version: int) -> bool:
+        return self._changed.wait_for(lambda: self._version != version or self._end is not None, self._alive)

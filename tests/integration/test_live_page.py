@@ -1,0 +1,154 @@
+"""The live page in a browser: it follows a run, stops its robots, and says when nobody tells it anything any more."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import pytest
+from chromium import Chromium
+
+import hil
+from hil.mcaplog.reading.reader import LogReader
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from chromium import Page
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+BEGUN: Final = "globalThis.hilView && hilView.model.chapters.length > 0"
+WORDS: Final = "document.getElementById('live-words').textContent"
+STOPPED: Final = "document.getElementById('stopped').textContent"
+PATIENCE: Final = 120.0
+
+
+class Run:
+    """A run that goes on, and its page's address."""
+
+    def __init__(self, folder: Path, process: subprocess.Popen[str], url: str) -> None:
+        self.folder = folder
+        self.process = process
+        self.url = url
+
+    def end(self) -> str:
+        """Wait until it is over; what it said."""
+        said, _ = self.process.communicate(timeout=PATIENCE)
+        return said
+
+
+@contextmanager
+def running(tmp_path: Path, *words: str) -> Iterator[Run]:
+    """A run that is shown while it goes on."""
+    folder = tmp_path / "run"
+    process = subprocess.Popen(  # noqa: S603 - our own program
+        [sys.executable, "-m", "hil", *words, "--live", "--no-open", "--out", str(folder)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        said = process.stdout.readline()
+        found = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/[\w-]{22}/)\n", said)
+        assert found, said
+        yield Run(folder, process, found[1])
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Chromium]:
+    with Chromium() as started:
+        yield started
+
+
+@pytest.fixture
+def page(browser: Chromium) -> Iterator[Page]:
+    opened = browser.page()
+    yield opened
+    opened.close()
+
+
+def test_a_coaching_run_is_followed_to_its_end(page: Page, tmp_path: Path) -> None:
+    with running(tmp_path, "coach", "--budget", "300", "--held-out", "5", "--no-report") as run:
+        page.visit(run.url, BEGUN)
+        first = page.ask("hilView.player.time")
+        page.wait(f"hilView.player.time > {first} + 0.5 && hilView.player.following")
+        page.wait("hilView.model.curves.size > 0 && document.querySelector('#curve-list canvas')")
+        token = run.url.split("/")[3]
+        assert token not in commands()
+        run.end()
+        page.wait(f"/over/.test({WORDS})")
+        page.wait("hilView.model.lessons.length > 0 && document.querySelector('#lesson-list canvas')")
+        assert page.ask("hilView.model.title") == "Pal coached Junior against flat-light"
+        assert page.ask("document.getElementById('stop').disabled")
+    assert page.seen.requests == [run.url + "told"]
+    assert not page.seen.console
+    assert not page.seen.dialogs
+    assert token.encode() not in (run.folder / "log.mcap").read_bytes()
+    assert token not in (run.folder / "run.json").read_text("utf-8")
+
+
+def commands() -> str:
+    """The command lines of all processes of this machine."""
+    shown = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)  # noqa: S607 - of this machine
+    return shown.stdout
+
+
+def test_the_stop_is_confirmed_recorded_and_replayed(page: Page, tmp_path: Path) -> None:
+    with running(tmp_path, "coach", "--no-report") as run:
+        page.visit(run.url, BEGUN)
+        page.ask("document.getElementById('stop').click()")
+        page.wait(f"/stopped|NOT/.test({STOPPED})")
+        assert page.ask(STOPPED) == "stopped: the robot says so"
+        assert "emergency stop" in run.end()
+        assert run.process.returncode == 1
+    log = run.folder / "log.mcap"
+    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
+    assert inputs[0] == "stop"
+    assert hil.replay(log).difference is None
+
+
+def test_with_six_tabs_the_stop_goes_through(browser: Chromium, tmp_path: Path) -> None:
+    with running(tmp_path, "coach", "--no-report") as run:
+        tabs = [browser.page() for _ in range(6)]
+        try:
+            for tab in tabs:
+                tab.visit(run.url, f"({BEGUN}) || /no room/.test({WORDS})")
+            assert sum("no room" in str(tab.ask(WORDS)) for tab in tabs) == 2
+            tabs[-1].ask("document.getElementById('stop').click()")
+            tabs[-1].wait(f"/stopped|NOT/.test({STOPPED})")
+            assert tabs[-1].ask(STOPPED) == "stopped: the robot says so"
+            run.end()
+            for tab in tabs[:4]:
+                tab.wait(f"/over|no room/.test({WORDS})")
+        finally:
+            for tab in tabs:
+                tab.close()
+
+
+def test_a_program_that_is_killed_is_told_of_and_its_last_state_stays(page: Page, tmp_path: Path) -> None:
+    with running(tmp_path, "coach", "--no-report") as run:
+        page.visit(run.url, BEGUN)
+        os.kill(run.process.pid, signal.SIGKILL)
+        page.wait(f"/has died/.test({WORDS})")
+        assert page.ask("document.getElementById('live').classList.contains('bad')")
+        assert page.ask("hilView.model.chapters.length") > 0
+
+
+def test_a_swarm_is_followed(page: Page, tmp_path: Path) -> None:
+    with running(tmp_path, "swarm", "surround", "--steps", "120", "--no-report") as run:
+        page.visit(run.url, "globalThis.hilView && hilView.model.tracks.size > 20")
+        run.end()
+        page.wait(f"/over/.test({WORDS})")
+        assert page.ask("hilView.model.title") == "RANGERs surround WILDs"
+    assert not page.seen.console
