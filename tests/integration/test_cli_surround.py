@@ -25,6 +25,7 @@ from hil.swarm.missions.tables_file import load_tables
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from hil.report import ReportFiles
     from hil.swarm.rounds import Round, SwarmMoves
 
 pytestmark = pytest.mark.slow
@@ -228,10 +229,14 @@ def test_no_picture_comes_from_what_the_table_says_of_itself(capsys: pytest.Capt
     copy_log(LogReader(log), Path("states.mcap"), topics=lambda topic: topic == "/surround/state")
     assert len(states) == 5
     whole, without, alone = (write_report(one, Path(one.stem)) for one in (log, Path("without.mcap"), Path("states.mcap")))
-    pictures = {path.name: path.read_bytes() for path in whole.pictures if path.stem != "link"}
+
+    def drawn(report: ReportFiles, *but: str) -> dict[str, bytes]:
+        return {path.name: path.read_bytes() for path in report.pictures if path.stem not in but}
+
+    pictures = drawn(whole, "link", "course")
     assert len(pictures) == 7
-    assert {path.name: path.read_bytes() for path in without.pictures if path.stem != "link"} == pictures
-    assert {path.name: path.read_bytes() for path in alone.pictures} == pictures
+    assert drawn(without, "link", "course") == drawn(alone) == pictures
+    assert drawn(without, "link") == drawn(whole, "link"), "robots say themselves what state they are in"
     assert whole.summary[0] == without.summary[0] == alone.summary[0]
 
 
