@@ -29,6 +29,11 @@ ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.connecting.connecting_all": (frozenset({"MonotonicClock"}), "makes the clock that the bridges read"),
     "hil.connecting.discovery": (frozenset({"MonotonicClock"}), "looks for robots before there is a bridge"),
     "hil.pytest_plugin": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
+    "hil.look.live.server": (frozenset({"secrets"}), "draws the token of a page's address, of which no run hears"),
+    "hil.look.live.showing": (
+        frozenset({"time"}),
+        "measures in the recorder's process how long a part of a page took to make, so as to leave the log time",
+    ),
     "hil.pytest_logs": (frozenset({"datetime"}), "says in the metadata of a failing test's log when that began"),
     "hil.runs": (frozenset({"datetime"}), "names folders after the calendar time that it is given, and reads it back"),
     "hil.cli.emulate": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
