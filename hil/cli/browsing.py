@@ -5,15 +5,22 @@ from __future__ import annotations
 import os
 import sys
 import webbrowser
+from typing import TYPE_CHECKING
 
 from hil.cli import common
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def has_a_screen() -> bool:
+    """There is a screen for a browser."""
+    return sys.platform in {"win32", "darwin"} or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
 
 
 def on_a_desktop() -> bool:
     """Somebody sits at a terminal, and there is a screen for a browser."""
-    if sys.stdout is None or not sys.stdout.isatty():
-        return False
-    return sys.platform in {"win32", "darwin"} or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    return sys.stdout is not None and sys.stdout.isatty() and has_a_screen()
 
 
 def browse(url: str, named: str) -> None:
@@ -25,3 +32,15 @@ def browse(url: str, named: str) -> None:
     """
     if not webbrowser.open(url):
         common.complain(f"no web browser could be started: open {named} yourself")
+
+
+def show_page(page: Path) -> None:
+    """Show a page that is a file, or say why nobody sees it.
+
+    Args:
+        page: The page.
+    """
+    if has_a_screen():
+        browse(page.resolve().as_uri(), str(page))
+    else:
+        common.complain(f"there is no desktop here to show a page on: open {page} yourself")

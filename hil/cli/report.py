@@ -9,7 +9,7 @@ import typer
 
 from hil import runs
 from hil.cli import common
-from hil.cli.desktop import show_page
+from hil.cli.browsing import show_page
 from hil.cli.log_arguments import MaxChunkOption, find
 
 if TYPE_CHECKING:

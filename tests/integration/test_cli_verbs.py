@@ -291,7 +291,7 @@ def test_a_report_is_opened_where_there_is_a_desktop(
         shown.append(url)
         return True
 
-    monkeypatch.setattr("hil.cli.desktop.on_a_desktop", lambda: there)
+    monkeypatch.setattr("hil.cli.browsing.has_a_screen", lambda: there)
     monkeypatch.setattr("webbrowser.open", show)
     assert run([*CHASE, "--quiet"]) == 0
     capsys.readouterr()
