@@ -12,6 +12,7 @@ from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
 from hil.look.scene import DECISION, Lane, Mark, TimeCurves
 from hil.mcaplog.records import BridgeStep, DecisionRecord, EventRecord, UnsentBytes
+from hil.operator_words import INPUTS, KEYS
 
 if TYPE_CHECKING:
     from hil.look.scene import Scene
@@ -39,18 +40,6 @@ MEANINGS: Final = {
     State.CONTEST: "playing a contest by itself",
     State.STOPPED: "stopped by the e-stop, until it is disarmed and armed again",
 }
-INPUTS: Final = {
-    "interrupt": "the run was interrupted (Ctrl-C or a signal)",
-    "interrupted": "the program was interrupted, and ended",
-    "suspend": "the program was suspended (Ctrl-Z)",
-    "continue": "the program went on",
-    "stop": "stop, asked for on the live page",
-}
-KEYS: Final = {
-    " ": "space, stop", "e": "e, emergency stop", "E": "e, emergency stop", "a": "a, arm", "d": "d, disarm", "q": "q, quit",
-    "^": "drive forward", "v": "drive backward", "<": "turn left", ">": "turn right",
-    "n": "n, next robot", "p": "p, robot before",
-}  # fmt: skip
 
 
 class Timeline:

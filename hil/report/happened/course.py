@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import HOST_SYSTEM, CommandLong, Heartbeat, RobotStatus, Statustext
 from firmware_protocol.messages.robot import State
 from firmware_protocol.messages.standard import GROUND_STATION, Command
-from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, KEY, SUSPEND
+from hil.bridge.operator import KEY
+from hil.operator_words import INPUTS, KEYS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,18 +28,7 @@ PRESSED_BEFORE: Final = 0.5
 """Likewise for the key that was pressed before a stop was commanded."""
 MOST_STRETCHES: Final = 200_000
 MOST_HAPPENINGS: Final = 5_000
-_OPERATOR: Final = tuple(word.encode() for word in (KEY, INTERRUPT, SUSPEND, CONTINUE))
-INPUTS: Final = {
-    INTERRUPT: "the run was interrupted (Ctrl-C or a signal)",
-    INTERRUPTED: "the program was interrupted, and ended",
-    SUSPEND: "the program was suspended (Ctrl-Z)",
-    CONTINUE: "the program went on",
-}
-KEYS: Final = {
-    " ": "space, stop", "e": "e, emergency stop", "E": "E, emergency stop of all", "a": "a, arm", "d": "d, disarm",
-    "q": "q, quit", "^": "drive forward", "v": "drive backward", "<": "turn left", ">": "turn right", "n": "n, next robot",
-    "p": "p, robot before",
-}  # fmt: skip
+_OPERATOR: Final = tuple(word.encode() for word in (KEY, *INPUTS))
 
 
 @dataclass

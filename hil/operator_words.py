@@ -1,0 +1,21 @@
+"""What an operator has asked for, in words: keys, and other inputs of the bridge, as reports and pages tell of them."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, STOP, SUSPEND
+
+INPUTS: Final = {
+    INTERRUPT: "the run was interrupted (Ctrl-C or a signal)",
+    INTERRUPTED: "the program was interrupted, and ended",
+    SUSPEND: "the program was suspended (Ctrl-Z)",
+    CONTINUE: "the program went on",
+    STOP: "stop, asked for on the live page",
+}
+"""Inputs that are no keys."""
+KEYS: Final = {
+    " ": "space, stop", "e": "e, emergency stop", "E": "E, emergency stop of all", "a": "a, arm", "d": "d, disarm",
+    "q": "q, quit", "^": "drive forward", "v": "drive backward", "<": "turn left", ">": "turn right", "n": "n, next robot",
+    "p": "p, robot before",
+}  # fmt: skip
