@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Final
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+E = TypeVar("E", bound=StrEnum)
 
 MOST: Final = 1 << 53
 """Counts are smaller."""
@@ -128,6 +131,14 @@ class Fields:
             bounds = ", not negative" if low == 0 else ""
             raise self.wrong(name, f"expected a number{bounds}, not {shown(value)}")
         return float(value)
+
+    def one_of(self, name: str, names: type[E]) -> E:
+        """One of several names."""
+        value = self.text(name)
+        try:
+            return names(value)
+        except ValueError as error:
+            raise self.wrong(name, f"expected one of {', '.join(names)}, not {shown(value)}") from error
 
     def flag(self, name: str) -> bool:
         """A truth value."""

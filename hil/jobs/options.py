@@ -39,24 +39,6 @@ def none_or(options: Fields, name: str, take: Callable[[Fields, str], T]) -> T |
     return take(options, name)
 
 
-def one_of(options: Fields, name: str, names: type[E]) -> E:
-    """A field that has one of several names.
-
-    Args:
-        options: The fields.
-        name: Which.
-        names: The names.
-
-    Raises:
-        FieldError: It has none of them.
-    """
-    found = options.text(name)
-    for each in names:
-        if each.value == found:
-            return each
-    raise options.wrong(name, f"expected one of {', '.join(names)}, not {found!r}")
-
-
 def opponent_of(options: Fields, name: str) -> str:
     """A field that names an opponent.
 

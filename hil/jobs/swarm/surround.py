@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.vocabulary import RobotClass
-from hil.jobs.options import DAY, MOST_SEED, none_or, one_of
+from hil.jobs.options import DAY, MOST_SEED, none_or
 from hil.jobs.session import CHECKPOINT
 from hil.jobs.swarm.asking import Asking
 from hil.jobs.swarm.display import SurroundDisplay
@@ -157,7 +157,7 @@ class SurroundJob:
             settings=SurroundSettings.from_fields(options.table("settings")),
             seed=options.integer("seed", 0, MOST_SEED),
             seeds=options.integer("seeds", 1, MOST_SEEDS),
-            place=none_or(options, "place", lambda fields, name: one_of(fields, name, StartPlace)),
+            place=none_or(options, "place", lambda fields, name: fields.one_of(name, StartPlace)),
             ring=ring,
             spare=options.flag("spare"),
             quorum=options.number("quorum", 0.0, 1.0),

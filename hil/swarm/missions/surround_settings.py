@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from math import inf
-from typing import TYPE_CHECKING, Any, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.messages.swarm import LONG_RANGE
 from firmware_protocol.parameters import SWARM_PARAMETERS
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pal_advisor.surround import GroupSettings
-
-E = TypeVar("E", bound=StrEnum)
 
 MOST_STEPS: Final = 1_000_000
 """No mission has more steps."""
@@ -217,8 +215,8 @@ class SurroundSettings:
         values: dict[str, Any] = {
             "case": fields.text("case"),
             "steps": fields.integer("steps", 0, MOST_STEPS),
-            "order": _named(fields, "order", Order),
-            "sensing": _named(fields, "sensing", Sensing),
+            "order": fields.one_of("order", Order),
+            "sensing": fields.one_of("sensing", Sensing),
             "sectors": fields.integer("sectors", 1, MOST_SECTORS),
             "feasible": fields.text("feasible"),
             "conditional": _conditional(fields.table("conditional")),
@@ -234,14 +232,6 @@ class SurroundSettings:
             raise fields.wrong(error.path, str(error).partition(": ")[2]) from error
         except ValueError as error:
             raise fields.wrong("case", str(error)) from error
-
-
-def _named(fields: Fields, name: str, names: type[E]) -> E:
-    value = fields.text(name)
-    try:
-        return names(value)
-    except ValueError as error:
-        raise fields.wrong(name, f"expected one of {', '.join(names)}, not {shown(value)}") from error
 
 
 def _conditional(fields: Fields) -> dict[RobotClass, dict[int, int]]:

@@ -102,15 +102,10 @@ def read_search(found: Fields) -> SearchSettings:
     Raises:
         FieldError: A field is missing, unknown or wrong; of the kind that the fields raise.
     """
-    fitness, search = found.text("fitness"), found.text("search")
-    if fitness not in set(Fitness):
-        raise found.wrong("fitness", f"expected one of {', '.join(Fitness)}")
-    if search not in set(SearchName):
-        raise found.wrong("search", f"expected one of {', '.join(SearchName)}")
     try:
         settings = SearchSettings(
-            Fitness(fitness),
-            SearchName(search),
+            found.one_of("fitness", Fitness),
+            found.one_of("search", SearchName),
             population=found.integer("population", 2, MOST_POPULATION),
             generations=found.integer("generations", 1, MOST_GENERATIONS),
             repeats=found.integer("repeats", 1, MOST_REPEATS),
