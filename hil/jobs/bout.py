@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from firmware_protocol.messages import BoutOutcome
-from hil.jobs.options import DAY, MOST_SEED, none_or, one_of, opponent_of, wanted_file
+from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, wanted_file
 from hil.jobs.session import ADVICE, Session, open_session
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
@@ -18,7 +16,7 @@ from hil.sumo.bouts import Bout, Tally, play
 from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, RingError, open_ring
-from hil.terminal.suspending import around_stop
+from hil.terminal.bars import bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -90,7 +88,7 @@ class BoutJob:
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
         """As a log has it; see `Job.of_log`."""
-        controller = one_of(options, "controller", ControllerName)
+        controller = options.one_of("controller", ControllerName)
         advice = advice_of(wanted_file(files, ADVICE)) if controller is ControllerName.ADVICE else None
         return cls(
             controller=controller,
@@ -165,11 +163,7 @@ def counting(console: Console, trials: int, *, quiet: bool) -> Iterator[Callable
         trials: Bouts to be played.
         quiet: Show nothing.
     """
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
-    with (
-        Progress(*columns, console=console, disable=quiet or not console.is_terminal, transient=True) as progress,
-        around_stop(progress.live.stop, progress.start),
-    ):
+    with bar(console, shown=console.is_terminal and not quiet) as progress:
         task = progress.add_task("Playing", total=trials)
         played = won = 0
 

@@ -92,9 +92,7 @@ class Session(Generic[H]):
             data: Its content.
             begun: The run begins with it.
         """
-        if self.recorder is not None:
-            kind = BEGUN_WITH if begun else ENDED_WITH
-            self.recorder.attachment(f"{kind}{name}", data, media_type=media_type_of(name))
+        attach(self.recorder, name, data, begun=begun)
 
     def finish(self, result: Mapping[str, object]) -> None:
         """Put the result into the log; paths are left out, since they differ between equal runs."""
@@ -275,6 +273,20 @@ def open_watch(
             listener = _teller(bridge, stage.tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
+
+
+def attach(recorder: Recorder | None, name: str, data: bytes, *, begun: bool = False) -> None:
+    """Put a file into a log, if there is one, that the run ends with.
+
+    Args:
+        recorder: Writes the log; None where there is none.
+        name: Its name, as `advice.toml`.
+        data: Its content.
+        begun: The run begins with it.
+    """
+    if recorder is not None:
+        kind = BEGUN_WITH if begun else ENDED_WITH
+        recorder.attachment(f"{kind}{name}", data, media_type=media_type_of(name))
 
 
 def begin_log(stack: ExitStack, stage: Stage) -> Recorder | None:

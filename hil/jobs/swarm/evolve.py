@@ -7,13 +7,9 @@ from dataclasses import dataclass, field
 from math import isnan
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from hil.jobs.options import MOST_SEED
-from hil.jobs.session import CHECKPOINT, begin_log
+from hil.jobs.session import CHECKPOINT, attach, begin_log
 from hil.jobs.words import nothing
-from hil.mcaplog.attachments import ENDED_WITH
-from hil.mcaplog.media import media_type_of
 from hil.mcaplog.records import SurroundEvaluationRecord
 from hil.swarm.missions.evolving.checkpoint import (
     RESULT,
@@ -26,7 +22,7 @@ from hil.swarm.missions.evolving.evaluation import EvaluationResult, evaluate
 from hil.swarm.missions.evolving.evolution import Evolution
 from hil.swarm.missions.surround_checkpoint import MOST_SEEDS
 from hil.swarm.missions.surround_settings import SurroundSettings
-from hil.terminal.suspending import around_stop
+from hil.terminal.bars import bar
 from hil.working import WorkerError
 from hil.working.recorded import CUT_SHORT, Recorded
 from pal_advisor.fields import is_number
@@ -231,9 +227,7 @@ class _Searches:
 
     def _attach(self) -> None:
         """Put into the log how far they have come: whoever has it can go on from there."""
-        if self._recorder is not None:
-            data = self.checkpoint.to_bytes()
-            self._recorder.attachment(f"{ENDED_WITH}{CHECKPOINT}", data, media_type=media_type_of(CHECKPOINT))
+        attach(self._recorder, CHECKPOINT, self.checkpoint.to_bytes())
 
 
 def _result_of(entry: object) -> EvaluationResult | None:
@@ -260,12 +254,8 @@ def showing(console: Console, *, quiet: bool) -> Iterator[Callable[[Evolution], 
         console: Where.
         quiet: Show nothing.
     """
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     alive = console.is_terminal and not quiet
-    with (
-        Progress(*columns, console=console, disable=not alive, transient=True) as progress,
-        around_stop(progress.live.stop, progress.start),
-    ):
+    with bar(console, shown=alive) as progress:
         task = progress.add_task("evaluations")
         lines = _Lines(console)
 

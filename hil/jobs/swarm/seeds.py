@@ -6,18 +6,14 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from firmware_protocol.errors import HilError
-from hil.jobs.session import CHECKPOINT, WITHOUT_A_WORD, begin_log, nothing_said
+from hil.jobs.session import CHECKPOINT, WITHOUT_A_WORD, attach, begin_log, nothing_said
 from hil.jobs.swarm.display import LINES
 from hil.jobs.swarm.surround import SurroundJob, tables_name
-from hil.mcaplog.attachments import ENDED_WITH
-from hil.mcaplog.media import media_type_of
 from hil.swarm.missions.surround_checkpoint import SurroundCheckpoint, checkpoint_of
 from hil.swarm.missions.surround_run import play
 from hil.swarm.missions.tables_file import tables_of, tables_text
-from hil.terminal.suspending import around_stop
+from hil.terminal.bars import bar
 from pal_advisor.surround import Case
 
 if TYPE_CHECKING:
@@ -165,12 +161,9 @@ class _SeedRuns:
 
     def attach(self) -> None:
         """Put into the log how far they have come, and what was learnt: whoever has the log can go on from there."""
-        files = {CHECKPOINT: self.checkpoint.to_bytes()}
+        attach(self._recorder, CHECKPOINT, self.checkpoint.to_bytes())
         for outcome in self.finished:
-            files[tables_name(outcome.seed, self._seeds)] = tables_text(outcome.tables).encode()
-        if self._recorder is not None:
-            for name, data in files.items():
-                self._recorder.attachment(f"{ENDED_WITH}{name}", data, media_type=media_type_of(name))
+            attach(self._recorder, tables_name(outcome.seed, self._seeds), tables_text(outcome.tables).encode())
 
     def finish(self) -> None:
         """Put the result into the log."""
@@ -200,12 +193,8 @@ def counting_seeds(console: Console, seeds: int, finished: int, *, quiet: bool) 
         finished: Runs that were over before.
         quiet: Show nothing.
     """
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
     alive = console.is_terminal and not quiet
-    with (
-        Progress(*columns, console=console, disable=not alive, transient=True) as progress,
-        around_stop(progress.live.stop, progress.start),
-    ):
+    with bar(console, shown=alive) as progress:
         task = progress.add_task("seeds", total=seeds, completed=finished)
         done = finished
 

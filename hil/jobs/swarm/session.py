@@ -9,10 +9,8 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.bridge.operator import KEY
-from hil.jobs.session import begin_log, nothing_said
+from hil.jobs.session import attach, begin_log, nothing_said
 from hil.jobs.stage import keys_taken_in
-from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
-from hil.mcaplog.media import media_type_of
 from hil.swarm.connecting import connect_swarm
 from hil.swarm.poses import PoseFeed, PoseFixes
 from hil.terminal.suspending import Suspension
@@ -81,9 +79,7 @@ class SwarmSession:
             data: Its content.
             begun: The run begins with it.
         """
-        if self.recorder is not None:
-            kind = BEGUN_WITH if begun else ENDED_WITH
-            self.recorder.attachment(f"{kind}{name}", data, media_type=media_type_of(name))
+        attach(self.recorder, name, data, begun=begun)
 
     def finish(self, **result: Any) -> None:  # noqa: ANN401 - plain values
         """Put the result into the log."""
