@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pal_advisor.surround.measures.steps import SURROUNDING, between, mean_distance
+from pal_advisor.surround.measures.steps import SURROUNDING, between, known, mean_distance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -158,7 +158,7 @@ def nearest_distance(rangers: NDArray[np.float64], wilds: NDArray[np.float64], c
     Returns:
         The mean; None without a RANGER or a WILD whose position is known.
     """
-    rangers, wilds = (each[~np.isnan(each).any(axis=1)] for each in (rangers, wilds))
+    rangers, wilds = known(rangers), known(wilds)
     if not len(rangers) or not len(wilds):
         return None
     distances = np.sort(between(wilds, rangers), axis=1)

@@ -67,7 +67,7 @@ def mean_distance(rangers: NDArray[np.float64], wilds: NDArray[np.float64]) -> f
     Returns:
         The mean; None without a RANGER or a WILD whose position is known.
     """
-    rangers, wilds = _known(rangers), _known(wilds)
+    rangers, wilds = known(rangers), known(wilds)
     if not len(rangers) or not len(wilds):
         return None
     return float(between(rangers, wilds).min(axis=1).mean())
@@ -82,7 +82,7 @@ def ranger_distance(rangers: NDArray[np.float64]) -> float | None:
     Returns:
         The mean over all pairs; None where there are less than two whose position is known.
     """
-    rangers = _known(rangers)
+    rangers = known(rangers)
     count = len(rangers)
     if count < 2:
         return None
@@ -100,7 +100,7 @@ def share_surrounded(rangers: NDArray[np.float64], wilds: NDArray[np.float64], r
     Returns:
         The share; None without a RANGER or a WILD whose position is known.
     """
-    rangers, wilds = _known(rangers), _known(wilds)
+    rangers, wilds = known(rangers), known(wilds)
     if not len(rangers) or not len(wilds):
         return None
     return float(((between(wilds, rangers) < radius).sum(axis=1) >= SURROUNDING).mean())
@@ -116,7 +116,7 @@ def share_outside(rangers: NDArray[np.float64], area: tuple[float, float]) -> fl
     Returns:
         The share; None without a RANGER whose position is known.
     """
-    rangers = _known(rangers)
+    rangers = known(rangers)
     if not len(rangers):
         return None
     return float((np.abs(rangers) > np.array(area) / 2.0).any(axis=1).mean())
@@ -173,5 +173,10 @@ def between(those: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[
     return distances
 
 
-def _known(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+def known(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Those of some positions that are known.
+
+    Args:
+        positions: Positions, shape (n, 2); NaN where unknown.
+    """
     return positions[~np.isnan(positions).any(axis=1)]
