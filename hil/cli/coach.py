@@ -341,9 +341,8 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     """
     begun: dict[str, object] = {**saved.pal.settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent}
     for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "period"):
-        source = context.get_parameter_source(name)
         wanted = context.params[name]
-        if source is not None and "DEFAULT" not in source.name and wanted != begun[name]:
+        if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(
                 f"the run to be resumed was begun with {name} {begun[name]}, not {wanted}: leave that out, or begin anew "
                 "without --resume"

@@ -115,6 +115,17 @@ def in_words(error: BaseException) -> str:
     return str(error)
 
 
+def was_given(context: typer.Context, name: str) -> bool:
+    """Whether an option was given, on the command line or by a file, and is not what it is by default.
+
+    Args:
+        context: The command line.
+        name: Name of its parameter.
+    """
+    source = context.get_parameter_source(name)
+    return source is not None and "DEFAULT" not in source.name
+
+
 def complain(text: str, *, program: bool = True) -> None:
     """Say on stderr what went wrong.
 

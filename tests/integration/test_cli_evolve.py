@@ -146,6 +146,7 @@ def test_a_worker_that_dies_again_and_again_ends_it_with_what_is_known(
         (["--case", "B2R6"], "--case names B, which --evolve looks for: leave it out"),
         (["sim://swarm"], "a LINK is of one run: with --evolve every run has an emulated table of its own"),
         (["--require", "0.5"], "--require is of one run"),
+        (["--live"], "--live is of one run"),
         (["--table-out", "x.toml"], "--table-out is of one run"),
         (["--population", "1"], "--population"),
         (["--resume"], "there is no run of hil swarm surround --evolve of an emulated table in runs that did not finish"),

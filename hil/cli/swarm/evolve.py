@@ -11,6 +11,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
+from hil.cli.swarm import options
 from hil.cli.swarm.mission_files import MissionFiles
 from hil.cli.swarm.resuming import EVOLVE, CutRun
 from hil.jobs.swarm.evolve import EvolutionOutputs, EvolveJob
@@ -18,7 +19,6 @@ from hil.swarm.missions.evolving.checkpoint import search_dict
 from hil.swarm.missions.evolving.evolution import evolution_document
 from hil.swarm.missions.evolving.words import evolution_summary
 from hil.terminal.interrupts import interrupts
-from hil.working import open_crew
 from pal_advisor.surround import letters
 from pal_advisor.surround.search import SEARCHED
 
@@ -41,7 +41,7 @@ OF_A_SEARCH: Final = ("search", "population", "generations", "repeats", "budget"
 """Options that mean something with `--evolve` alone."""
 OF_A_RUN: Final = (
     "links", "table_in", "table_out", "require", "place", "ring", "poses", "quorum", "spare", "deadline", "no_fence", "yes",
-    "no_input", "reconnect", "signing_key",
+    "no_input", "reconnect", "signing_key", "live",
 )  # fmt: skip
 """Options that mean nothing with it: every run has an emulated table of its own."""
 DECIDING: Final = (
@@ -138,19 +138,22 @@ def evolve_conditions(asked: SearchRequest, console: Console) -> int:
         begun.check({name: context.params[name] for name in DECIDING}, _begun_with(saved))
         settings, search, seed, seeds = saved.settings, saved.search, saved.seed, saved.seeds
     checkpoint = asked.checkpoint
-    with running(
-        EVOLVE.verb,
-        f"{search.fitness}-{search.search}",
-        url="sim://swarm",
-        emulated_here=True,
-        seed=seed,
-        out=asked.out,
-        log=asked.log,
-        no_log=asked.no_log,
-        overwrite=asked.overwrite,
-        makes={runs.CHECKPOINT: checkpoint},
-        kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
-    ) as run:
+    with (
+        options.crew_of(asked.workers, asked.scheduler) as crew,
+        running(
+            EVOLVE.verb,
+            f"{search.fitness}-{search.search}",
+            url="sim://swarm",
+            emulated_here=True,
+            seed=seed,
+            out=asked.out,
+            log=asked.log,
+            no_log=asked.no_log,
+            overwrite=asked.overwrite,
+            makes={runs.CHECKPOINT: checkpoint},
+            kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
+        ) as run,
+    ):
         files = _EvolutionFiles(run, checkpoint, console, report=asked.report)
         job = EvolveJob(
             settings,
@@ -167,7 +170,7 @@ def evolve_conditions(asked: SearchRequest, console: Console) -> int:
         )
         if saved is None and not asked.quiet:
             console.print(_headline(job), markup=False)
-        with interrupts(), open_crew(asked.workers, asked.scheduler) as crew:
+        with interrupts():
             stage = LiveStage(run, job, "", console, quiet=asked.quiet, options=asked.config, beside=False, crew=crew)
             with closing(stage):
                 evolutions = job.perform(stage)
@@ -241,13 +244,8 @@ def _counted(evaluations: int) -> str:
 
 
 def _given(context: typer.Context, names: Sequence[str]) -> list[str]:
-    """Those of some options that were given, and are not as they are by default."""
-    found = []
-    for name in names:
-        source = context.get_parameter_source(name)
-        if source is not None and "DEFAULT" not in source.name and context.params[name]:
-            found.append(name)
-    return found
+    """Those of some options that were given, and ask for something."""
+    return [name for name in names if context.params[name] and common.was_given(context, name)]
 
 
 def _begun_with(saved: EvolutionCheckpoint) -> dict[str, Any]:

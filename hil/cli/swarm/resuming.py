@@ -111,8 +111,7 @@ class CutRun(Generic[C]):
             UsageError: Something else is asked for.
         """
         for name, value in wanted.items():
-            source = self._context.get_parameter_source(name)
-            if source is not None and "DEFAULT" not in source.name and value != begun[name]:
+            if common.was_given(self._context, name) and value != begun[name]:
                 raise common.UsageError(
                     f"the run to be resumed was begun with {name.replace('_', '-')} {begun[name]}, not {value}: leave that "
                     "out, or begin anew without --resume"
