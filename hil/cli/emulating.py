@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import typer
-
-from hil.cli.help_page import HELP
-from hil.cli.verbs import Verb, VerbGroup
+from hil.cli.verbs import Verb, VerbGroup, group_of
 
 JUNIOR = "junior"
 
@@ -36,17 +33,9 @@ class Emulated(VerbGroup):
         return super().parse_args(ctx, args)
 
 
-app = typer.Typer(
-    name="emulate",
-    cls=Emulated,
-    help="Serve emulated robots in real time: a Junior, where nothing else is named, or a swarm of micro-robots.",
-    context_settings=HELP,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+app = group_of(
+    "emulate",
+    Emulated,
+    "Serve emulated robots in real time: a Junior, where nothing else is named, or a swarm of micro-robots.",
+    shows_help=False,
 )
-
-
-@app.callback()
-def _emulate() -> None:
-    """Take what comes before the sub-command: nothing."""

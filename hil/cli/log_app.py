@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import typer
-
-from hil.cli.help_page import HELP
-from hil.cli.verbs import Verb, VerbGroup
+from hil.cli.verbs import Verb, VerbGroup, group_of
 
 
 class LogVerbs(VerbGroup):
@@ -31,18 +28,6 @@ class LogVerbs(VerbGroup):
     )
 
 
-app = typer.Typer(
-    name="log",
-    cls=LogVerbs,
-    help="Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
-    no_args_is_help=True,
-    context_settings=HELP,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
+app = group_of(
+    "log", LogVerbs, "Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two."
 )
-
-
-@app.callback()
-def _log() -> None:
-    """Take what comes before the sub-command: nothing."""

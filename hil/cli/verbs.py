@@ -91,3 +91,30 @@ class VerbGroup(TyperGroup):
             return name, command, rest
         known = described(command.verb.home) if ctx.resilient_parsing else None
         return name, known or command.verb.load(), rest
+
+
+def group_of(name: str, verbs: type[VerbGroup], text: str, *, shows_help: bool = True) -> typer.Typer:
+    """An application of verbs that is a verb itself.
+
+    Args:
+        name: As it is called.
+        verbs: Its verbs.
+        text: Its help.
+        shows_help: Without a verb it shows its help.
+    """
+    app = typer.Typer(
+        name=name,
+        cls=verbs,
+        help=text,
+        no_args_is_help=shows_help,
+        context_settings=HELP,
+        add_completion=False,
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+    )
+
+    @app.callback()
+    def _none() -> None:
+        """Take what comes before the sub-command: nothing."""
+
+    return app

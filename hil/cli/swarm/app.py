@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import typer
-
-from hil.cli.help_page import HELP
-from hil.cli.verbs import Verb, VerbGroup
+from hil.cli.verbs import Verb, VerbGroup, group_of
 
 
 class SwarmVerbs(VerbGroup):
@@ -30,18 +27,4 @@ class SwarmVerbs(VerbGroup):
     )
 
 
-app = typer.Typer(
-    name="swarm",
-    cls=SwarmVerbs,
-    help="Micro-robots: let a swarm of them, emulated or real, learn a task.",
-    no_args_is_help=True,
-    context_settings=HELP,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-
-
-@app.callback()
-def _swarm() -> None:
-    """Take what comes before the sub-command: nothing."""
+app = group_of("swarm", SwarmVerbs, "Micro-robots: let a swarm of them, emulated or real, learn a task.")
