@@ -133,6 +133,13 @@ class Bench:
         asked = [message for message in self.take(CommandLong) if message.command == Command.REQUEST_MESSAGE]
         return [int(message.param1) for message in asked]
 
+    @classmethod
+    def connected(cls) -> Bench:
+        """A bench after the whole handshake."""
+        bench = cls()
+        bench.connect()
+        return bench
+
     def connect(self, uid: int = 0) -> None:
         """The whole handshake."""
         self.heartbeat()

@@ -36,9 +36,7 @@ OURS = [(255, 190), (0, 0), (255, 0), (0, 190)]
 
 @pytest.fixture
 def bench() -> Bench:
-    bench = Bench()
-    bench.connect()
-    return bench
+    return Bench.connected()
 
 
 def asked(bench: Bench, which: str) -> tuple[Ticket[CommandAck], int, dict[str, Any]]:
