@@ -28,6 +28,8 @@ BEGUN: Final = "globalThis.hilView && hilView.model.chapters.length > 0"
 WORDS: Final = "document.getElementById('live-words').textContent"
 STOPPED: Final = "document.getElementById('stopped').textContent"
 PATIENCE: Final = 120.0
+LONG: Final = ("coach", "--no-report", "--budget", "1000000")
+"""A run that is not over before somebody has looked on, however slow the machine."""
 
 
 class Run:
@@ -105,7 +107,7 @@ def commands() -> str:
 
 
 def test_the_stop_is_confirmed_recorded_and_replayed(page: Page, tmp_path: Path) -> None:
-    with running(tmp_path, "coach", "--no-report") as run:
+    with running(tmp_path, *LONG) as run:
         page.visit(run.url, BEGUN)
         page.ask("document.getElementById('stop').click()")
         page.wait(f"/stopped|NOT/.test({STOPPED})")
@@ -119,7 +121,7 @@ def test_the_stop_is_confirmed_recorded_and_replayed(page: Page, tmp_path: Path)
 
 
 def test_with_six_tabs_the_stop_goes_through(browser: Chromium, tmp_path: Path) -> None:
-    with running(tmp_path, "coach", "--no-report") as run:
+    with running(tmp_path, *LONG) as run:
         tabs = [browser.page() for _ in range(6)]
         try:
             for tab in tabs:
@@ -137,7 +139,7 @@ def test_with_six_tabs_the_stop_goes_through(browser: Chromium, tmp_path: Path) 
 
 
 def test_a_program_that_is_killed_is_told_of_and_its_last_state_stays(page: Page, tmp_path: Path) -> None:
-    with running(tmp_path, "coach", "--no-report") as run:
+    with running(tmp_path, *LONG) as run:
         page.visit(run.url, BEGUN)
         os.kill(run.process.pid, signal.SIGKILL)
         page.wait(f"/has died/.test({WORDS})")
