@@ -19,6 +19,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
+from hil.jobs.team import TeamJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -37,10 +38,10 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob)
+    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob, TeamJob)
 }
 """Verbs whose logs can be replayed."""
-UNLINKED: Final = frozenset((EvolveJob.VERB,))
+UNLINKED: Final = frozenset((EvolveJob.VERB, TeamJob.VERB))
 """Those that have no link of their own: others do the work, and the log tells what came of it."""
 
 
