@@ -250,7 +250,7 @@ class _TeamWork:
         job = self._job
         self._say(
             f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: "
-            f"{f'{job.settings.robot_time:g} s' if job.settings.robot_time else f'{job.settings.budget} maneuvers'} each, "
+            f"{f'{job.settings.robot_time:g} s of robot time' if job.settings.robot_time else f'{job.settings.budget} maneuvers'} each, "
             f"objective {job.settings.objective.value}. Then one advice is put together."
         )
         orders = [
