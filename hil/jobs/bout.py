@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.messages import BoutOutcome
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, wanted_file
-from hil.jobs.session import ADVICE, Session, open_session
+from hil.jobs.session import ADVICE, POLICY, Session, open_session
+from hil.policies import PolicyDriver, policy_of, policy_text
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout, Tally, play
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hil.jobs.stage import Stage
+    from hil.policies import Policy
+    from hil.sumo.controllers import Driver
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -35,12 +38,14 @@ class ControllerName(StrEnum):
     """Who chooses the maneuvers."""
 
     ADVICE = "advice"
+    POLICY = "policy"
     CHASE = "chase"
     RANDOM = "random"
 
 
 TITLES: Final = {
     ControllerName.ADVICE: "the advice",
+    ControllerName.POLICY: "the policy",
     ControllerName.CHASE: "chasing",
     ControllerName.RANDOM: "random maneuvers",
 }
@@ -58,6 +63,7 @@ class BoutJob:
         seed: Seed of every random choice.
         reconnect: How long a robot or link that is lost is waited for, in s.
         first: Number of the first bout in its series: these may be a part of one that is played in parts.
+        policy: What to drive by, where it is a policy.
     """
 
     VERB: ClassVar[str] = "bout"
@@ -69,9 +75,10 @@ class BoutJob:
     seed: int
     reconnect: float
     first: int = 1
+    policy: Policy | None = None
 
     def options(self) -> dict[str, Any]:
-        """Everything that decides, but for the advice."""
+        """Everything that decides, but for advice and policy."""
         return {
             **({"first": self.first} if self.first > 1 else {}),
             "controller": self.controller.value,
@@ -82,7 +89,9 @@ class BoutJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """The advice."""
+        """The advice, or the policy."""
+        if self.policy is not None:
+            return {POLICY: policy_text(self.policy).encode()}
         return {} if self.advice is None else {ADVICE: advice_text(self.advice).encode()}
 
     @classmethod
@@ -98,6 +107,7 @@ class BoutJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             first=options.integer("first", 1, MOST_TRIALS) if options.has("first") else 1,
+            policy=policy_of(wanted_file(files, POLICY)) if controller is ControllerName.POLICY else None,
         )
 
     def parts(self, size: int) -> list[BoutJob]:
@@ -128,7 +138,12 @@ class BoutJob:
             session.finish({"controller": self.controller.value, **Tally.of(ring.opponent, bouts).to_dict()})
         return ring.opponent, bouts
 
-    def _player(self) -> Controller:
+    def _player(self) -> Controller | Driver:
+        if self.policy is not None:
+            return PolicyDriver(self.policy)
+        return self._controller()
+
+    def _controller(self) -> Controller:
         match self.controller:
             case ControllerName.CHASE:
                 return ChaseController()
@@ -138,6 +153,8 @@ class BoutJob:
             case ControllerName.ADVICE:
                 assert self.advice is not None
                 return AdviceController(self.advice)
+            case ControllerName.POLICY:
+                raise AssertionError("a policy is no controller")
 
     def _play(self, session: Session[Junior], stage: Stage, ring: Ring) -> list[Bout]:
         if not ring.refereed:
