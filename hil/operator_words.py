@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, STOP, SUSPEND
+from hil.bridge.operator import CONTINUE, GUEST_STOP, INTERRUPT, INTERRUPTED, PARAMETERS, STOP, SUSPEND
 
 INPUTS: Final = {
     INTERRUPT: "the run was interrupted (Ctrl-C or a signal)",
@@ -12,6 +12,8 @@ INPUTS: Final = {
     SUSPEND: "the program was suspended (Ctrl-Z)",
     CONTINUE: "the program went on",
     STOP: "stop, asked for on the live page",
+    GUEST_STOP: "stop, asked for by a program that looks on at the shared link",
+    PARAMETERS: "parameters, asked for by a program that looks on at the shared link",
 }
 """Inputs that are no keys."""
 KEYS: Final = {

@@ -24,6 +24,10 @@ CONTINUE: Final = "continue"
 """It was stopped, and goes on."""
 STOP: Final = "stop"
 """The robots are to stop at once, and to stay stopped: a button on a page that somebody looks on by."""
+GUEST_STOP: Final = "guest stop"
+"""Likewise, asked for by a program that looks on at a shared link."""
+PARAMETERS: Final = "parameters"
+"""A robot's parameters are to be read, since a program that looks on at a shared link has asked for them."""
 KEY: Final = "key "
 """What a pressed key begins with."""
 POSE: Final = "pose "
@@ -34,7 +38,7 @@ class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `key X`, or `pose LINE`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `guest stop`, `parameters`, `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 
@@ -144,7 +148,11 @@ class Operator:
 
     def stops(self) -> bool:
         """Likewise, whether the robots are to stop."""
-        return bool(self._done(lambda one: one.what == STOP))
+        return bool(self._done(lambda one: one.what in {STOP, GUEST_STOP}))
+
+    def unread(self) -> frozenset[str]:
+        """Likewise, the system ids of robots whose parameters are to be read."""
+        return frozenset(one.robot for one in self._done(lambda one: one.what == PARAMETERS))
 
     def _done(self, wanted: Callable[[OperatorInput], bool]) -> list[OperatorInput]:
         if not self._taken:
