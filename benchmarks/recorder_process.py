@@ -2,8 +2,8 @@
 
 `cost` plays bouts by the chase in lock-step without a recorder, with one in the same process, and with the one in a process of
 its own, by turns. `size` coaches and plays, and measures the logs. `jitter` steps a robot that is served by another process
-every 5 ms in real time, with and without the recorder, and with one that shows the run to four who look on. `kills` kills one
-of the two processes at a random moment, and looks at what the stock reader reads of the log.
+every 5 ms in real time, with and without the recorder, and with one that shows the run to four who look on, or shares the link
+with four guests. `kills` kills one of the two processes at a random moment, and looks at what the stock reader reads of it.
 
     python benchmarks/recorder_process.py cost|size|jitter|kills [--bouts 100] [--rounds 5] [--kills 200] [--seconds 20]
 """
@@ -30,7 +30,7 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
 import hil
-from hil.recording.process import Live, RecorderProcess
+from hil.recording.process import LinkSharing, Live, RecorderProcess
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.controllers import ChaseController
@@ -123,8 +123,8 @@ def jitter(options: argparse.Namespace) -> None:
         try:
             assert served.stdout is not None
             served.stdout.readline()
-            for name in ("without", "with", "shown") * 2:
-                late = _paced(options.seconds, recorded=name != "without", shown=name == "shown")
+            for name in ("without", "with", "shown", "shared") * 2:
+                late = _paced(options.seconds, name)
                 late.sort()
                 shown = "  ".join(f"{share:g} % {late[int(len(late) * share / 100)] * 1e3:.3f} ms" for share in (50, 99, 99.9))
                 print(f"  {name:8} recorder: off by at most, of {len(late)} periods: {shown}")
@@ -140,14 +140,27 @@ for thread in threads: thread.start()
 """
 
 
-def _paced(seconds: float, *, recorded: bool, shown: bool) -> list[float]:
+GUESTS = """
+import socket, sys, threading
+def look():
+    with socket.create_connection(("127.0.0.1", int(sys.argv[1].rpartition(":")[2]))) as link:
+        while link.recv(65536): pass
+threads = [threading.Thread(target=look) for _ in range(4)]
+for thread in threads: thread.start()
+"""
+
+
+def _paced(seconds: float, name: str) -> list[float]:
     """Deviations of the period from 5 ms, in s."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
-        live = Live(lambda *_: None) if shown else None
-        recorder = RecorderProcess(log, **{**ABOUT, "link": SERVED, "lockstep": False}, live=live) if recorded else None
-        if recorder is not None and shown:
-            stack.enter_context(subprocess.Popen([sys.executable, "-c", VIEWERS, recorder.page]))  # noqa: S603 - ourselves
+        live = Live(lambda *_: None) if name == "shown" else None
+        share = LinkSharing(lambda *_: None, "127.0.0.1", 0, "benchmark") if name == "shared" else None
+        about = {**ABOUT, "link": SERVED, "lockstep": False}
+        recorder = None if name == "without" else RecorderProcess(log, **about, live=live, share=share)
+        if recorder is not None and (live or share):
+            looking, where = (VIEWERS, recorder.page) if live else (GUESTS, recorder.shared)
+            stack.enter_context(subprocess.Popen([sys.executable, "-c", looking, where]))  # noqa: S603 - ourselves
         with hil.connect(SERVED, taps=[recorder] if recorder else []) as junior:
             junior.wait(0.5)
             begun, late, last = perf_counter(), list[float](), perf_counter()
