@@ -73,6 +73,18 @@ def settled(link: str | None, *, yes: bool, quiet: bool, signing_key: Path | Non
     return _the_one(found, "robots", yes=yes)
 
 
+def emulated_here(url: str) -> bool:
+    """Whether the robots of an address are emulated in this process, in lock-step with it.
+
+    Args:
+        url: The address.
+
+    Raises:
+        AddressError: It is none.
+    """
+    return parse_address(url).scheme == "sim"
+
+
 def is_link(text: str) -> bool:
     """Whether a link is meant where a run or a log may be named as well; a file or a folder that is there is none.
 

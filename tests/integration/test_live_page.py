@@ -162,6 +162,45 @@ def test_a_swarm_is_followed(page: Page, tmp_path: Path) -> None:
     assert not page.seen.console
 
 
+def answer(page: Page, name: str) -> None:
+    """Wait until the run asks for it, and click its button."""
+    button = f"[...document.querySelectorAll('#choices button')].find((one) => one.textContent === '{name}' && !one.disabled)"
+    page.wait(button)
+    page.ask(f"{button}.click()")
+
+
+def test_a_person_judges_on_the_page(page: Page, tmp_path: Path) -> None:
+    world = junior_world(WorldSettings(referee=False))
+    words = ("bout", "--judge", "--controller", "chase", "--trials", "2")
+    with served("tcp://127.0.0.1:0", world) as url, running(tmp_path, *words, url) as run:
+        page.visit(run.url, "document.querySelector('#choices button')")
+        for name in ("Ring is ready", "Lost", "Ring is ready", "Won"):
+            answer(page, name)
+        assert "2 bouts against unknown" in run.end()
+        page.wait(f"/over/.test({WORDS})")
+        assert page.ask("document.getElementById('asked').hidden")
+    log = run.folder / "log.mcap"
+    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
+    assert inputs == ["ready", "lost", "ready", "won"]
+    assert hil.replay(log).difference is None
+    assert not page.seen.console
+
+
+def test_a_coaching_pauses_and_goes_on(page: Page, tmp_path: Path) -> None:
+    world = junior_world(WorldSettings(referee=False))
+    with served("tcp://127.0.0.1:0", world) as url, running(tmp_path, *LONG, url) as run:
+        page.visit(run.url, "document.querySelector('#choices button')")
+        for name in ("Pause", "Go on"):
+            answer(page, name)
+        page.wait("document.getElementById('asked-words').textContent.startsWith('A pause begins')")
+        run.process.send_signal(signal.SIGINT)
+        run.end()
+    log = run.folder / "log.mcap"
+    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
+    assert inputs == ["pause", "resume", "interrupt"]
+    assert hil.replay(log).difference is None
+
+
 def test_robots_at_a_link_are_watched_and_stopped_but_not_taken(page: Page, tmp_path: Path) -> None:
     world = junior_world(WorldSettings())
     with served("tcp://127.0.0.1:0", world) as url, running(tmp_path, "view", url) as run:

@@ -11,6 +11,7 @@ from firmware_protocol.messages import HOST_SYSTEM
 from firmware_protocol.messages.robot import State
 from hil.bridge.operator import STOP
 from hil.look.live.broadcast import Broadcast
+from hil.look.live.choices import Choices
 from hil.look.live.overhearing import OverhearingSink
 from hil.look.live.server import LiveServer
 from hil.look.live.unfolding import TOPICS, Unfolding
@@ -82,7 +83,9 @@ class Showing:
         self._stops = StopWatch(ask)
         self._leaving = threading.Event()
         self._shown = -1
-        server = LiveServer(live_page(lockstep=lockstep), self._broadcast, {STOP: self._stops.stop}, public=public)
+        self._choices = Choices(ask, self._broadcast.ask)
+        inputs = {STOP: self._stops.stop, **self._choices.inputs}
+        server = LiveServer(live_page(lockstep=lockstep), self._broadcast, inputs, public=public)
         self.url = server.url
         self._thread = threading.Thread(target=self._run, name="what is shown", daemon=True)
         self._thread.start()
@@ -118,6 +121,7 @@ class Showing:
         """Take what has come."""
         heard = self.sink.take()
         self._stops.hear(heard)
+        self._choices.hear(heard)
         return self._unfolding.hear(heard)
 
     def _tell(self, over: list[Episode], *, last: bool) -> None:
