@@ -16,6 +16,7 @@ from served_swarm import served_swarm
 from serving import served
 
 import hil
+from firmware_protocol.errors import NoRobotError
 from hil.mcaplog.reading.reader import LogReader
 from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
@@ -227,4 +228,33 @@ def test_a_swarm_at_a_link_is_watched(page: Page, tmp_path: Path) -> None:
         page.wait(f"/stopped|NOT/.test({STOPPED})")
         assert page.ask(STOPPED) == "stopped: all 6 robots say so"
         assert not swarm.armed
+    assert not page.seen.console
+
+
+def test_emulated_robots_are_shown_from_their_side(page: Page) -> None:
+    words = ("emulate", "junior", "--link", "tcp://127.0.0.1:0", "--live", "--no-open", "--quiet")
+    process = subprocess.Popen(  # noqa: S603 - our own program
+        [sys.executable, "-m", "hil", *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+    try:
+        assert process.stdout is not None
+        page.visit(
+            process.stdout.readline().removeprefix("Live: ").strip(), "globalThis.hilView && hilView.model.tracks.size > 0"
+        )
+        url = process.stdout.readline().split()[-1]
+        for name in ("Lift", "Put back", "Power off"):
+            answer(page, name)
+        page.wait("document.getElementById('asked-words').textContent === 'The robot has no power.'")
+        assert page.ask("document.getElementById('stop').hidden")
+        with pytest.raises(NoRobotError):
+            hil.connect(url)
+        answer(page, "Power on")
+        with hil.connect(url) as junior:
+            junior.arm()
+        process.send_signal(signal.SIGINT)
+        page.wait(f"/over/.test({WORDS})")
+        assert process.wait(PATIENCE) == 130
+    finally:
+        process.kill()
+        process.communicate()
     assert not page.seen.console

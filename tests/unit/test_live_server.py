@@ -176,7 +176,7 @@ def test_somebody_who_has_gone_makes_room(served: Served) -> None:
 def test_the_live_page_may_ask_its_own_server_and_nobody_else() -> None:
     page = live_page(lockstep=True).decode()
     assert "default-src 'none'; connect-src 'self'; script-src" in page
-    assert '{"live": {"lockstep": true}}' in page
+    assert '{"live": {"lockstep": true, "robotSide": false}}' in page
     assert 'id="stop"' in page
 
 

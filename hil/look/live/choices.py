@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from functools import partial
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from hil.bridge.operator import CHOICES
 from hil.questions import ASKED
@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 
     from hil.look.live.overhearing import Overheard
 
+POWER_OFF, POWER_ON, LIFT, PUT_DOWN = "power-off", "power-on", "lift", "put-down"
+"""What somebody may do to emulated robots that are served."""
+OF_ROBOT_SIDE: Final = frozenset((POWER_OFF, POWER_ON, LIFT, PUT_DOWN))
+
 
 class Choices:
     """Hears what is asked for, and passes answers on.
@@ -22,9 +26,11 @@ class Choices:
     Args:
         ask: Passes one on to who controls.
         tell: Is told, as JSON, what is asked for now.
+        known: What may be asked for at all.
     """
 
-    def __init__(self, ask: Callable[[str], None], tell: Callable[[str], None]) -> None:
+    def __init__(self, ask: Callable[[str], None], tell: Callable[[str], None], known: frozenset[str] = CHOICES) -> None:
+        self._known = known
         self._ask = ask
         self._tell = tell
         self._open: frozenset[str] = frozenset()
@@ -33,7 +39,7 @@ class Choices:
     @property
     def inputs(self) -> dict[str, Callable[[], dict[str, Any]]]:
         """What may be asked for on the page, by name."""
-        return {choice: partial(self.choose, choice) for choice in sorted(CHOICES)}
+        return {choice: partial(self.choose, choice) for choice in sorted(self._known)}
 
     def choose(self, choice: str) -> dict[str, Any]:
         """Answer.
@@ -63,7 +69,7 @@ class Choices:
             event = one.entry().value
             if event.kind != ASKED:
                 continue
-            choices = [choice for choice in json.loads(event.fields).get("choices", ()) if choice in CHOICES]
+            choices = [choice for choice in json.loads(event.fields).get("choices", ()) if choice in self._known]
             with self._lock:
                 self._open = frozenset(choices)
             self._tell(json.dumps({"text": event.text, "choices": choices}))

@@ -1,7 +1,10 @@
 // A run that goes on: parts come one after the other, and the player follows.
 
 const BEHIND = 0.4; // seconds that the player stays behind, so that there is always something to play
-const CHOICES = new Map(Object.entries({ ready: "Ring is ready", won: "Won", lost: "Lost", drawn: "Drawn", pause: "Pause", resume: "Go on" })); // what may be answered
+const CHOICES = new Map([ // what may be answered, or done to emulated robots
+  ["ready", "Ring is ready"], ["won", "Won"], ["lost", "Lost"], ["drawn", "Drawn"], ["pause", "Pause"], ["resume", "Go on"],
+  ["power-off", "Power off"], ["power-on", "Power on"], ["lift", "Lift"], ["put-down", "Put back"],
+]);
 const SHOWN = 20; // seconds that are shown of a run without bouts
 
 class LivePlayer extends Player {
@@ -79,10 +82,11 @@ class LivePlayer extends Player {
 }
 
 class LivePage {
-  constructor({ lockstep }) {
+  constructor({ lockstep, robotSide }) {
     Object.assign(this, { lockstep, model: new Model(), view: null, until: -Infinity, waiting: null, taking: Promise.resolve(), over: false });
     byId("live").hidden = false;
-    this.tell("Waiting for the run to begin.");
+    byId("stop").hidden = robotSide;
+    this.tell(robotSide ? "Waiting for the robots to say something." : "Waiting for the run to begin.");
     byId("follow").addEventListener("click", () => this.view?.player.follow());
     byId("stop").addEventListener("click", () => this.stop());
     this.source = new EventSource("told");
