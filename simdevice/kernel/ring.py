@@ -99,6 +99,14 @@ class KernelRing:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
+    def hold_up(self, periods: int) -> None:
+        """Hold the robots up.
+
+        Args:
+            periods: For so many control periods.
+        """
+        self._world.lifted[self.number] = periods
+
     def take_robots(self) -> None:
         """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
         world, match = self._world, self._match

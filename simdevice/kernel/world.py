@@ -115,6 +115,11 @@ class KernelWorld(World):
         said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
         return [(self._clock[self.number] * self.period, said)] if said else []
 
+    def _hold_up(self, periods: int) -> None:
+        """Hold the robots up for so many control periods."""
+        super()._hold_up(periods)
+        self._ring.hold_up(periods)
+
     def _not_alone(self, _inbound: bytes, _periods: int) -> bytes:
         """What shares its arrays lives with the others."""
         raise RuntimeError("one robot of several can't live alone: let the crowd live")
