@@ -139,6 +139,22 @@ def test_a_crowd_has_half_as_many_pictures_and_every_kind_is_drawn() -> None:
         assert gif_of(film)
 
 
+def test_obstacles_are_drawn_and_a_hole_in_one_is_none() -> None:
+    square = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
+    outlines = tuple(tuple((side * x, side * y) for x, y in square) for side in (0.15, 0.1))
+    scene = ring(end=0.0)
+    assert scene.terrain is not None
+    film = film_of(replace(scene, terrain=replace(scene.terrain, ground=Ground.TABLE, obstacles=outlines)), scene.chapters[0])
+    with Image.open(io.BytesIO(gif_of(film))) as image:
+        seen = image.convert("RGB")
+        middle = image.width // 2, (image.height - 30 + 28) // 2
+        scale = image.width / 0.65
+        places = [seen.getpixel((round(middle[0] + x * scale), middle[1])) for x in (0.12, 0.05)]
+    for place, name in zip(places, ("obstacle", "ground"), strict=True):
+        assert isinstance(place, tuple)
+        assert np.allclose(place, color(name)[:3], atol=8)
+
+
 @pytest.mark.parametrize("text", HOSTILE)
 def test_texts_that_mean_harm_are_texts(text: str) -> None:
     scene = scene_of(text)

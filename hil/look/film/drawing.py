@@ -10,7 +10,7 @@ from importlib.resources import files
 from math import cos, degrees, sin
 from typing import TYPE_CHECKING, Final
 
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageChops, ImageDraw, ImageFont
 
 from hil.look.film.course import CONTACTS, CROWD, twin_of
 from hil.look.scene import Ground
@@ -61,10 +61,10 @@ def gif_of(film: Film) -> bytes:
     Args:
         film: The animation.
     """
-    stage = _Stage(film)
+    painter = _Painter(film)
     last = len(film.times) - 1
-    palette = _palette([stage.picture(round(share * last)) for share in SAMPLED])
-    flat = [stage.picture(number).quantize(palette=palette, dither=Image.Dither.NONE) for number in range(last + 1)]
+    palette = _palette([painter.picture(round(share * last)) for share in SAMPLED])
+    flat = [painter.picture(number).quantize(palette=palette, dither=Image.Dither.NONE) for number in range(last + 1)]
     each = round(1e3 * film.interval)
     durations = [each] * (len(flat) - 1) + [round(1e3 * LAST)]
     out = io.BytesIO()
@@ -108,7 +108,7 @@ def color(name: str, share: float = 1.0) -> Color:
     return int(numbers[0]), int(numbers[1]), int(numbers[2]), round(255 * numbers[3])
 
 
-class _Stage:
+class _Painter:
     """The arena to scale, and pictures of it.
 
     Args:
@@ -168,6 +168,13 @@ class _Stage:
         draw.rectangle((0, self._size[1] - self._foot, *self._size), color("card"))
         sides = (*self._at(-place.width / 2, place.height / 2), *self._at(place.width / 2, -place.height / 2))
         draw.rectangle(sides, color("ground"))
+        if place.obstacles:
+            mask = Image.new("1", self._size)
+            for outline in place.obstacles:  # one within another is a hole in it
+                one = Image.new("1", self._size)
+                ImageDraw.Draw(one).polygon([self._at(x, y) for x, y in outline], 1)
+                mask = ImageChops.logical_xor(mask, one)
+            draw.bitmap((0, 0), mask, color("obstacle"))
         heavy = place.ground is Ground.RING or place.wall
         draw.rectangle(sides, outline=color("edge"), width=FINER * (4 if heavy else 1))
         at = float(FINER * 12)
