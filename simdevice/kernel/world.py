@@ -99,6 +99,19 @@ class KernelWorld(World):
         if (self.device.faulty or self._second is not None) and self not in self.arrays.attended:
             self.arrays.attended.append(self)
 
+    def begin_bout(self, seed: int, opponent: str | None = None) -> None:
+        """Put everybody at a fresh start pose, as its referee does when asked.
+
+        Args:
+            seed: Seed of the bout.
+            opponent: Another opponent; None keeps the present one.
+
+        Raises:
+            ValueError: There is no opponent of this name.
+        """
+        self._match.reset(seed, opponent)
+        self._placed()
+
     def now(self) -> float:
         """Time of the emulation, in s."""
         return self._clock[self.number] * self.period  # type: ignore[no-any-return]
