@@ -17,7 +17,8 @@ from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.signing import Signing
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
-from hil.connecting.connecting import board_maker, with_system
+from hil.connecting.connecting import with_system
+from hil.connecting.junior_address import board_maker
 from hil.files.fault_file import read_faults
 from hil.files.memory_file import load_memory
 from hil.files.outputs import replace_file
