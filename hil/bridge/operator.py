@@ -46,8 +46,8 @@ class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `guest stop`, `parameters`, one of `CHOICES`, `key X`, or
-            `pose LINE`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `guest stop`, `parameters`, one of `CHOICES`,
+            `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 

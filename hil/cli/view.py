@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from hil.cli.browsing import browse, on_a_desktop
 from hil.cli.completion import link_words
 from hil.cli.log_arguments import MaxChunkOption, find
 from hil.mcaplog.limits import lifted
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 LOG_ONLY = ("robot", "gif", "bout", "max_chunk")
 LINK_ONLY = ("duration", "public", "yes", "signing_key", "reconnect", "log")
@@ -110,9 +113,6 @@ def view(
             quiet=quiet,
             config=config,
         )
-    from hil.look.film.writing import write_film  # noqa: PLC0415 - what gathers and writes takes a while to load
-    from hil.look.writing import write_view  # noqa: PLC0415 - likewise
-
     if bout and gif is None:
         raise common.UsageError("--bout goes with --gif; a page has all bouts")
     if gif is not None and out is not None:
@@ -120,9 +120,13 @@ def view(
     found = find(None if what is None else Path(what), console, quiet=quiet)
     limits = lifted(max_chunk)
     if gif is None:
+        from hil.look.writing import write_view  # noqa: PLC0415 - what gathers and writes takes a while to load
+
         made, scene = write_view(found, out, limits=limits, overwrite=overwrite, robot=robot)
         kind, title = "Page", scene.title
     else:
+        from hil.look.film.writing import write_film  # noqa: PLC0415 - likewise
+
         film, scene = write_film(found, gif, which=bout, limits=limits, overwrite=overwrite, robot=robot)
         made, kind, title = gif, "Picture", film.title
     if not quiet:
@@ -130,10 +134,15 @@ def view(
             common.plain_console(stderr=True).print(note)
     if on_a_desktop() if open_page is None else open_page:
         browse(made.resolve().as_uri(), str(made))
+    _say(made, kind, title, scene.notes, console, as_json=as_json, quiet=quiet)
+    return common.EXIT_DONE
+
+
+def _say(made: Path, kind: str, title: str, notes: list[str], console: Console, *, as_json: bool, quiet: bool) -> None:
+    """What was made of a log."""
     if as_json:
-        common.print_json({kind.lower(): str(made), "title": title, "notes": scene.notes})
+        common.print_json({kind.lower(): str(made), "title": title, "notes": notes})
     elif quiet:
         typer.echo(str(made))
     else:
         console.print(f"{kind}: {made}", markup=False)
-    return common.EXIT_DONE
