@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -65,6 +66,10 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option("--judge", help="A person sets up the ring and says how each bout ends: by keys, or on the --live page."),
+    ] = False,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
@@ -103,8 +108,11 @@ def bout(
         learnt, used = load_advice(found), str(found)
     if opponent is None and link is None:
         opponent = learnt.opponent if learnt is not None and learnt.opponent in OPPONENTS else "flat-light"
-    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect)
     url = common.url_of(link, opponent, seed)
+    in_real_time = not links.emulated_here(url)
+    _check_judge(judge=judge, in_real_time=in_real_time, live=live, workers=workers)
+    pauses = page is not None and in_real_time and not judge
+    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, judged=judge, pauses=pauses)
     with running(
         "bout",
         opponent or "robot",
@@ -145,6 +153,20 @@ def bout(
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
+
+
+def _check_judge(*, judge: bool, in_real_time: bool, live: bool, workers: int | None) -> None:
+    """See that a person can judge, where one is to.
+
+    Raises:
+        UsageError: Nobody can, or need.
+    """
+    if not judge:
+        return
+    if not in_real_time or workers is not None:
+        raise common.UsageError("a robot that is emulated in this process has a referee: leave --judge out, or name a LINK")
+    if not live and (sys.stdin is None or not sys.stdin.isatty()):
+        raise common.UsageError("--judge asks a person, and nobody can be asked here: run it on a terminal, or add --live")
 
 
 def _tell_logs(console: Console, logs: Sequence[str | None]) -> None:

@@ -158,6 +158,7 @@ def coach(
             seed=seed,
             reconnect=reconnect,
             saved=begun.content,
+            pauses=page is not None and not links.emulated_here(url),
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,

@@ -16,7 +16,7 @@ from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
-from hil.connecting.swarm_address import networks_of
+from hil.connecting.network_address import networks_of
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of

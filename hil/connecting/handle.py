@@ -246,6 +246,11 @@ class RobotHandle(Serving):
         """Its wheels may turn; None while nobody knows: it is lost."""
         return self.peer.armed
 
+    @property
+    def stopped(self) -> bool:
+        """Its emergency stop is engaged, by its own word, or was asked for here."""
+        return self._emergency or self.state is State.STOPPED
+
     # --- what it does ------------------------------------------------------------------------------------------------
 
     def arm(self) -> None:

@@ -17,6 +17,7 @@ from hil.connecting.handles import RobotHandles
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
+from hil.questions import Questions
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
@@ -68,6 +69,14 @@ class Session(Generic[H]):
     def observers(self) -> tuple[Observer, ...]:
         """Who takes coaching down in the log."""
         return () if self.recorder is None else (self.recorder,)
+
+    def questions(self, say: Callable[[str], None] | None = None) -> Questions:
+        """What asks a person who looks on.
+
+        Args:
+            say: Says to the person at the terminal what is asked for; None: nobody is there.
+        """
+        return Questions(self.robot.bridge.operator, self.recorder, say)
 
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""

@@ -17,8 +17,9 @@ import numpy as np
 
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received, Rejected, RejectReason
-from firmware_protocol.messages import MESSAGES, SetupSigning
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, MESSAGES, SetupSigning
 from firmware_protocol.wire.batch import Arrivals, Batch
+from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.rows import ROWS
 from hil.bridge.operator import OperatorInput
@@ -28,6 +29,7 @@ from hil.mcaplog.records import RECORDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message
     from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Tap
@@ -39,7 +41,7 @@ Item = tuple[Any, ...]
 STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD, REPORT = (
     range(16)
 )
-ARRIVED, SENT_ROWS = range(16, 18)
+ARRIVED, SENT_ROWS, HEARD = range(16, 19)
 """Kinds of items."""
 _OVERHEARD: Final = frozenset({RECEIVED, SENT, ARRIVED, SENT_ROWS})
 
@@ -196,6 +198,7 @@ class Playback:
         self._answer = answer
         self._networks: list[Tap] = []
         self._pieces: list[bytes] = []
+        self._codecs: dict[tuple[int, int], Codec] = {}
         self._calls: dict[int, Callable[..., None]] = {
             STEP: self._step,
             RX: recorder.wire_rx,
@@ -215,6 +218,7 @@ class Playback:
             CLOSE: recorder.close,
             DISCARD: recorder.discard,
             REPORT: report,
+            HEARD: self._heard,
         }
 
     def take(self, items: Sequence[Item]) -> None:
@@ -238,6 +242,17 @@ class Playback:
 
     def _step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Item | None = None) -> None:
         self.recorder.step(time, chunks, NOTHING if met is None else _met(met))
+
+    def _heard(self, number: int, way: int, wire: str, time: float, data: bytes) -> None:
+        """Decode what has passed on a line that is not a bridge's, one way."""
+        codec = self._codecs.get((number, way))
+        if codec is None:
+            codec = self._codecs[number, way] = open_codec(wire, system=HOST_SYSTEM, component=HOST_COMPONENT)
+        tap: Tap = self.recorder if number < 0 else self._networks[number]
+        tap.step(time, (), NOTHING)
+        for event in codec.receive(data, time):
+            if isinstance(event, Received) and type(event.message) is not SetupSigning:
+                tap.received(event)
 
     def _received(self, time: float, number: int, values: Item, *sender: int) -> None:
         system, component, sequence = sender

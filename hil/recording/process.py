@@ -46,11 +46,13 @@ class Live:
         asked: Is told, by a thread, what somebody asks for who looks on, and of which robot (empty: of all).
         public: Others on the network may look on.
         awaited: A browser is being started that will: where the run is over sooner, it is waited for.
+        robot_side: It is emulated robots that are served, and what is asked for is done to them by hand.
     """
 
     asked: Callable[[str, str], None]
     public: bool = False
     awaited: bool = False
+    robot_side: bool = False
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ class RecorderProcess(Recorder):
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
             "system": system, "component": component, "overwrite": overwrite, "listens": listens,
-            "live": None if live is None else {"public": live.public, "awaited": live.awaited},
+            "live": None if live is None else _shown(live),
             "share": None if share is None else {"host": share.host, "port": share.port, "driver": share.driver},
         }  # fmt: skip
         asker = live or share
@@ -413,6 +415,11 @@ class _HandedNetwork(Network):
     def wire_tx(self, time: float, data: bytes) -> None:
         """See `Tap.wire_tx`."""
         self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))
+
+
+def _shown(live: Live) -> dict[str, bool]:
+    """How it is shown, for the other process."""
+    return {"public": live.public, "awaited": live.awaited, "robot_side": live.robot_side}
 
 
 def _begin(path: Path, *, overwrite: bool) -> Output:
