@@ -11,6 +11,7 @@ import typer
 
 from hil.cli import common
 from hil.cli.browsing import browse, on_a_desktop
+from hil.cli.qr import show_qr
 from hil.recording.process import Live, RecorderProcess
 
 if TYPE_CHECKING:
@@ -73,6 +74,8 @@ class LivePage:
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
         console.print(f"Live: {page}", markup=False, soft_wrap=True)
+        if self.public:
+            show_qr(page, console)
         if self.opened:
             browse(_door(page).as_uri(), page)
 
