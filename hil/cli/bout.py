@@ -67,6 +67,7 @@ def bout(
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -88,7 +89,7 @@ def bout(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
         check_side_by_side(link, log, live=live)
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE
     used: str | None = None

@@ -45,11 +45,13 @@ class Live:
         asked: Is told, by a thread, what somebody asks for who looks on.
         public: Others on the network may look on.
         awaited: A browser is being started that will: where the run is over sooner, it is waited for.
+        viewer: By what: a page of our own, or `hil.recording.pipe.FOXGLOVE`.
     """
 
     asked: Callable[[str], None]
     public: bool = False
     awaited: bool = False
+    viewer: str = "page"
 
 
 class RecorderProcess(Recorder):
@@ -124,7 +126,7 @@ class RecorderProcess(Recorder):
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
             "system": system, "component": component, "overwrite": overwrite, "listens": listens,
-            "live": None if live is None else {"public": live.public, "awaited": live.awaited},
+            "live": None if live is None else {"public": live.public, "awaited": live.awaited, "viewer": live.viewer},
         }  # fmt: skip
         try:
             self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda _: None) if live is None else live.asked)
