@@ -74,6 +74,7 @@ def bout(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -95,7 +96,7 @@ def bout(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
         check_side_by_side(link, log, live=live)
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "bout", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE

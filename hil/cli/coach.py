@@ -102,6 +102,7 @@ def coach(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -122,7 +123,7 @@ def coach(
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)

@@ -21,6 +21,7 @@ class LogVerbs(VerbGroup):
             "Make a whole log of all that can be read of a damaged one, or of one that was cut off.",
         ),
         Verb("slim", "hil.cli.log:slim_log", "Make a log small: what running it again needs, and no more."),
+        Verb("viewers", "hil.cli.log_viewers:viewers", "Say how to open a log in Foxglove, Lichtblick and Rerun."),
         Verb("csv", "hil.cli.log_tables:csv", "Write a table of each topic: a line an entry, a column a field."),
         Verb(
             "diff", "hil.cli.log_tables:diff", "Tell what differs between two logs, by topic and field: 1 where anything does."

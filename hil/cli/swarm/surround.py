@@ -146,6 +146,7 @@ def surround(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: options.YesOption = False,
     no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -170,7 +171,7 @@ def surround(
 
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8 --workers 2; hil swarm surround tcp://127.0.0.1:5760
     """
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     console = common.consoles(as_json=as_json, quiet=quiet)
     options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
     if evolve is None:
