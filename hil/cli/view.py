@@ -50,9 +50,7 @@ def view(
 
     It needs no server and no network, and may be sent to anybody.
 
-    Examples:
-        hil view runs/20261128-130501-coach-flat-light
-        hil view --gif bout.gif --bout advice:3
+    Examples: hil view runs/20261128-130501-coach-flat-light; hil view --gif bout.gif --bout advice:3
     """
     from hil.look.film.writing import write_film  # noqa: PLC0415 - likewise
     from hil.look.writing import write_view  # noqa: PLC0415 - what gathers and writes takes a while to load

@@ -113,9 +113,7 @@ class MicroPart:
         rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
         scene.terrain = self._place(rows)
         if self._table is not None and self._table.map > len(ROOMS):
-            scene.notes.append(
-                f"Obstacles stood on the table, of its room {self._table.map}: the log does not say where."
-            )
+            scene.notes.append(f"Obstacles stood on the table, of its room {self._table.map}: the log does not say where.")
         shape = BodyShape(radius=MicroProfile().radius, sectors=min(self._sectors, MAX_SECTORS))
         several = len(self._networks) > 1
         numbers = rows[:, 0]
