@@ -50,7 +50,7 @@ def replay(
     ] = 8765,
     strict: Annotated[
         bool,
-        typer.Option("--strict", help="Compare every entry as bytes, pictures and words too; else what was decided."),
+        typer.Option("--strict", help="Compare every entry byte for byte, pictures and words too, not only what was decided."),
     ] = False,
     rerecord: Annotated[
         Path | None,

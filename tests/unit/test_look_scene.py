@@ -123,14 +123,14 @@ def test_how_a_bout_was_lost_is_said_in_words(tmp_path: Path, *, arms: bool, bac
     assert story.startswith("Lost after 1.0 s: Junior left the ring on the left")
     assert f"driving {'backward' if backward else 'forward'}" in story
     assert ("an arm touching the opponent" if arms else "its arms touching nothing") in story
-    assert story.endswith("It was performing: fast backward, left turn.")
+    assert story.endswith("It was performing: fast backward; left turn.")
 
 
 def test_maneuvers_are_a_band_whose_words_say_how_they_ended(tmp_path: Path) -> None:
     lost_bout(tmp_path / "l.mcap", arms=False, backward=True)
     band = lane(read_scene(tmp_path / "l.mcap"), "Maneuver")
     assert said(band) == ["FB L · replaced"]
-    assert band.meanings == ("fast backward, left turn (replaced by another command)",)
+    assert band.meanings == ("fast backward; left turn (replaced by another command)",)
     assert (band.begin[0], band.end[0]) == pytest.approx((0.0, 1.0))
 
 
