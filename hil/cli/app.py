@@ -21,7 +21,7 @@ class Verbs(VerbGroup):
 
     VERBS = (
         Verb("coach", "hil.cli.coach:coach", "Let Pal coach Junior, and leave advice, log and report."),
-        Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, or by a yardstick, and count them."),
+        Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, a policy, or a yardstick, and count them."),
         Verb(
             "deploy",
             "hil.cli.deploy:deploy",
