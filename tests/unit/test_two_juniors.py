@@ -155,3 +155,10 @@ def test_a_prompt_time_passes_for_who_is_read_alone() -> None:
     for _ in range(20):
         time.read(0, 0.02)
     assert time.clocks[0].ticks > 20
+
+
+def test_who_is_behind_a_prompt_time_comes_up_to_it_before_it_passes_again() -> None:
+    time = SharedTime(Caller(4), prompt=True)
+    assert time.read(1, 0.05) == b"call"
+    time.read(0, 0.05)
+    assert [clock.ticks for clock in time.clocks] == [4, 4]
