@@ -288,7 +288,7 @@ def _draw(run: ActiveRun, standings: Standings, console: Console, *, png: bool) 
 def _tell(console: Console, standings: Standings, document: dict[str, object], *, quiet: bool) -> None:
     """Say what came of it, and where the files are."""
     console.print(standings_table(standings))
-    console.print(matrix_table(standings))
+    console.print(matrix_table(standings, console.width))
     if quiet:
         return
     console.print(seat_line(standings), markup=False)
@@ -297,7 +297,7 @@ def _tell(console: Console, standings: Standings, document: dict[str, object], *
     if upsets:
         console.print("Bouts that the weaker won, the least probable first (hil view LOG shows one, hil replay LOG checks it):")
     for upset in upsets:
-        probable = f"{100 * upset['probability']:.0f} % probable"
+        probable = f"{100 * upset['probability']:.1f} % probable"
         console.print(
             f"  {upset['winner']} beat {upset['loser']} in {upset['time_s']:.1f} s, {probable}: {upset['log']}", markup=False
         )

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 FROM_MEMORY: Final = "memory:"
 _NAMED: Final = re.compile(r"([A-Za-z0-9][A-Za-z0-9._+-]*)=(.+)")
+_FRAME: Final = 10
+"""Columns of a table that are not its names and scores."""
 _RUN: Final = re.compile(r"\d{8}-\d{6}-(?:coach-)?")
 
 
@@ -67,7 +69,7 @@ def standings_table(standings: Standings) -> Table:
     table = Table(title=title, title_justify="left")
     table.add_column("", justify="right")
     table.add_column("entrant")
-    for head in ("rating", "95 % interval", "won", "drawn", "lost", "points", "median time to win"):
+    for head in ("rating", "95 % interval", "won", "drawn", "lost", "points", "time to win"):
         table.add_column(head, justify="right")
     for place, one in enumerate(standings.order, start=1):
         strength, score, time = standings.ratings.strengths[one], standings.score(one), standings.median_time_to_win(one)
@@ -86,22 +88,26 @@ def standings_table(standings: Standings) -> Table:
     return table
 
 
-def matrix_table(standings: Standings) -> Table:
-    """Each against each: won-drawn-lost.
+def matrix_table(standings: Standings, width: int) -> Table:
+    """Each against each: won-drawn-lost, or where that finds no room, the share of the points in percent.
 
     Args:
         standings: What it has come to.
+        width: Columns that there are.
     """
     order = standings.order
-    table = Table(title="Won-drawn-lost against", title_justify="left")
+    scores = {(row, column): standings.matrix[row][column] for row in order for column in order if row != column}
+    counts = {pair: f"{score.won}-{score.drawn}-{score.lost}" for pair, score in scores.items()}
+    name = max(len(standings.name(one)) for one in order)
+    fits = _FRAME + name + sum(3 + max(len(counts[row, one]) for row in order if row != one) for one in order) <= width
+    cells = counts if fits else {pair: f"{100 * score.share:.0f}" for pair, score in scores.items()}
+    table = Table(title="Won-drawn-lost against" if fits else "Share of the points against, in %", title_justify="left")
     table.add_column("", justify="right")
-    table.add_column("entrant")
+    table.add_column("entrant", no_wrap=True)
     for place in range(1, len(order) + 1):
-        table.add_column(str(place), justify="right")
+        table.add_column(str(place), justify="right", no_wrap=True)
     for place, row in enumerate(order, start=1):
-        scores = [standings.matrix[row][column] for column in order]
-        cells = ["" if not score.played else f"{score.won}-{score.drawn}-{score.lost}" for score in scores]
-        table.add_row(str(place), standings.name(row), *cells)
+        table.add_row(str(place), standings.name(row), *(cells.get((row, column), "") for column in order))
     return table
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from processes import Hil
 
 import hil.cli.tournament
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
@@ -141,3 +144,17 @@ def test_what_a_resumed_one_was_begun_with_can_not_be_changed(capsys: pytest.Cap
     assert "leave them out" in capsys.readouterr().err
     assert run(["tournament", "--resume-from", "first", "--bouts", "6"]) == 2
     assert "begun with bouts 4, not 6" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_stops_all_processes_and_says_how_to_go_on(folder: Path) -> None:
+    asked = ("chase", "chase2", "hobby", "random", "--bouts", "200", "--workers", "2", "--out", "cut")
+    with Hil(folder, "tournament", *asked) as program:
+        program.until("/1200 bouts")
+        program.send(signal.SIGINT)
+        assert program.end() == 130  # and no worker holds its output
+    saved = load_checkpoint(folder / "cut" / "checkpoint.json")
+    assert 120 <= len(saved.bouts) < 1200
+    assert f"The {len(saved.bouts)} bouts that were played are in cut/checkpoint.json" in program.text
+    assert json.loads((folder / "cut" / "run.json").read_text())["state"] == "interrupted"

@@ -145,11 +145,16 @@ def test_tables_and_words_show_it() -> None:
     console = Console(width=100)
     with console.capture() as caught:
         console.print(standings_table(standings))
-        console.print(matrix_table(standings))
+        console.print(matrix_table(standings, 100))
     text = caught.get()
     assert "6 bouts, 2 of each pairing" in text
     assert "1.000" in text
     assert "2-0-0" in text
+    with console.capture() as caught:
+        console.print(matrix_table(standings, 30))
+    assert "Share of the points" in caught.get()
+    assert "100" in caught.get()
+    assert "2-0-0" not in caught.get()
     assert "wins 0.50 of the bouts that are decided" in seat_line(standings)
 
 

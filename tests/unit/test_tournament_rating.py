@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.messages import BoutOutcome
-from hil.sumo.tournament.rating import ELO, Estimate, Ratings, rate
+from hil.sumo.tournament.rating import ELO, Rating, Ratings, rate
 from hil.sumo.tournament.schedule import TournamentBout
 
 OUTCOMES = (BoutOutcome.WIN, BoutOutcome.DRAW, BoutOutcome.LOSS)
@@ -29,7 +29,7 @@ def played(truth: Ratings, each: int, seed: int) -> list[TournamentBout]:
 
 
 def true_ratings(strengths: list[float], seat: float = -40.0, draw: float = -0.5) -> Ratings:
-    return Ratings(tuple(Estimate(one, 0.0) for one in strengths), Estimate(seat, 0.0), Estimate(draw, 0.0))
+    return Ratings(tuple(Rating(one, 0.0) for one in strengths), Rating(seat, 0.0), Rating(draw, 0.0))
 
 
 def test_many_bouts_tell_the_strengths_the_seat_and_the_draws() -> None:

@@ -95,8 +95,14 @@ def test_the_address_names_a_network_for_each() -> None:
     ],
 )
 def test_what_can_not_be_is_said_to_be(options: str, told: str) -> None:
-    with pytest.raises(AddressError, match=told):
+    with pytest.raises(AddressError, match=told) as raised:
         connect_all(f"sim://junior?{options}")
+    assert str(raised.value).count("sim://junior") == 1
+
+
+def test_what_else_has_several_networks_is_no_ring() -> None:
+    with pytest.raises(AddressError, match=r"no emulated 'junor'.*Did you mean sim://junior"):
+        connect_all("sim://junor?networks=2")
 
 
 def test_one_connection_for_two_robots_is_refused() -> None:

@@ -42,7 +42,7 @@ _SHARES: Final = np.array([[0.5, 0.0], [0.0, 1.0], [-0.5, 0.0]])
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Rating:
     """A value that is known as well as this.
 
     Attributes:
@@ -69,9 +69,9 @@ class Ratings:
         draw: Logarithm of the draws' part among equals, against the square root of the product of the others.
     """
 
-    strengths: tuple[Estimate, ...]
-    seat: Estimate
-    draw: Estimate
+    strengths: tuple[Rating, ...]
+    seat: Rating
+    draw: Rating
 
     def expected(self, home: int, away: int, *, seated: bool = True) -> tuple[float, float, float]:
         """How probable each ending of a bout is.
@@ -112,8 +112,8 @@ def rate(entrants: int, bouts: Sequence[TournamentBout]) -> Ratings:
     middle[:entrants, :entrants] -= 1.0 / entrants
     values, covariance = middle @ values, middle @ covariance @ middle.T
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    known = [Estimate(float(value), float(error)) for value, error in zip(values, errors, strict=True)]
-    points = [Estimate(one.value * ELO, one.error * ELO) for one in known[: entrants + 1]]
+    known = [Rating(float(value), float(error)) for value, error in zip(values, errors, strict=True)]
+    points = [Rating(one.value * ELO, one.error * ELO) for one in known[: entrants + 1]]
     return Ratings(tuple(points[:entrants]), points[entrants], known[-1])
 
 
