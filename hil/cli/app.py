@@ -23,6 +23,11 @@ class Verbs(VerbGroup):
         Verb("coach", "hil.cli.coach:coach", "Let Pal coach Junior, and leave advice, log and report."),
         Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, a policy, or a yardstick, and count them."),
         Verb(
+            "tournament",
+            "hil.cli.tournament:tournament",
+            "Let robots play against each other, and say how strong each is.",
+        ),
+        Verb(
             "deploy",
             "hil.cli.deploy:deploy",
             "Write advice into the robot's memory, read it back and verify it; it survives power-off.",
