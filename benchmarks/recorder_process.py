@@ -173,7 +173,7 @@ def _paced(urls: list[str], seconds: float, *, recorded: bool, shown: bool) -> l
     """Deviations of the period in s: 5 ms of a Junior, 20 ms of a swarm."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
-        live = Live(lambda _: None) if shown else None
+        live = Live(lambda *_: None) if shown else None
         recorder = RecorderProcess(log, **{**ABOUT, "link": urls[0], "lockstep": False}, live=live) if recorded else None
         if recorder is not None and shown:
             stack.enter_context(subprocess.Popen([sys.executable, "-c", VIEWERS, recorder.page]))  # noqa: S603 - ourselves

@@ -7,9 +7,11 @@ from typing import Final
 from hil.bridge.operator import (
     CONTINUE,
     DRAWN,
+    GUEST_STOP,
     INTERRUPT,
     INTERRUPTED,
     LOST,
+    PARAMETERS,
     PAUSE,
     READY,
     RESUME,
@@ -30,6 +32,8 @@ INPUTS: Final = {
     READY: "ready, said on the live page",
     PAUSE: "pause, asked for on the live page",
     RESUME: "go on, asked for on the live page",
+    GUEST_STOP: "stop, asked for by a program that looks on at the shared link",
+    PARAMETERS: "parameters, asked for by a program that looks on at the shared link",
 }
 """Inputs that are no keys."""
 KEYS: Final = {

@@ -32,6 +32,10 @@ PAUSE, RESUME = "pause", "resume"
 """Nothing further is to be begun; it is to go on."""
 CHOICES: Final = frozenset((WON, LOST, DRAWN, READY, PAUSE, RESUME))
 """What a person may answer where a run asks for it."""
+GUEST_STOP: Final = "guest stop"
+"""Likewise, asked for by a program that looks on at a shared link."""
+PARAMETERS: Final = "parameters"
+"""A robot's parameters are to be read, since a program that looks on at a shared link has asked for them."""
 KEY: Final = "key "
 """What a pressed key begins with."""
 POSE: Final = "pose "
@@ -42,7 +46,8 @@ class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, one of `CHOICES`, `key X`, or `pose LINE`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `guest stop`, `parameters`, one of `CHOICES`,
+            `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 
@@ -152,7 +157,11 @@ class Operator:
 
     def stops(self) -> bool:
         """Likewise, whether the robots are to stop."""
-        return bool(self._done(lambda one: one.what == STOP))
+        return bool(self._done(lambda one: one.what in {STOP, GUEST_STOP}))
+
+    def unread(self) -> frozenset[str]:
+        """Likewise, the system ids of robots whose parameters are to be read."""
+        return frozenset(one.robot for one in self._done(lambda one: one.what == PARAMETERS))
 
     def chosen(self) -> list[str]:
         """Likewise, what was answered of `CHOICES`, in order."""

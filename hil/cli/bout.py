@@ -12,6 +12,7 @@ from rich.table import Table
 from hil import runs
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
@@ -72,6 +73,7 @@ def bout(
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    share: share_options.ShareOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -94,6 +96,7 @@ def bout(
     if workers is not None:
         check_side_by_side(link, log, live=live)
     page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    shared = share_options.shared_address(share, link and [link], "bout", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE
     used: str | None = None
@@ -125,7 +128,9 @@ def bout(
     ) as run:
         logs: list[str] | None = None
         if workers is None:
-            stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page)
+            stage = LiveStage(
+                run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page, share=shared
+            )
             tally = job.perform(stage)
         else:
             tally, made = play_side_by_side(

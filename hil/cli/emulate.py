@@ -18,7 +18,8 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common
 from hil.cli import live as live_options
 from hil.cli.emulate_live import LiveOption, juniors, shown
-from hil.connecting.connecting import board_maker, with_system
+from hil.connecting.connecting import with_system
+from hil.connecting.junior_address import board_maker
 from hil.files.fault_file import read_faults
 from hil.files.memory_file import load_memory
 from hil.files.outputs import replace_file

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,7 +14,10 @@ from hil.cli.completion import link_words
 from hil.cli.log_arguments import MaxChunkOption, find
 from hil.mcaplog.limits import lifted
 
-LOG_ONLY = ("robot", "max_chunk")
+if TYPE_CHECKING:
+    from rich.console import Console
+
+LOG_ONLY = ("robot", "gif", "bout", "max_chunk")
 LINK_ONLY = ("duration", "public", "yes", "signing_key", "reconnect", "log")
 """Options that say something of a log, and of a link, alone."""
 
@@ -44,6 +47,16 @@ def view(
         int | None,
         typer.Option("--robot", metavar="ID", min=1, max=254, help="Of several sumo robots in a log, the one to show."),
     ] = None,
+    gif: Annotated[
+        Path | None,
+        typer.Option(
+            "--gif", metavar="FILE.gif", help="Instead of a page: a bout, or a swarm's run, as a short animation in this file."
+        ),
+    ] = None,
+    bout: Annotated[
+        str,
+        typer.Option("--bout", metavar="N", help="With --gif: this bout, as 3 or coaching:3. [default: the last that was won]"),
+    ] = "",
     open_page: Annotated[
         bool | None,
         typer.Option("--open/--no-open", help="Show it in the web browser [default: on a terminal of a desktop]."),
@@ -73,7 +86,10 @@ def view(
     At a LINK robots are watched: whoever controls them goes on, and none is stopped but by the page's stop. It is served, and
     a log is written, until Ctrl-C.
 
-    Examples: hil view runs/20261128-130501-coach-flat-light; hil view /dev/ttyACM0
+    Examples:
+        hil view runs/20261128-130501-coach-flat-light
+        hil view --gif bout.gif --bout advice:3
+        hil view /dev/ttyACM0
     """
     linked = what is not None and links.is_link(what)
     for name in LOG_ONLY if linked else LINK_ONLY:
@@ -97,19 +113,36 @@ def view(
             quiet=quiet,
             config=config,
         )
-    from hil.look.writing import write_view  # noqa: PLC0415 - what gathers and writes takes a while to load
-
+    if bout and gif is None:
+        raise common.UsageError("--bout goes with --gif; a page has all bouts")
+    if gif is not None and out is not None:
+        raise common.UsageError("--gif makes no page, so that --out has nothing to name: give one of the two")
     found = find(None if what is None else Path(what), console, quiet=quiet)
-    page, scene = write_view(found, out, limits=lifted(max_chunk), overwrite=overwrite, robot=robot)
+    limits = lifted(max_chunk)
+    if gif is None:
+        from hil.look.writing import write_view  # noqa: PLC0415 - what gathers and writes takes a while to load
+
+        made, scene = write_view(found, out, limits=limits, overwrite=overwrite, robot=robot)
+        kind, title = "Page", scene.title
+    else:
+        from hil.look.film.writing import write_film  # noqa: PLC0415 - likewise
+
+        film, scene = write_film(found, gif, which=bout, limits=limits, overwrite=overwrite, robot=robot)
+        made, kind, title = gif, "Picture", film.title
     if not quiet:
         for note in scene.notes:
             common.plain_console(stderr=True).print(note)
     if on_a_desktop() if open_page is None else open_page:
-        browse(page.resolve().as_uri(), str(page))
-    if as_json:
-        common.print_json({"page": str(page), "title": scene.title, "notes": scene.notes})
-    elif quiet:
-        typer.echo(str(page))
-    else:
-        console.print(f"Page: {page}", markup=False)
+        browse(made.resolve().as_uri(), str(made))
+    _say(made, kind, title, scene.notes, console, as_json=as_json, quiet=quiet)
     return common.EXIT_DONE
+
+
+def _say(made: Path, kind: str, title: str, notes: list[str], console: Console, *, as_json: bool, quiet: bool) -> None:
+    """What was made of a log."""
+    if as_json:
+        common.print_json({kind.lower(): str(made), "title": title, "notes": notes})
+    elif quiet:
+        typer.echo(str(made))
+    else:
+        console.print(f"{kind}: {made}", markup=False)

@@ -15,7 +15,7 @@ from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.attended import JudgedRing, PausedRing
 from hil.sumo.bouts import Bout, Tally, play
-from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.sumo.controllers import BUILT_IN, AdviceController, Controller
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, RingError, open_ring
 from hil.terminal.bars import bar
@@ -39,12 +39,16 @@ class ControllerName(StrEnum):
 
     ADVICE = "advice"
     CHASE = "chase"
+    CHASE2 = "chase2"
+    HOBBY = "hobby"
     RANDOM = "random"
 
 
 TITLES: Final = {
     ControllerName.ADVICE: "the advice",
     ControllerName.CHASE: "chasing",
+    ControllerName.CHASE2: "chasing and ramming",
+    ControllerName.HOBBY: "a hobby robot's state machine",
     ControllerName.RANDOM: "random maneuvers",
 }
 
@@ -151,15 +155,11 @@ class BoutJob:
         return PausedRing(ring, session.robot, session.questions()) if self.pauses else ring
 
     def _player(self) -> Controller:
-        match self.controller:
-            case ControllerName.CHASE:
-                return ChaseController()
-            case ControllerName.RANDOM:
-                part = (self.first,) if self.first > 1 else ()
-                return RandomController(generator(self.seed, Branch.CONTROLLER, *part))
-            case ControllerName.ADVICE:
-                assert self.advice is not None
-                return AdviceController(self.advice)
+        if self.controller is ControllerName.ADVICE:
+            assert self.advice is not None
+            return AdviceController(self.advice)
+        part = (self.first,) if self.first > 1 else ()
+        return BUILT_IN[self.controller.value](generator(self.seed, Branch.CONTROLLER, *part))
 
     def _play(self, session: Session[Junior], stage: Stage, ring: Ring) -> list[Bout]:
         if not ring.refereed:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from firmware_protocol.faults.spec import FaultSpec
-from hil.connecting.swarm_address import networks_of
+from hil.connecting.network_address import networks_of
 from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob

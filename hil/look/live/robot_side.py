@@ -83,7 +83,7 @@ class RobotSide:
             link=networks[0][0],
             lockstep=False,
             on_failure=lambda text, _: failed(text),
-            live=Live(self._asked.append, public=public, awaited=awaited, robot_side=True),
+            live=Live(lambda what, _robot: self._asked.append(what), public=public, awaited=awaited, robot_side=True),
         )
         if len(networks) > 1:
             for url, _ in networks:
