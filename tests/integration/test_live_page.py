@@ -221,7 +221,7 @@ def test_robots_at_a_link_are_watched_and_stopped_but_not_taken(page: Page, tmp_
         page.visit(run.url, "globalThis.hilView && hilView.model.tracks.size > 0 && hilView.model.end > 1")
         assert stop(page) == "stopped: the robot says so"
         run.process.send_signal(signal.SIGINT)
-        assert "robot 1 has stopped, and says so" in run.end()
+        run.end()
         assert run.process.returncode == 130
         page.wait(f"/over/.test({WORDS})")
     log = run.folder / "log.mcap"
