@@ -31,6 +31,8 @@ from firmware_protocol.messages import (
     RobotAlive,
     RobotSession,
     Statustext,
+    SwarmMove,
+    SwarmObservation,
 )
 from firmware_protocol.messages.robot import State
 from firmware_protocol.parameters import JUNIOR_PARAMETERS
@@ -198,3 +200,20 @@ def test_on_a_signed_link_guests_see_frames_without_signatures_and_no_key(tmp_pa
         assert {event.system for event in guest.heard} == {1, HOST_SYSTEM}
         host.program.send(signal.SIGINT)
         host.program.end()
+
+
+def test_a_guest_stops_a_swarm_and_sees_all_of_it(tmp_path: Path) -> None:
+    with Hil(tmp_path, "emulate", "swarm", "--rangers", "6", "--wilds", "2", "--link", TCP) as robots:
+        url = robots.until("tcp://").strip()
+        robots.until("For instance")
+        swarm = ("swarm", "surround", url, "--yes", "--no-input", "--no-report", "--steps", "5000")
+        with sharing(tmp_path, *swarm) as host, Guest(host.port, 250) as guest:
+            assert guest.welcome.text == "watching, surround drives"
+            for system in range(1, 9):
+                guest.until(lambda event, of=system: event.system == of and type(event.message) is SwarmObservation)  # type: ignore[misc]
+            guest.wait_for(SwarmMove)
+            guest.say(CommandLong(0, 0, Command.FLIGHT_TERMINATION, 0, 1.0))
+            assert guest.wait_for(CommandAck, lambda ack: ack.target_system == 250).result == CommandResult.ACCEPTED
+            assert host.program.end() == 1
+            assert "emergency stop by who looks on: 8 robots have said that they are stopped" in host.program.text
+        host.check_replay()
