@@ -41,11 +41,15 @@ class LivePage:
     Args:
         opened: The browser is started.
         public: Others on the network may look on.
+
+    Attributes:
+        opened: As given.
+        public: As given.
     """
 
     def __init__(self, *, opened: bool, public: bool) -> None:
-        self._opened = opened
-        self._public = public
+        self.opened = opened
+        self.public = public
 
     def served(self, operator: Operator) -> Live:
         """How the process that writes the log shows it.
@@ -53,7 +57,7 @@ class LivePage:
         Args:
             operator: Asks for what is asked for on the page.
         """
-        return Live(operator.ask, public=self._public, awaited=self._opened)
+        return Live(operator.ask, public=self.public, awaited=self.opened)
 
     def announce(self, recorder: Recorder, console: Console) -> None:
         """Say where it is, and start the browser.
@@ -69,7 +73,7 @@ class LivePage:
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
         console.print(f"Live: {page}", markup=False, soft_wrap=True)
-        if self._opened:
+        if self.opened:
             browse(_door(page).as_uri(), page)
 
 
