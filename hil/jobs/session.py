@@ -43,6 +43,7 @@ OTHERS_WAIT = 0.25
 WITHOUT_A_WORD = (LinkOpenError, AddressError)
 """Nothing has been said when a run ends by one of these: it leaves nothing."""
 ADVICE = "advice.toml"
+POLICY = "policy.json"
 CHECKPOINT = "checkpoint.json"
 """What the files are called in a log that runs begin and end with."""
 
@@ -119,9 +120,17 @@ class OnlookerAttendant:
         operator: Tells of it.
         robots: Gives the robots.
         attend: What else is seen to.
+        call: Tells all that hear us to stop, whoever they are, before each robot is asked; None: nobody else is there.
     """
 
-    def __init__(self, operator: Operator, robots: Callable[[], Iterable[RobotHandle]], attend: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        operator: Operator,
+        robots: Callable[[], Iterable[RobotHandle]],
+        attend: Callable[[], None],
+        call: Callable[[], None] | None = None,
+    ) -> None:
+        self._call = call
         self._operator = operator
         self._robots = robots
         self._attend = attend
@@ -129,6 +138,8 @@ class OnlookerAttendant:
     def attend(self) -> None:
         """Do what was asked for."""
         if self._operator.stops():
+            if self._call is not None:
+                self._call()
             for robot in self._robots():
                 robot.ask_emergency_stop()
         read_parameters(self._operator, self._robots())
@@ -293,7 +304,10 @@ def open_watch(
             replayed=stage.replayed,
         )
         suspending = stack.enter_context(suspension)
-        robots.between = OnlookerAttendant(stage.operator, lambda: list(members.values()), suspending.attend).attend
+        onlooker = OnlookerAttendant(
+            stage.operator, lambda: list(members.values()), suspending.attend, robots.call_emergency_stop
+        )
+        robots.between = onlooker.attend
         if stage.tell is not None:
             bridge = next(iter(bridges.values()))
             _tell_pace(bridge, stage.tell)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
@@ -12,7 +12,7 @@ from hil.connecting.swarm_address import is_swarm
 from hil.jobs.monitor import LONGEST, OfOneRole
 from hil.jobs.options import DAY, none_or
 from hil.jobs.session import open_watch
-from hil.jobs.watched.juniors import STOP_ALL, JuniorsWatch
+from hil.jobs.watched.juniors import JuniorsWatch
 from hil.jobs.watched.micro_robots import MicroRobotsWatch
 
 if TYPE_CHECKING:
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
     from pal_advisor.fields import Fields
-
-MOST_TOLD: Final = 10
-"""Of so many robots at most each is told of that it has stopped; of more the page tells."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class WatchJob:
         )
 
     def perform(self, stage: Stage) -> int:
-        """Look at them until the time is over, and stop all where somebody who looks on asks for it; how many there are."""
+        """Look at them until the time is over; how many there are. Whoever looks on may stop all, as on every watched link."""
         only = MICRO_ROBOT if is_swarm(parse_address(stage.url)) else None
         with open_watch(stage, make=lambda networks, limits: OfOneRole(networks, limits, only), reconnect=self.reconnect) as (
             robots,
@@ -74,8 +71,6 @@ class WatchJob:
             end = float("inf") if self.duration is None else robots.now() + self.duration
             while robots.now() < end:
                 robots.step()
-                if stage.operator.stops():
-                    watch.press(STOP_ALL)
                 watch.step()
             return len(robots)
 
@@ -90,7 +85,6 @@ def _watch(robots: OfOneRole, recorder: Recorder | None, stage: Stage) -> Junior
     if stage.tell is not None:
         for error in robots.refused.values():
             stage.tell(str(error))
-    tell = stage.tell if len(robots) <= MOST_TOLD else None
     if robots.role is MICRO_ROBOT:
-        return MicroRobotsWatch(robots, tell=tell, refused=refused)
-    return JuniorsWatch(robots, tell=tell, refused=refused)
+        return MicroRobotsWatch(robots, tell=stage.tell, refused=refused)
+    return JuniorsWatch(robots, tell=stage.tell, refused=refused)
