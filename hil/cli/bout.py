@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,7 @@ from firmware_protocol.near import did_you_mean
 from hil import runs
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
@@ -78,9 +80,15 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option("--judge", help="A person sets up the ring and says how each bout ends: by keys, or on the --live page."),
+    ] = False,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -102,7 +110,8 @@ def bout(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
         check_side_by_side(link, log, live=live)
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
+    shared = share_options.shared_address(share, link and [link], "bout", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen, policy = _chosen(controller)
     used: str | None = None
@@ -115,8 +124,11 @@ def bout(
     if opponent is None and link is None:
         own = learnt.opponent if learnt is not None else policy.opponent if policy is not None else ""
         opponent = own if own in OPPONENTS else "flat-light"
-    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, policy=policy)
     url = common.url_of(link, opponent, seed)
+    in_real_time = not links.emulated_here(url)
+    _check_judge(judge=judge, in_real_time=in_real_time, live=live, workers=workers)
+    pauses = page is not None and in_real_time and not judge
+    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, judged=judge, pauses=pauses, policy=policy)
     with running(
         "bout",
         opponent or "robot",
@@ -132,7 +144,9 @@ def bout(
     ) as run:
         logs: list[str] | None = None
         if workers is None:
-            stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page)
+            stage = LiveStage(
+                run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page, share=shared
+            )
             tally = job.perform(stage)
         else:
             tally, made = play_side_by_side(
@@ -156,6 +170,20 @@ def bout(
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
+
+
+def _check_judge(*, judge: bool, in_real_time: bool, live: bool, workers: int | None) -> None:
+    """See that a person can judge, where one is to.
+
+    Raises:
+        UsageError: Nobody can, or need.
+    """
+    if not judge:
+        return
+    if not in_real_time or workers is not None:
+        raise common.UsageError("a robot that is emulated in this process has a referee: leave --judge out, or name a LINK")
+    if not live and (sys.stdin is None or not sys.stdin.isatty()):
+        raise common.UsageError("--judge asks a person, and nobody can be asked here: run it on a terminal, or add --live")
 
 
 def _chosen(controller: str | None) -> tuple[ControllerName, Policy | None]:

@@ -33,6 +33,7 @@ class KernelLibrary(Protocol):
     KERNEL_SAID: int
     KERNEL_DUE: int
     KERNEL_NOISE: int
+    KERNEL_SECOND: int
 
     def kernel_asked(self, loop: object, rx: bytes, rx_len: int) -> int:
         """Something may be meant for a referee."""
