@@ -45,8 +45,8 @@ def tournament(
         list[str] | None,
         typer.Argument(
             metavar="ENTRANT...",
-            help="An advice file or the run that made it, played by a host; memory:FILE, played by the robot itself; chase, "
-            "chase2, hobby or random. NAME=ENTRANT gives it a name.",
+            help="An advice file or the run that made it, played by a host; memory:FILE, played by the robot itself; "
+            "policy:FILE; chase, chase2, hobby or random. NAME=ENTRANT gives it a name.",
             show_default=False,
         ),
     ] = None,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from hil.connecting.connecting_all import connect_all_as
 from hil.jobs.options import MOST_SEED, wanted_file
 from hil.jobs.session import begin_log, nothing_said
+from hil.policies import policy_of, policy_text
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout
 from hil.sumo.duels import duel_url, fight
@@ -60,7 +61,13 @@ class DuelJob:
     def files(self) -> dict[str, bytes]:
         """What has been learnt."""
         both = zip(SEATS, (self.home, self.away), strict=True)
-        return {f"{seat}.toml": advice_text(one.advice).encode() for seat, one in both if one.advice is not None}
+        files = {}
+        for seat, one in both:
+            if one.advice is not None:
+                files[f"{seat}.toml"] = advice_text(one.advice).encode()
+            if one.policy is not None:
+                files[f"{seat}.json"] = policy_text(one.policy).encode()
+        return files
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -70,8 +77,9 @@ class DuelJob:
         for seat in SEATS:
             kind, name = options.one_of(seat, EntrantKind), options.text(f"{seat}_name")
             advice = advice_of(wanted_file(files, f"{seat}.toml")) if kind.learnt else None
+            policy = policy_of(wanted_file(files, f"{seat}.json")) if kind is EntrantKind.POLICY else None
             try:
-                entrants.append(Entrant(name, kind, advice))
+                entrants.append(Entrant(name, kind, advice, policy))
             except ValueError as error:
                 raise options.wrong(f"{seat}_name", str(error)) from error
         home, away = entrants

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
+from hil.policies import Policy, PolicyDriver, PolicyError
 from hil.seeds import Branch, generator
 from hil.sumo.controllers import BUILT_IN, AdviceController
-from hil.sumo.players import HostPlayer, MemoryPlayer
+from hil.sumo.players import DriverPlayer, HostPlayer, MemoryPlayer
 from pal_advisor.fields import FieldError, Fields
 from pal_advisor.maneuvers import Advice, AdviceError
 
@@ -27,6 +28,8 @@ class EntrantKind(StrEnum):
     """A host chooses by the advice."""
     MEMORY = "memory"
     """The robot plays a contest by itself, from its memory."""
+    POLICY = "policy"
+    """A host sets the wheels by a policy."""
     CHASE = "chase"
     CHASE2 = "chase2"
     HOBBY = "hobby"
@@ -35,7 +38,7 @@ class EntrantKind(StrEnum):
     @property
     def learnt(self) -> bool:
         """It plays by an advice."""
-        return self.value not in BUILT_IN
+        return self.value in {"advice", "memory"}
 
 
 @dataclass(frozen=True)
@@ -45,15 +48,17 @@ class Entrant:
     Attributes:
         name: What it is called, which is also part of names of files.
         kind: How it plays.
-        advice: What it plays by, where it has learnt.
+        advice: What it plays by, where it has learnt maneuvers.
+        policy: What it plays by, where it has learnt to drive.
 
     Raises:
-        ValueError: No file can be called so, or there is an advice that nobody plays by, or none where one is needed.
+        ValueError: No file can be called so, or there is an advice or policy that nobody plays by, or none where one is needed.
     """
 
     name: str
     kind: EntrantKind
     advice: Advice | None = None
+    policy: Policy | None = None
 
     def __post_init__(self) -> None:
         if len(self.name) > LONGEST_NAME or not _NAME.fullmatch(self.name):
@@ -66,6 +71,9 @@ class Entrant:
                 f"{self.name} is to play by {self.kind}, which {'takes an' if self.kind.learnt else 'has no'} advice"
             )
 
+        if (self.kind is EntrantKind.POLICY) != (self.policy is not None):
+            raise ValueError(f"{self.name} is to play by {self.kind}, and there is {'a' if self.policy else 'no'} policy")
+
     def player(self, seed: int, seat: int) -> Player:
         """What plays a robot for it in one bout.
 
@@ -73,6 +81,8 @@ class Entrant:
             seed: Seed of the bout; what is left to chance follows from it.
             seat: 0 plays the first robot, 1 the second.
         """
+        if self.policy is not None:
+            return DriverPlayer(PolicyDriver(self.policy))
         if self.advice is None:
             return HostPlayer(BUILT_IN[self.kind.value](generator(seed, Branch.CONTROLLER, seat)))
         return MemoryPlayer(self.advice) if self.kind is EntrantKind.MEMORY else HostPlayer(AdviceController(self.advice))
@@ -83,6 +93,7 @@ class Entrant:
             "name": self.name,
             "kind": self.kind.value,
             "advice": None if self.advice is None else self.advice.to_dict(),
+            **({} if self.policy is None else {"policy": self.policy.to_dict()}),
         }
 
     @classmethod
@@ -96,9 +107,13 @@ class Entrant:
             FieldError: A field is missing, unknown or wrong.
         """
         name, kind, advice = found.text("name"), found.one_of("kind", EntrantKind), found.take("advice")
+        policy = found.take("policy") if found.has("policy") else None
         found.done()
         try:
-            return cls(name, kind, None if advice is None else Advice.from_dict(advice))
+            learnt = None if policy is None else Policy.from_dict(policy)
+            return cls(name, kind, None if advice is None else Advice.from_dict(advice), learnt)
+        except PolicyError as error:
+            raise FieldError(found.at(f"policy.{error.path}"), str(error).partition(": ")[2]) from error
         except AdviceError as error:
             raise FieldError(found.at(f"advice.{error.path}"), str(error).partition(": ")[2]) from error
         except ValueError as error:
