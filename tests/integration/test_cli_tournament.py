@@ -74,6 +74,8 @@ def test_an_upset_is_recorded_as_it_was_played_and_can_be_replayed_and_looked_at
         assert chapter.outcome == ("won" if upset["winner_seat"] == "home" else "lost")
         assert chapter.against == "junior"
         assert upset["winner"] in chapter.series
+    assert run(["view", document["run"]]) == 2
+    assert f"name one of them, as {document['upsets'][0]['log']}" in capsys.readouterr().err
 
 
 def cut(after: int) -> Callable[[Path, bytes], None]:
