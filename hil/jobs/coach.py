@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
@@ -12,6 +12,7 @@ from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
+from hil.sumo.attended import PausedRing
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
@@ -96,11 +97,13 @@ class CoachJob:
     Attributes:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
+        choose_mirror: Left and right are not exchanged in real time, where nobody knows whether the robot's wheels are even.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
         reconnect: How long a robot or link that is lost is waited for, in s.
         saved: The checkpoint that is gone on from; None begins anew.
+        pauses: A person who looks on may have the run pause.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -109,23 +112,27 @@ class CoachJob:
 
     settings: PalSettings
     choose_objective: bool
+    choose_mirror: bool
     opponent: str | None
     held_out: int | None
     seed: int
     reconnect: float
     saved: bytes | None = None
+    pauses: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
         return {
-            "settings": self.settings.to_dict(),
+            "settings": self.settings.to_saved(),
             "choose_objective": self.choose_objective,
+            **({"choose_mirror": True} if self.choose_mirror else {}),
             "opponent": self.opponent,
             "held_out": self.held_out,
             "seed": self.seed,
             "reconnect": self.reconnect,
+            **({"pauses": True} if self.pauses else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -137,17 +144,19 @@ class CoachJob:
         """As a log has it; see `Job.of_log`."""
         settings = options.take("settings")
         try:
-            parsed = PalSettings.from_dict(settings)
+            parsed = PalSettings.of_saved(settings)
         except (SettingsError, TypeError, AttributeError) as error:
             raise options.wrong("settings", str(error)) from error
         return cls(
             settings=parsed,
             choose_objective=options.flag("choose_objective"),
+            choose_mirror=options.has("choose_mirror") and options.flag("choose_mirror"),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             saved=files.get(CHECKPOINT),
+            pauses=options.has("pauses") and options.flag("pauses"),
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -177,6 +186,8 @@ class _CoachingRun:
         opponent = job.opponent
         self.seed = job.seed if saved is None else saved.seed
         self.ring: Ring = open_ring(session.robot, opponent)
+        if job.pauses:
+            self.ring = PausedRing(self.ring, session.robot, session.questions())
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:
@@ -210,7 +221,9 @@ class _CoachingRun:
     def _settings(self) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
-            return PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
+            settings = replace(settings, objective=Objective.CONTACT)
+        if self._job.choose_mirror and not self._session.lockstep:
+            settings = replace(settings, mirror=False)
         return settings
 
     def coach(self) -> None:

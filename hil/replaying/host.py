@@ -20,6 +20,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
+from hil.jobs.watch import WatchJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -38,7 +39,19 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, DuelJob, EvolveJob, MonitorJob, ParamJob, SurroundJob)
+    job.VERB: job
+    for job in (
+        BoutJob,
+        CheckJob,
+        CoachJob,
+        DeployJob,
+        DuelJob,
+        EvolveJob,
+        MonitorJob,
+        ParamJob,
+        SurroundJob,
+        WatchJob,
+    )
 }
 """Verbs whose logs can be replayed."""
 UNLINKED: Final = frozenset((EvolveJob.VERB,))

@@ -102,6 +102,19 @@ class KernelWorld(World):
         if (self.device.faulty or (self._second is not None and self.networks == 1)) and self not in self.arrays.attended:
             self.arrays.attended.append(self)
 
+    def begin_bout(self, seed: int, opponent: str | None = None) -> None:
+        """Put everybody at a fresh start pose, as its referee does when asked.
+
+        Args:
+            seed: Seed of the bout.
+            opponent: Another opponent; None keeps the present one.
+
+        Raises:
+            ValueError: There is no opponent of this name.
+        """
+        self._match.reset(seed, opponent)
+        self._placed()
+
     def now(self) -> float:
         """Time of the emulation, in s."""
         return self._clock[self.number] * self.period  # type: ignore[no-any-return]
@@ -117,6 +130,11 @@ class KernelWorld(World):
             periods = MANY
         said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
         return [(self._clock[self.number] * self.period, said)] if said else []
+
+    def _hold_up(self, periods: int) -> None:
+        """Hold the robots up for so many control periods."""
+        super()._hold_up(periods)
+        self._ring.hold_up(periods)
 
     def run_networks(self, inbound: Sequence[bytes], periods: int) -> list[bytes]:
         """Live for at most so many control periods, until something is sent on a network; see `World.run_networks`."""

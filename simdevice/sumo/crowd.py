@@ -193,3 +193,15 @@ class Crowd:
     def switch_on(self, system: int) -> None:
         """Give a robot its power back: it boots; see `switch_off`."""
         self._orders.append(self.members[system].world.switch_on)
+
+    def lift(self, system: int) -> None:
+        """Hold a robot up, and who is in the ring with it; see `World.lift`.
+
+        Args:
+            system: The id it was made with.
+        """
+        self._orders.append(self.members[system].world.lift)
+
+    def put_down(self, system: int) -> None:
+        """Put it back; see `lift`."""
+        self._orders.append(self.members[system].world.put_down)

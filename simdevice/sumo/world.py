@@ -9,7 +9,7 @@ from simdevice.emulation import check_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.junior.second import Keeper
 from simdevice.sumo.eeprom import image_of
-from simdevice.sumo.match import Match, Purpose, stream
+from simdevice.sumo.match import HELD_UP, PUT_DOWN, Match, Purpose, stream
 from simdevice.sumo.referee import Referee
 from simdevice.sumo.settings import WorldSettings
 
@@ -139,6 +139,21 @@ class World:
     def switch_on(self) -> None:
         """Give Junior its power back, if it has none: it boots."""
         self.device.switch_on()
+
+    def lift(self) -> None:
+        """Hold the robots up: nothing is sensed, wheels touch nothing, and the bout stands still, until they are put down.
+
+        A bout that begins puts them down as well.
+        """
+        self._hold_up(HELD_UP)
+
+    def put_down(self) -> None:
+        """Put the robots back where they were lifted."""
+        self._hold_up(PUT_DOWN)
+
+    def _hold_up(self, periods: int) -> None:
+        """Hold the robots up for so many control periods."""
+        self._match.lifted = periods
 
     def run(self, inbound: bytes, periods: int) -> list[Stamped]:
         """Live for at most so many control periods, until something is sent, decided or rebooted; see `Emulation.run`."""
