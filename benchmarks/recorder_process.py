@@ -144,7 +144,7 @@ def _paced(seconds: float, *, recorded: bool, shown: bool) -> list[float]:
     """Deviations of the period from 5 ms, in s."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
-        live = Live(lambda _: None) if shown else None
+        live = Live(lambda *_: None) if shown else None
         recorder = RecorderProcess(log, **{**ABOUT, "link": SERVED, "lockstep": False}, live=live) if recorded else None
         if recorder is not None and shown:
             stack.enter_context(subprocess.Popen([sys.executable, "-c", VIEWERS, recorder.page]))  # noqa: S603 - ourselves

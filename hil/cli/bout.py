@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from rich.table import Table
 from hil import runs
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
@@ -64,10 +66,15 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option("--judge", help="A person sets up the ring and says how each bout ends: by keys, or on the --live page."),
+    ] = False,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     viewer: live_options.ViewerOption = None,
+    share: share_options.ShareOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -90,6 +97,7 @@ def bout(
     if workers is not None:
         check_side_by_side(link, log, live=live)
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
+    shared = share_options.shared_address(share, link and [link], "bout", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     chosen = controller or ControllerName.ADVICE
     used: str | None = None
@@ -101,8 +109,11 @@ def bout(
         learnt, used = load_advice(found), str(found)
     if opponent is None and link is None:
         opponent = learnt.opponent if learnt is not None and learnt.opponent in OPPONENTS else "flat-light"
-    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect)
     url = common.url_of(link, opponent, seed)
+    in_real_time = not links.emulated_here(url)
+    _check_judge(judge=judge, in_real_time=in_real_time, live=live, workers=workers)
+    pauses = page is not None and in_real_time and not judge
+    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, judged=judge, pauses=pauses)
     with running(
         "bout",
         opponent or "robot",
@@ -118,7 +129,9 @@ def bout(
     ) as run:
         logs: list[str] | None = None
         if workers is None:
-            stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page)
+            stage = LiveStage(
+                run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page, share=shared
+            )
             tally = job.perform(stage)
         else:
             tally, made = play_side_by_side(
@@ -141,6 +154,20 @@ def bout(
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
+
+
+def _check_judge(*, judge: bool, in_real_time: bool, live: bool, workers: int | None) -> None:
+    """See that a person can judge, where one is to.
+
+    Raises:
+        UsageError: Nobody can, or need.
+    """
+    if not judge:
+        return
+    if not in_real_time or workers is not None:
+        raise common.UsageError("a robot that is emulated in this process has a referee: leave --judge out, or name a LINK")
+    if not live and (sys.stdin is None or not sys.stdin.isatty()):
+        raise common.UsageError("--judge asks a person, and nobody can be asked here: run it on a terminal, or add --live")
 
 
 def _tell_logs(console: Console, logs: Sequence[str | None]) -> None:

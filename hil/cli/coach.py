@@ -14,6 +14,7 @@ from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
@@ -101,6 +102,7 @@ def coach(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     viewer: live_options.ViewerOption = None,
+    share: share_options.ShareOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -122,6 +124,7 @@ def coach(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
+    shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
@@ -156,6 +159,7 @@ def coach(
             seed=seed,
             reconnect=reconnect,
             saved=begun.content,
+            pauses=page is not None and not links.emulated_here(url),
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -175,6 +179,7 @@ def coach(
             options=config,
             reports=files.report is not None,
             page=page,
+            share=shared,
         )
         with closing(stage):
             coached = job.perform(stage)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 import socket
-import threading
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from enum import IntEnum
@@ -17,6 +16,8 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, FaultSpecError
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
+from hil.cli import live as live_options
+from hil.cli.emulate_live import HandledSwarm, LiveOption, shown
 from hil.connecting.swarm_address import rooms_of, size_of
 from hil.files.fault_file import read_faults
 from hil.files.profile_file import ProfileFileError, read_profile
@@ -89,6 +90,8 @@ def swarm(
         ),
     ] = None,
     public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
+    live: LiveOption = False,
+    open_page: live_options.OpenOption = None,
     seed: common.SeedOption = 1,
     as_json: common.JsonLinesOption = False,
     quiet: common.QuietOption = False,
@@ -104,6 +107,7 @@ def swarm(
     from simdevice.swarm.disturbed import DisturbedSwarm  # noqa: PLC0415
 
     console = common.consoles(as_json=as_json, quiet=quiet)
+    page = live_options.live_page(live, open_page, public=public and live, no_log=False)
     spec = None if faults is None else _faults(faults)
     if period not in set(Period):
         raise common.UsageError(f"--period is 5 or 10 (ms), not {period}")
@@ -162,9 +166,10 @@ def swarm(
         common.flush()
         served = world if spec is None else DisturbedSwarm(world, spec, seed)
         lived = poses.send if poses is not None else lambda: None
-        server = NetworksServer(served, endpoints, MonotonicClock(), speed=speed, lived=lived)
+        shown_at, stopped = opened.enter_context(shown(page, HandledSwarm(world), endpoints, console))
+        server = NetworksServer(served, shown_at, MonotonicClock(), speed=speed, lived=lived)
         try:
-            server.run(threading.Event().is_set)
+            server.run(stopped)
         finally:
             if server.overruns and as_json:
                 common.print_json_line({"overruns": server.overruns, "late": server.late})

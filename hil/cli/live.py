@@ -60,12 +60,17 @@ class LivePage:
         opened: The browser is started.
         public: Others on the network may look on.
         viewer: What shows it.
+
+    Attributes:
+        opened: As given.
+        public: As given.
+        viewer: As given.
     """
 
     def __init__(self, *, opened: bool, public: bool, viewer: ViewerName = ViewerName.PAGE) -> None:
-        self._opened = opened
-        self._public = public
-        self._viewer = viewer
+        self.opened = opened
+        self.public = public
+        self.viewer = viewer
 
     def served(self, operator: Operator) -> Live:
         """How the process that writes the log shows it.
@@ -73,7 +78,7 @@ class LivePage:
         Args:
             operator: Asks for what is asked for on the page.
         """
-        return Live(operator.ask, public=self._public, awaited=self._opened, viewer=self._viewer.value)
+        return Live(operator.ask, public=self.public, awaited=self.opened, viewer=self.viewer.value)
 
     def announce(self, recorder: Recorder, console: Console) -> None:
         """Say where it is, and start the browser.
@@ -89,9 +94,9 @@ class LivePage:
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
         console.print(f"Live: {page}", markup=False, soft_wrap=True)
-        if self._viewer is ViewerName.FOXGLOVE:
+        if self.viewer is ViewerName.FOXGLOVE:
             console.print("Open a connection to it in Foxglove; docs/viewers.md says how, and how to stop from there.")
-        if self._opened:
+        if self.opened:
             browse(_door(page).as_uri(), page)
 
 
@@ -126,8 +131,10 @@ def live_page(
         ViewerError: What serves Foxglove is not installed.
     """
     if not live:
-        if public or open_page is not None or viewer is not None:
-            raise common.UsageError("--open, --no-open, --public and --viewer go with --live")
+        if viewer is not None:
+            raise common.UsageError("--viewer goes with --live")
+        if public or open_page is not None:
+            raise common.UsageError("--open, --no-open and --public go with --live")
         return None
     if no_log:
         raise common.UsageError("--live shows what is recorded: leave out --no-log")

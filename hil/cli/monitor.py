@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hil.cli import common, links
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cockpit.window import can_show
@@ -29,6 +30,7 @@ def monitor(
         str, typer.Option("--robot", metavar="ADDRESS", help="Of a swarm this micro-robot alone, in full: ID, or NETWORK.ID.")
     ] = "",
     micro: Annotated[bool, typer.Option("--micro", help="Micro-robots alone, where others are at LINK, too.")] = False,
+    share: share_options.ShareOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -57,6 +59,7 @@ def monitor(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     url = common.url_of(link, None, seed)
     live = not (as_json or quiet) and can_show()
+    shared = share_options.shared_address(share, link and [link], "monitor", no_log=no_log, paced=live)
     job = MonitorJob(duration, seed, reconnect, silent=as_json or quiet, micro=micro, robot=robot, live=live)
     with running(
         "monitor",
@@ -70,7 +73,7 @@ def monitor(
         no_log=no_log,
         overwrite=overwrite,
     ) as run:
-        stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, live=live)
+        stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, live=live, share=shared)
         document = job.perform(stage)
         run.finish({})
     if as_json:

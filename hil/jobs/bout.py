@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
@@ -10,16 +10,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from firmware_protocol.messages import BoutOutcome
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, wanted_file
 from hil.jobs.session import ADVICE, Session, open_session
+from hil.jobs.stage import keys_taken_in
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
+from hil.sumo.attended import JudgedRing, PausedRing
 from hil.sumo.bouts import Bout, Tally, play
-from hil.sumo.controllers import AdviceController, ChaseController, Controller, RandomController
+from hil.sumo.controllers import BUILT_IN, AdviceController, Controller
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, RingError, open_ring
 from hil.terminal.bars import bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
+    from contextlib import AbstractContextManager
     from typing import Self
 
     from rich.console import Console
@@ -36,12 +39,16 @@ class ControllerName(StrEnum):
 
     ADVICE = "advice"
     CHASE = "chase"
+    CHASE2 = "chase2"
+    HOBBY = "hobby"
     RANDOM = "random"
 
 
 TITLES: Final = {
     ControllerName.ADVICE: "the advice",
     ControllerName.CHASE: "chasing",
+    ControllerName.CHASE2: "chasing and ramming",
+    ControllerName.HOBBY: "a hobby robot's state machine",
     ControllerName.RANDOM: "random maneuvers",
 }
 
@@ -58,6 +65,8 @@ class BoutJob:
         seed: Seed of every random choice.
         reconnect: How long a robot or link that is lost is waited for, in s.
         first: Number of the first bout in its series: these may be a part of one that is played in parts.
+        judged: A person sets the ring up, and says how each bout ends.
+        pauses: A person who looks on may have the run pause.
     """
 
     VERB: ClassVar[str] = "bout"
@@ -69,11 +78,15 @@ class BoutJob:
     seed: int
     reconnect: float
     first: int = 1
+    judged: bool = False
+    pauses: bool = False
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the advice."""
         return {
             **({"first": self.first} if self.first > 1 else {}),
+            **({"judged": True} if self.judged else {}),
+            **({"pauses": True} if self.pauses else {}),
             "controller": self.controller.value,
             "trials": self.trials,
             "opponent": self.opponent,
@@ -98,6 +111,8 @@ class BoutJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             first=options.integer("first", 1, MOST_TRIALS) if options.has("first") else 1,
+            judged=options.has("judged") and options.flag("judged"),
+            pauses=options.has("pauses") and options.flag("pauses"),
         )
 
     def parts(self, size: int) -> list[BoutJob]:
@@ -122,26 +137,35 @@ class BoutJob:
         Returns:
             Name of the opponent, and the bouts.
         """
-        with open_session(Junior, stage, reconnect=self.reconnect) as session:
-            ring = open_ring(session.robot, self.opponent)
+        with open_session(Junior, stage, reconnect=self.reconnect, arm=not self.judged) as session, self._keys(stage):
+            ring = self._ring(session, stage)
             bouts = self._play(session, stage, ring)
             session.finish({"controller": self.controller.value, **Tally.of(ring.opponent, bouts).to_dict()})
         return ring.opponent, bouts
 
+    def _keys(self, stage: Stage) -> AbstractContextManager[None]:
+        """Inside, a person who judges may do it by keys."""
+        return keys_taken_in(stage, lambda keys: [""] * len(keys)) if self.judged else nullcontext()
+
+    def _ring(self, session: Session[Junior], stage: Stage) -> Ring:
+        """The ring, with the person beside it, if one is."""
+        if self.judged:
+            return JudgedRing(session.robot, session.questions(stage.say), self.opponent)
+        ring = open_ring(session.robot, self.opponent)
+        return PausedRing(ring, session.robot, session.questions()) if self.pauses else ring
+
     def _player(self) -> Controller:
-        match self.controller:
-            case ControllerName.CHASE:
-                return ChaseController()
-            case ControllerName.RANDOM:
-                part = (self.first,) if self.first > 1 else ()
-                return RandomController(generator(self.seed, Branch.CONTROLLER, *part))
-            case ControllerName.ADVICE:
-                assert self.advice is not None
-                return AdviceController(self.advice)
+        if self.controller is ControllerName.ADVICE:
+            assert self.advice is not None
+            return AdviceController(self.advice)
+        part = (self.first,) if self.first > 1 else ()
+        return BUILT_IN[self.controller.value](generator(self.seed, Branch.CONTROLLER, *part))
 
     def _play(self, session: Session[Junior], stage: Stage, ring: Ring) -> list[Bout]:
         if not ring.refereed:
-            raise RingError("a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot")
+            raise RingError(
+                "a bout needs a referee who says how it ends, and nobody answers as one: use an emulated robot, or --judge"
+            )
         numbers = range(self.first, self.first + self.trials)
         seeds = [bout_seed(self.seed, Branch.BOUTS, number) for number in numbers]
         bouts: list[Bout] = []

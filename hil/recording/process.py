@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from os import fspath
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.events import Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from hil.bridge.taps import NOTHING
@@ -42,16 +43,35 @@ class Live:
     """How a run is shown while it goes on.
 
     Attributes:
-        asked: Is told, by a thread, what somebody asks for who looks on.
+        asked: Is told, by a thread, what somebody asks for who looks on, and of which robot (empty: of all).
         public: Others on the network may look on.
         awaited: A browser is being started that will: where the run is over sooner, it is waited for.
         viewer: By what: a page of our own, or `hil.recording.pipe.FOXGLOVE`.
+        robot_side: It is emulated robots that are served, and what is asked for is done to them by hand.
     """
 
-    asked: Callable[[str], None]
+    asked: Callable[[str, str], None]
     public: bool = False
     awaited: bool = False
     viewer: str = "page"
+    robot_side: bool = False
+
+
+@dataclass(frozen=True)
+class LinkSharing:
+    """How the link of a run is shared with programs that look on.
+
+    Attributes:
+        asked: Is told, by a thread, what one of them asks for, and of which robot (empty: of all).
+        host: Address of this machine at which they come.
+        port: Port; 0: any that is free.
+        driver: Name of the verb that drives.
+    """
+
+    asked: Callable[[str, str], None]
+    host: str
+    port: int
+    driver: str
 
 
 class RecorderProcess(Recorder):
@@ -79,14 +99,17 @@ class RecorderProcess(Recorder):
         listens: A report may be asked for when the log is closed: the other process gathers it meanwhile, and stays until
             `end`.
         live: Shows the run in a browser while it goes on; None: nobody looks on.
+        share: Shares the link with other programs; None: there are none.
 
     Attributes:
         lost: Entries that were lost so far.
         feed: Hands over.
         page: Address of the page that shows it; empty where none does.
         unseen: Why it can't be shown; empty where it is, or need not be.
+        shared: Address at which the link is shared; empty where it is not.
 
     Raises:
+        LinkOpenError: The link can't be shared at that address.
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created, or no process started.
     """
@@ -106,9 +129,10 @@ class RecorderProcess(Recorder):
         on_loss: Callable[[str], None] | None = None,
         listens: bool = False,
         live: Live | None = None,
+        share: LinkSharing | None = None,
     ) -> None:
         self.path = path
-        self.page = self.unseen = ""
+        self.page = self.unseen = self.shared = ""
         self._listens = listens
         self.lost = 0
         self._network = _HandedNetwork(self, link, OWN)
@@ -126,19 +150,25 @@ class RecorderProcess(Recorder):
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
             "system": system, "component": component, "overwrite": overwrite, "listens": listens,
-            "live": None if live is None else {"public": live.public, "awaited": live.awaited, "viewer": live.viewer},
+            "live": None if live is None else _shown(live),
+            "share": None if share is None else {"host": share.host, "port": share.port, "driver": share.driver},
         }  # fmt: skip
+        asker = live or share
         try:
-            self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda _: None) if live is None else live.asked)
+            self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda *_: None) if asker is None else asker.asked)
         except OSError as error:
             if output is not None:
                 output.discard()
             raise LogError(f"cannot write the log {path}: no process for it can be started: {error.strerror}") from error
         if live is not None:
             self._see_served()
+        refused = None if share is None else self._see_shared(share)
         if output is None:
             self._see_opened()
         self.feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
+        if refused is not None:
+            self.discard()
+            raise refused
 
     @property
     def pid(self) -> int:
@@ -302,6 +332,19 @@ class RecorderProcess(Recorder):
         else:
             _, self.page, self.unseen = answer
 
+    def _see_shared(self, share: LinkSharing) -> LinkOpenError | None:
+        """Wait until the other process shares the link; why it can't."""
+        answer = self._pipe.wait_for("sharing")
+        host = f"[{share.host}]" if ":" in share.host else share.host
+        url = f"tcp://{host}:{share.port}"
+        if answer is None:
+            return LinkOpenError(url, "the link can't be shared: the process that was to do so has ended")
+        _, port, why = answer
+        if why:
+            return LinkOpenError(url, f"the link can't be shared there: {why}", "Choose another port; 0 is any that is free")
+        self.shared = f"tcp://{host}:{port}"
+        return None
+
     def _see_opened(self) -> None:
         """Wait until the other process has opened what is no regular file."""
         if self._pipe.wait_for("opened") is not None:
@@ -376,6 +419,11 @@ class _HandedNetwork(Network):
         self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))
 
 
+def _shown(live: Live) -> dict[str, bool | str]:
+    """How it is shown, for the other process."""
+    return {"public": live.public, "awaited": live.awaited, "robot_side": live.robot_side, "viewer": live.viewer}
+
+
 def _begin(path: Path, *, overwrite: bool) -> Output:
     try:
         return Output(path, overwrite=overwrite)
@@ -396,6 +444,7 @@ def begin_log(
     listens: bool = False,
     beside: bool = True,
     live: Live | None = None,
+    share: LinkSharing | None = None,
 ) -> Recorder:
     """Begin a log, written by a process of its own; by this one where it is asked to, or can't be started once more.
 
@@ -412,12 +461,14 @@ def begin_log(
         on_loss: Likewise.
         listens: Likewise.
         live: As of `RecorderProcess`; it needs a process of its own, and is left out where there is none.
+        share: Likewise.
         beside: A process of its own is to write it: where there is a core for that, and it is worth the time that it takes to
             start.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created, or no process started.
+        LinkOpenError: The link can't be shared at that address.
     """
     if not (beside and can_start()):
         return Recorder(path, run=run, config=config, link=link, lockstep=lockstep, overwrite=overwrite, on_failure=on_failure)
@@ -432,4 +483,5 @@ def begin_log(
         on_loss=on_loss,
         listens=listens,
         live=live,
+        share=share,
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from firmware_protocol.faults.spec import FaultSpec
-from hil.connecting.swarm_address import networks_of
+from hil.connecting.network_address import networks_of
 from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob
@@ -19,6 +19,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
+from hil.jobs.watch import WatchJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob)
+    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob, WatchJob)
 }
 """Verbs whose logs can be replayed."""
 UNLINKED: Final = frozenset((EvolveJob.VERB,))

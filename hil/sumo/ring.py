@@ -144,11 +144,11 @@ class RefereedRing:
         progress = self._clearance - state.clearance
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
-        return Encounter(report, report.after, outcome, state.elapsed, progress, _lasted(ticket))
+        return Encounter(report, report.after, outcome, state.elapsed, progress, lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
-        _recover(self._junior)
+        recover(self._junior)
 
 
 class OpenRing:
@@ -172,11 +172,11 @@ class OpenRing:
         """Have a maneuver performed; see `Ring.engage`."""
         ticket = self._junior.start(maneuver)
         report = self._junior.follow(ticket)
-        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(ticket))
+        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket))
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
-        _recover(self._junior)
+        recover(self._junior)
 
 
 def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
@@ -189,15 +189,23 @@ def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
     return OpenRing(junior, opponent) if junior.referee is None else RefereedRing(junior, junior.referee, opponent)
 
 
-def _recover(junior: Junior) -> None:
+def recover(junior: Junior) -> None:
+    """Wait for a lost robot, and arm it; see `Ring.recover`.
+
+    Args:
+        junior: The robot.
+    """
     junior.wait_until_back()
     junior.arm()
 
 
-def _lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
+def lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
     """From the step that sent a maneuver to the stamp of what brought its result, in s.
 
     To the microsecond: the difference of two clock readings has a rounding that depends on the hour.
+
+    Args:
+        ticket: Of the maneuver, which is over.
     """
     assert ticket.asked_at is not None
     assert ticket.answered_at is not None

@@ -43,6 +43,15 @@ def test_bouts_side_by_side_are_not_shown(capsys: pytest.CaptureFixture[str]) ->
     assert "leave out one of the two" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [([], "has a referee"), (["--workers", "2"], "has a referee"), (["tcp://127.0.0.1:1"], "nobody can be asked here")],
+)
+def test_a_judge_is_there_and_is_needed(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bout", *words, "--controller", "chase", "--judge"]) == 2
+    assert said in capsys.readouterr().err
+
+
 def test_nothing_is_asked_for_by_default() -> None:
     assert live.live_page(live=False, open_page=None, public=False, no_log=True) is None
     with pytest.raises(UsageError):

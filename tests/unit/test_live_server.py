@@ -176,5 +176,17 @@ def test_somebody_who_has_gone_makes_room(served: Served) -> None:
 def test_the_live_page_may_ask_its_own_server_and_nobody_else() -> None:
     page = live_page(lockstep=True).decode()
     assert "default-src 'none'; connect-src 'self'; script-src" in page
-    assert '{"live": {"lockstep": true}}' in page
+    assert '{"live": {"lockstep": true, "robotSide": false}}' in page
     assert 'id="stop"' in page
+
+
+def test_what_is_asked_for_now_is_told_to_who_comes_late_and_when_it_changes(served: Served) -> None:
+    served.broadcast.ask('{"text": "one"}')
+    with served.stream() as stream:
+        assert [event(stream) for _ in range(2)] == [("begin", "{}"), ("asked", '{"text": "one"}')]
+        served.broadcast.commit("{}")
+        served.broadcast.ask('{"text": "two"}')
+        told = [event(stream)]
+        while told[-1] != ("asked", '{"text": "two"}'):
+            told.append(event(stream))
+        assert told.count(("asked", '{"text": "one"}')) == 0

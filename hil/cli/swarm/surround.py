@@ -15,6 +15,7 @@ from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -145,6 +146,7 @@ def surround(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     viewer: live_options.ViewerOption = None,
+    share: share_options.ShareOption = None,
     yes: options.YesOption = False,
     no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -174,6 +176,7 @@ def surround(
     options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
     if evolve is None:
         links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
+    shared = share_options.shared_address(share, links, "surround", no_log=no_log)
     settings = _settings(
         case=case,
         steps=steps,
@@ -277,6 +280,7 @@ def surround(
             options=config,
             reports=files.report is not None,
             page=page,
+            share=shared,
             gather=GATHER,
         )
         with closing(stage):

@@ -9,7 +9,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.bridge.operator import KEY
-from hil.jobs.session import attach, begin_log, nothing_said
+from hil.jobs.session import attach, begin_log, nothing_said, read_parameters
 from hil.jobs.stage import keys_taken_in
 from hil.swarm.connecting import connect_swarm
 from hil.swarm.poses import PoseFeed, PoseFixes
@@ -126,6 +126,7 @@ class SwarmKeys:
         """
         self._attend()
         self._fixes.take(self._operator.poses())
+        read_parameters(self._operator, self._swarm.members.values())
         if self._stopping:  # stopping takes steps too
             return
         pressed = {one.what.removeprefix(KEY) for one in self._operator.pressed()}

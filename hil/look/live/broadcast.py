@@ -14,8 +14,8 @@ MOST_KEPT: Final = 8_000_000
 ALIVE: Final = 1.0
 """Where nothing happens for so long, in s, that is said: so it is found out that somebody has gone."""
 
-PART, BEGIN, OVER = "part", "begin", "over"
-"""Kinds of events: a part; forget what was told; nothing more comes."""
+PART, BEGIN, ASKED, OVER = "part", "begin", "asked", "over"
+"""Kinds of events: a part; forget what was told; what a person is asked now; nothing more comes."""
 
 Told = tuple[str, str]
 """A kind of event, and its text in one line; an empty kind: nothing has happened."""
@@ -36,6 +36,7 @@ class Broadcast:
         self._size = 0
         self._going: str | None = None
         self._version = 0
+        self._asked: str | None = None
         self._end: str | None = None
         self._listening = 0
         self._came = False
@@ -69,6 +70,17 @@ class Broadcast:
         """
         with self._changed:
             self._going = text
+            self._version += 1
+            self._changed.notify_all()
+
+    def ask(self, text: str) -> None:
+        """Tell what a person is asked now.
+
+        Args:
+            text: The question and what may be answered, as JSON.
+        """
+        with self._changed:
+            self._asked = text
             self._version += 1
             self._changed.notify_all()
 
@@ -116,6 +128,7 @@ class Broadcast:
 
     def _events(self) -> Iterator[Told]:
         following, version = 0, -1
+        answerable: str | None = None
         while True:
             with self._changed:
                 changed = self._wait_for_more(version)
@@ -123,7 +136,7 @@ class Broadcast:
                 parts = list(self._over)[max(0, following - self._first) :]
                 following = self._first + len(self._over)
                 going = self._going if self._version != version else None
-                version, end = self._version, self._end
+                version, end, asked = self._version, self._end, self._asked
             if not changed:
                 yield "", ""
                 continue
@@ -133,6 +146,9 @@ class Broadcast:
                 yield PART, text
             if going is not None:
                 yield PART, going
+            if asked is not None and asked is not answerable:
+                answerable = asked
+                yield ASKED, asked
             if end is not None:
                 yield OVER, end
                 return

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.messages import HOST_SYSTEM
 from firmware_protocol.messages.robot import State
-from hil.bridge.operator import STOP
+from hil.bridge.operator import CHOICES, STOP
 from hil.look.live.broadcast import Broadcast
+from hil.look.live.choices import OF_ROBOT_SIDE, Choices
 from hil.look.live.overhearing import OverhearingSink
 from hil.look.live.server import LiveServer
 from hil.look.live.unfolding import TOPICS, Unfolding
@@ -54,6 +55,7 @@ class Showing:
         lockstep: Time passes as fast as the machine can.
         public: Others on the network may look on.
         awaited: A browser is being started that will look on.
+        robot_side: It is emulated robots that are served: what may be asked for is done to them by hand, and nothing else.
 
     Attributes:
         sink: Where entries go now.
@@ -72,6 +74,7 @@ class Showing:
         lockstep: bool,
         public: bool = False,
         awaited: bool = False,
+        robot_side: bool = False,
     ) -> None:
         self.sink = OverhearingSink(sink, TOPICS)
         self.sink.records["run"] = run
@@ -82,7 +85,10 @@ class Showing:
         self._stops = StopWatch(ask)
         self._leaving = threading.Event()
         self._shown = -1
-        server = LiveServer(live_page(lockstep=lockstep), self._broadcast, {STOP: self._stops.stop}, public=public)
+        self._choices = Choices(ask, self._broadcast.ask, OF_ROBOT_SIDE if robot_side else CHOICES)
+        inputs = self._choices.inputs if robot_side else {STOP: self._stops.stop, **self._choices.inputs}
+        page = live_page(lockstep=lockstep, robot_side=robot_side)
+        server = LiveServer(page, self._broadcast, inputs, public=public)
         self.url = server.url
         self._thread = threading.Thread(target=self._run, name="what is shown", daemon=True)
         self._thread.start()
@@ -118,6 +124,7 @@ class Showing:
         """Take what has come."""
         heard = self.sink.take()
         self._stops.hear(heard)
+        self._choices.hear(heard)
         return self._unfolding.hear(heard)
 
     def _tell(self, over: list[Episode], *, last: bool) -> None:

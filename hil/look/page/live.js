@@ -1,6 +1,10 @@
 // A run that goes on: parts come one after the other, and the player follows.
 
 const BEHIND = 0.4; // seconds that the player stays behind, so that there is always something to play
+const CHOICES = new Map([ // what may be answered, or done to emulated robots
+  ["ready", "Ring is ready"], ["won", "Won"], ["lost", "Lost"], ["drawn", "Drawn"], ["pause", "Pause"], ["resume", "Go on"],
+  ["power-off", "Power off"], ["power-on", "Power on"], ["lift", "Lift"], ["put-down", "Put back"],
+]);
 const SHOWN = 20; // seconds that are shown of a run without bouts
 
 class LivePlayer extends Player {
@@ -78,15 +82,17 @@ class LivePlayer extends Player {
 }
 
 class LivePage {
-  constructor({ lockstep }) {
+  constructor({ lockstep, robotSide }) {
     Object.assign(this, { lockstep, model: new Model(), view: null, until: -Infinity, waiting: null, taking: Promise.resolve(), over: false });
     byId("live").hidden = false;
-    this.tell("Waiting for the run to begin.");
+    byId("stop").hidden = robotSide;
+    this.tell(robotSide ? "Waiting for the robots to say something." : "Waiting for the run to begin.");
     byId("follow").addEventListener("click", () => this.view?.player.follow());
     byId("stop").addEventListener("click", () => this.stop());
     this.source = new EventSource("told");
     this.source.addEventListener("begin", () => this.begin());
     this.source.addEventListener("part", (event) => this.heard(JSON.parse(event.data)));
+    this.source.addEventListener("asked", (event) => this.ask(JSON.parse(event.data)));
     this.source.addEventListener("over", (event) => this.end(JSON.parse(event.data)));
     this.source.addEventListener("full", (event) => this.full(event.data));
     this.source.addEventListener("error", () => {
@@ -167,8 +173,37 @@ class LivePage {
     this.source.close();
     if (this.waiting) this.take(this.waiting);
     this.waiting = null;
-    byId("stop").disabled = true;
+    byId("stop").disabled = byId("asked").hidden = true;
     this.tell(text, text.includes("died"));
+  }
+
+  // What the run asks of a person; no choices: nothing.
+  ask({ text, choices }) {
+    const known = choices.filter((choice) => CHOICES.has(choice));
+    byId("asked").hidden = !known.length;
+    byId("asked-words").textContent = text;
+    byId("choices").replaceChildren(
+      ...known.map((choice) => {
+        const button = document.createElement("button");
+        button.textContent = CHOICES.get(choice);
+        button.addEventListener("click", () => this.answer(choice));
+        return button;
+      }),
+    );
+  }
+
+  async answer(choice) {
+    const buttons = [...byId("choices").children];
+    for (const button of buttons) button.disabled = true;
+    let said = null;
+    try {
+      said = await (await fetch(choice, { method: "POST", signal: AbortSignal.timeout(2500) })).json();
+    } catch {
+      said = null; // nobody answers
+    }
+    if (said && said.taken) return; // what is asked next puts other buttons here
+    byId("asked-words").textContent += said ? " (this was answered already)" : " (nobody has heard that: once more?)";
+    if (!said) for (const button of buttons) button.disabled = false;
   }
 
   full(most) {

@@ -97,8 +97,8 @@ class Model {
     for (const name of ["title", "source"]) if (part[name]) this[name] = part[name];
     for (const name of ["said", "facts", "notes", "about", "lessons"]) if (part[name].length) this[name] = part[name];
     if (part.terrain) {
-      const [ground, width, height, wall] = part.terrain;
-      this.terrain = { ground, width, height, wall };
+      const [ground, width, height, wall, obstacles] = part.terrain;
+      this.terrain = { ground, width, height, wall, obstacles };
     }
     if (part.since !== undefined) this.forget(part.since);
     this.begin = Math.min(this.begin, part.begin);
