@@ -2,9 +2,9 @@
 
 `cost` plays bouts by the chase in lock-step without a recorder, with one in the same process, and with the one in a process of
 its own, by turns. `size` coaches and plays, and measures the logs. `jitter` steps a robot that is served by another process
-every 5 ms in real time (of a swarm: every 20 ms), with and without the recorder, and with one that shows the run to four who
-look on. `kills` kills one
-of the two processes at a random moment, and looks at what the stock reader reads of the log.
+every 5 ms in real time (of a swarm: every 20 ms), with and without the recorder, with one that shows the run to four who look
+on, and with one that shares the link with four guests. `kills` kills one of the two processes at a random moment, and looks at
+what the stock reader reads of the log.
 
     python benchmarks/recorder_process.py cost|size|jitter|kills [--bouts 100] [--rounds 5] [--kills 200] [--seconds 20]
                                             [--robots 1]
@@ -32,7 +32,7 @@ from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
 import hil
-from hil.recording.process import Live, RecorderProcess
+from hil.recording.process import LinkSharing, Live, RecorderProcess
 from hil.recording.recorder import Recorder
 from hil.sumo.bouts import play
 from hil.sumo.controllers import ChaseController
@@ -119,7 +119,7 @@ def size(options: argparse.Namespace) -> None:
             )
 
 
-JITTER_KINDS, SHARES = ("without", "with", "shown"), (50, 99, 99.9)
+JITTER_KINDS, SHARES = ("without", "with", "shown", "shared"), (50, 99, 99.9)
 AIM = 0.2
 """In ms: so much more may the 99th percentile be while four look on."""
 
@@ -136,8 +136,8 @@ def jitter(options: argparse.Namespace) -> None:
             assert served.stdout is not None
             urls = [served.stdout.readline().decode().split()[-1] for _ in range(networks)]
             for number in range(options.rounds):
-                for name in (*JITTER_KINDS[number % 3 :], *JITTER_KINDS[: number % 3]):
-                    late = _paced(urls, options.seconds, recorded=name != "without", shown=name == "shown")
+                for name in (*JITTER_KINDS[number % 4 :], *JITTER_KINDS[: number % 4]):
+                    late = _paced(urls, options.seconds, name)
                     found[name].append([_percentile(late, share) for share in SHARES])
         finally:
             served.send_signal(signal.SIGINT)
@@ -149,7 +149,7 @@ def jitter(options: argparse.Namespace) -> None:
         columns = list(zip(*rounds, strict=True))
         shares = "  ".join(f"{share:g} % {median(column):.3f} ms" for share, column in zip(SHARES, columns, strict=True))
         print(f"  {name:8} recorder: {shares}  (99 %: {min(columns[1]):.3f} to {max(columns[1]):.3f})")
-    for one, other in (("with", "without"), ("shown", "with"), ("shown", "without")):
+    for one, other in (("with", "without"), ("shared", "with"), ("shown", "with"), ("shown", "without")):
         more = sorted(a[1] - b[1] for a, b in zip(found[one], found[other], strict=True))
         print(f"  99 %, {one} less {other}: median {median(more):+.3f} ms, {more[0]:+.3f} to {more[-1]:+.3f}")
     verdict = "met" if more[-1] <= AIM else "not met" if more[0] > AIM else "not to be told: pairs differ more than that"
@@ -169,14 +169,27 @@ for thread in threads: thread.start()
 """
 
 
-def _paced(urls: list[str], seconds: float, *, recorded: bool, shown: bool) -> list[float]:
+GUESTS = """
+import socket, sys, threading
+def look():
+    with socket.create_connection(("127.0.0.1", int(sys.argv[1].rpartition(":")[2]))) as link:
+        while link.recv(65536): pass
+threads = [threading.Thread(target=look) for _ in range(4)]
+for thread in threads: thread.start()
+"""
+
+
+def _paced(urls: list[str], seconds: float, name: str) -> list[float]:
     """Deviations of the period in s: 5 ms of a Junior, 20 ms of a swarm."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
-        live = Live(lambda *_: None) if shown else None
-        recorder = RecorderProcess(log, **{**ABOUT, "link": urls[0], "lockstep": False}, live=live) if recorded else None
-        if recorder is not None and shown:
-            stack.enter_context(subprocess.Popen([sys.executable, "-c", VIEWERS, recorder.page]))  # noqa: S603 - ourselves
+        live = Live(lambda *_: None) if name == "shown" else None
+        share = LinkSharing(lambda *_: None, "127.0.0.1", 0, "benchmark") if name == "shared" else None
+        about = {**ABOUT, "link": urls[0], "lockstep": False}
+        recorder = None if name == "without" else RecorderProcess(log, **about, live=live, share=share)
+        if recorder is not None and (live or share):
+            looking, where = (VIEWERS, recorder.page) if live else (GUESTS, recorder.shared)
+            stack.enter_context(subprocess.Popen([sys.executable, "-c", looking, where]))  # noqa: S603 - ourselves
         taps = [recorder] if recorder else []
         period = PERIOD if len(urls) == 1 else SWARM_PERIOD
         robots = hil.connect(urls[0], taps=taps) if len(urls) == 1 else connect_swarm(*urls, taps=taps)

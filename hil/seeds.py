@@ -19,6 +19,7 @@ class Branch(IntEnum):
     SURROUND = 7
     START_PLACES = 8
     SEARCH = 9
+    TOURNAMENT = 11
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -121,6 +121,8 @@ def breed(
     select: Callable[[NDArray[np.float64], np.random.Generator], int],
     crossover: float,
     vary: Callable[[Genes, np.random.Generator], Genes],
+    brood: int = 1,
+    choose: Callable[[Sequence[Genes], Sequence[Genes]], int] | None = None,
 ) -> tuple[Genes, NDArray[np.int64]]:
     """Make the next generation: the elite unchanged, the rest by selection, one-point crossover and mutation.
 
@@ -132,6 +134,8 @@ def breed(
         select: Selects a parent by the scores, as `tournament` and `roulette` do.
         crossover: Probability that a child has two parents.
         vary: Makes of a child its mutant, as `mutate` and `flip` do.
+        brood: Children bred for each place.
+        choose: Of those bred before and the brood says which of the brood gets the place; None: the first.
 
     Returns:
         The new population, same shape, and the two parents of each of its individuals, shape (individuals, 2):
@@ -141,11 +145,16 @@ def breed(
     children = [population[index] for index in order]
     parents = [(int(index), int(index)) for index in order]
     while len(children) < len(population):
-        mother = father = select(scores, rng)
-        child = population[mother]
-        if rng.random() < crossover:
-            father = select(scores, rng)
-            child = one_point_crossover(child, population[father], rng)
-        children.append(vary(child, rng))
-        parents.append((mother, father))
+        litter, descents = [], []
+        for _ in range(brood):
+            mother = father = select(scores, rng)
+            child = population[mother]
+            if rng.random() < crossover:
+                father = select(scores, rng)
+                child = one_point_crossover(child, population[father], rng)
+            litter.append(vary(child, rng))
+            descents.append((mother, father))
+        chosen = 0 if choose is None else choose(children, litter)
+        children.append(litter[chosen])
+        parents.append(descents[chosen])
     return np.stack(children), np.array(parents, dtype=np.int64)

@@ -117,8 +117,9 @@ class SharedTime:
 
     Args:
         device: What is at the other ends; its time is 0.
-        prompt: A read is over as soon as something has come on any network, so that nobody's answer is late because another
-            network is being read. Without, a host that reads many networks takes fewer steps.
+        prompt: A read is over as soon as something has come on any network, and a network that is behind comes up to the
+            others before time passes again, so that nobody's answer is late because another network is being read. Without, a
+            host that reads many networks takes fewer steps.
 
     Attributes:
         clocks: How far each network has been read.
@@ -146,7 +147,7 @@ class SharedTime:
         clock, queue = self.clocks[network], self._inbound[network]
         until = clock.ticks + max(1, math.ceil(min((timeout - _EPSILON) / self._device.period, _MOST) - _ROUNDING))
         while not queue and self._ticks < until:
-            if self._prompt and clock.ticks < self._ticks and any(self._inbound):
+            if self._prompt and clock.ticks < self._ticks:
                 until = self._ticks
             else:
                 self._run(until - self._ticks)

@@ -33,7 +33,7 @@ PAUSE, RESUME = "pause", "resume"
 CHOICES: Final = frozenset((WON, LOST, DRAWN, READY, PAUSE, RESUME))
 """What a person may answer where a run asks for it."""
 GUEST_STOP: Final = "guest stop"
-"""Likewise, asked for by a program that looks on at a shared link."""
+"""Likewise the robots are to stop at once: asked for by a program that looks on at a shared link."""
 PARAMETERS: Final = "parameters"
 """A robot's parameters are to be read, since a program that looks on at a shared link has asked for them."""
 KEY: Final = "key "

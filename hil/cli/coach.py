@@ -70,6 +70,14 @@ def coach(
     pairs: Annotated[
         bool, typer.Option("--pairs", help="Phase 2 tells situations apart by the previous stimulus too, as the book does.")
     ] = DEFAULTS.pairs,
+    mirror: Annotated[
+        bool | None,
+        typer.Option(
+            "--mirror/--no-mirror",
+            help="What is learnt on the left holds on the right: for a robot whose wheels are even "
+            "[default: --mirror in lock-step, --no-mirror in real time]",
+        ),
+    ] = None,
     period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
     held_out: Annotated[
         int | None,
@@ -102,6 +110,7 @@ def coach(
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
     share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -122,7 +131,7 @@ def coach(
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     clock = MonotonicClock()
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
@@ -132,7 +141,7 @@ def coach(
         seed = saved.seed
     elif link is None:
         opponent = opponent or "flat-light"
-    settings = _settings(objective, budget, phases, period, pairs=pairs) if saved is None else saved.pal.settings
+    settings = _settings(objective, budget, phases, period, pairs=pairs, mirror=mirror) if saved is None else saved.pal.settings
     url = common.url_of(link, opponent, seed)
     with running(
         "coach",
@@ -153,6 +162,7 @@ def coach(
         job = CoachJob(
             settings=settings,
             choose_objective=objective is None,
+            choose_mirror=mirror is None,
             opponent=opponent,
             held_out=held_out,
             seed=seed,
@@ -209,10 +219,17 @@ def coach(
     return run.ended()
 
 
-def _settings(objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool) -> PalSettings:
+def _settings(
+    objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool, mirror: bool | None
+) -> PalSettings:
     try:
         return PalSettings(
-            objective=objective or Objective.OUTCOME, budget=budget, phases=phases.value, pairs=pairs, period=period
+            objective=objective or Objective.OUTCOME,
+            budget=budget,
+            phases=phases.value,
+            pairs=pairs,
+            mirror=mirror is not False,
+            period=period,
         )
     except SettingsError as error:
         raise common.UsageError(str(error)) from error
@@ -345,7 +362,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
         UsageError: Something else is asked for.
     """
     begun: dict[str, object] = {**saved.pal.settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent}
-    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "period"):
+    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "period"):
         wanted = context.params[name]
         if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(

@@ -54,7 +54,7 @@ def deploy(
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,
 ) -> int:
-    """Write an advice into the robot's memory, read it back and verify it; it survives power-off.
+    """Write advice into the robot's memory, read it back and verify it; it survives power-off.
 
     From then on the robot plays without a host: by --contest, or by its start module.
 

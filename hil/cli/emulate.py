@@ -93,9 +93,10 @@ def emulate(
     """Serve an emulated robot until interrupted: to any program that speaks MAVLink, or CAN, at the pace of real time.
 
     Over CAN the same robot speaks CAN frames: on a bus that python-can knows (can://udp_multicast/239.74.163.2), or behind
-    a serial CAN adapter on a pty (slcan). With --count several robots share the link, each in a ring of its own.
+    a serial CAN adapter on a pty (slcan). Of a pty the port is printed:
+    hil monitor PORT shows the robot. With --count several robots share the link, each in a ring of its own.
 
-    Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
+    Example: hil emulate junior --link pty --opponent flat-heavy
     """
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
     from simdevice.serving.server import Server  # noqa: PLC0415

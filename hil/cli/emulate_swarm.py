@@ -58,7 +58,7 @@ def swarm(
         ),
     ] = None,
     wall: Annotated[bool, typer.Option("--wall", help="A wall runs round the table.")] = False,
-    size: Annotated[str | None, typer.Option("--size", metavar="W[,H]", help="Size of the table, in m (2.0).")] = None,
+    size: Annotated[str | None, typer.Option("--size", metavar="W[,H]", help="Size of the table, in m. [default: 2.0]")] = None,
     room: Annotated[
         list[str] | None,
         typer.Option("--room", metavar="NAME|FILE", help="A room stands on it: default, narrow, mixed, or an image."),
@@ -99,9 +99,10 @@ def swarm(
 ) -> None:
     """Serve emulated micro-robots on one table until interrupted, each with its firmware, at the pace of real time.
 
-    Robots are numbered network by network, RANGERs first. One address a line is printed for each network.
+    Robots are numbered network by network, RANGERs first. The address of each network is printed, a line each:
+    in the example with the ports 5760, 5761 and 5762.
 
-    Example: hil emulate swarm --networks 3 --link tcp://127.0.0.1:5760    (ports 5760, 5761 and 5762)
+    Example: hil emulate swarm --networks 3 --link tcp://127.0.0.1:5760
     """
     from simdevice.serving.networks import NetworksServer  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.swarm.disturbed import DisturbedSwarm  # noqa: PLC0415

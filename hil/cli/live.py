@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import tempfile
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -12,6 +13,8 @@ import typer
 from hil.cli import common
 from hil.cli.browsing import browse, on_a_desktop
 from hil.cli.qr import show_qr
+from hil.look.viewers.foxglove_server import check_installed
+from hil.recording.pipe import FOXGLOVE
 from hil.recording.process import Live, RecorderProcess
 
 if TYPE_CHECKING:
@@ -20,12 +23,27 @@ if TYPE_CHECKING:
     from hil.bridge.operator import Operator
     from hil.recording.recorder import Recorder
 
+
+class ViewerName(StrEnum):
+    """What shows a run while it goes on."""
+
+    PAGE = "page"
+    FOXGLOVE = FOXGLOVE
+
+
 LiveOption = Annotated[bool, typer.Option("--live", help="Show the run in a web browser while it goes on, with a stop button.")]
 OpenOption = Annotated[
     bool | None, typer.Option("--open/--no-open", help="With --live: start the browser [default: on a terminal of a desktop].")
 ]
 PublicOption = Annotated[
     bool, typer.Option("--public", help="With --live: whoever knows its address may look on, and stop, from other machines.")
+]
+ViewerOption = Annotated[
+    ViewerName | None,
+    typer.Option(
+        "--viewer",
+        help="With --live: what shows it. foxglove: whatever connects as Foxglove does [default: a page of our own].",
+    ),
 ]
 DOOR: Final = """<!DOCTYPE html>
 <meta charset="utf-8">
@@ -42,15 +60,17 @@ class LivePage:
     Args:
         opened: The browser is started.
         public: Others on the network may look on.
+        viewer: What shows it.
 
     Attributes:
         opened: As given.
         public: As given.
     """
 
-    def __init__(self, *, opened: bool, public: bool) -> None:
+    def __init__(self, *, opened: bool, public: bool, viewer: ViewerName = ViewerName.PAGE) -> None:
         self.opened = opened
         self.public = public
+        self._viewer = viewer
 
     def served(self, operator: Operator) -> Live:
         """How the process that writes the log shows it.
@@ -58,7 +78,7 @@ class LivePage:
         Args:
             operator: Asks for what is asked for on the page.
         """
-        return Live(operator.ask, public=self.public, awaited=self.opened)
+        return Live(operator.ask, public=self.public, awaited=self.opened, viewer=self._viewer.value)
 
     def announce(self, recorder: Recorder, console: Console) -> None:
         """Say where it is, and start the browser.
@@ -74,7 +94,9 @@ class LivePage:
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
         console.print(f"Live: {page}", markup=False, soft_wrap=True)
-        if self.public:
+        if self._viewer is ViewerName.FOXGLOVE:
+            console.print("Open a connection to it in Foxglove; docs/viewers.md says how, and how to stop from there.")
+        elif self.public:
             show_qr(page, console)
         if self.opened:
             browse(_door(page).as_uri(), page)
@@ -89,7 +111,14 @@ def _door(page: str) -> Path:
     return path
 
 
-def live_page(live: bool, open_page: bool | None, *, public: bool, no_log: bool) -> LivePage | None:  # noqa: FBT001 - an option
+def live_page(
+    live: bool,  # noqa: FBT001 - an option
+    open_page: bool | None,  # noqa: FBT001 - likewise
+    *,
+    public: bool,
+    no_log: bool,
+    viewer: ViewerName | None = None,
+) -> LivePage | None:
     """What the options ask for; None: the run is not shown.
 
     Args:
@@ -97,14 +126,23 @@ def live_page(live: bool, open_page: bool | None, *, public: bool, no_log: bool)
         open_page: `--open`, or `--no-open`; None: neither.
         public: `--public`.
         no_log: `--no-log`.
+        viewer: `--viewer`.
 
     Raises:
         UsageError: Options exclude each other.
+        ViewerError: What serves Foxglove is not installed.
     """
     if not live:
-        if public or open_page is not None:
-            raise common.UsageError("--open, --no-open and --public go with --live")
+        if public or open_page is not None or viewer is not None:
+            raise common.UsageError("--open, --no-open, --public and --viewer go with --live")
         return None
     if no_log:
         raise common.UsageError("--live shows what is recorded: leave out --no-log")
+    if viewer is ViewerName.FOXGLOVE:
+        if public:
+            raise common.UsageError("--public does not go with --viewer foxglove: its server asks nobody who they are")
+        if open_page:
+            raise common.UsageError("--open does not go with --viewer foxglove: start it yourself")
+        check_installed()
+        return LivePage(opened=False, public=False, viewer=viewer)
     return LivePage(opened=on_a_desktop() if open_page is None else open_page, public=public)

@@ -45,13 +45,13 @@ def monitor(
 ) -> int:
     """Show robots on the terminal: where they are, what they sense, how good the link is. Drive them by keys.
 
-    Who is there is found out by listening. Without LINK it is an emulated robot in real time: a arms it, arrows drive it, ?
-    tells of all keys. Without a terminal a line is printed every second.
+    Who is there is found out by listening. Without LINK it is an emulated robot in real time: the key a arms it, arrows
+    drive it, ? shows all keys. Without a terminal a line is printed every second.
 
     Pull the plug and put it back: it goes on, and the robot is disarmed.
 
     Of several robots on one link each has a line. They are only watched; the keys n and p choose one, and the first key that
-    moves it stops and disarms it first. Of micro-robots likewise; with --robot one is shown in full.
+    moves it stops and disarms it first. So it is with micro-robots; with --robot one is shown in full.
 
     Example: hil monitor /dev/ttyACM0
     """

@@ -86,10 +86,7 @@ def view(
     At a LINK robots are watched: whoever controls them goes on, and none is stopped but by the page's stop. It is served, and
     a log is written, until Ctrl-C.
 
-    Examples:
-        hil view runs/20261128-130501-coach-flat-light
-        hil view --gif bout.gif --bout advice:3
-        hil view /dev/ttyACM0
+    Examples: hil view runs/20261128-130501-coach-flat-light; hil view --gif bout.gif --bout advice:3; hil view /dev/ttyACM0
     """
     linked = what is not None and links.is_link(what)
     for name in LOG_ONLY if linked else LINK_ONLY:

@@ -13,7 +13,6 @@ from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
-from firmware_protocol.near import nearest
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
@@ -23,10 +22,10 @@ from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
-from hil.connecting.junior_address import JUNIOR, junior_settings
+from hil.connecting.junior_address import junior_settings
 from hil.connecting.lines import capacity_of, pace_of
 from hil.connecting.network_address import network_of, number_option
-from hil.connecting.swarm_address import SWARM, is_swarm, swarm_settings
+from hil.connecting.swarm_address import is_swarm, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
@@ -495,10 +494,6 @@ def _emulated(address: Address, faults: FaultSpec | None, key: SigningKey | None
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
 
-    if address.target != JUNIOR:
-        meant = nearest(address.target, (JUNIOR, SWARM))
-        remedy = f"Did you mean sim://{meant}?" if meant else "Write sim://junior or sim://swarm"
-        raise AddressError(address.url, f"there is no emulated {address.target!r}", remedy)
     settings, count = junior_settings(address, faults, key), number_option(address, "count")
     if settings.hosted:
         raise AddressError(address.url, "two robots are in its ring, each on a network of its own", "Use connect_all")
@@ -513,9 +508,10 @@ def _networked(address: Address, key: SigningKey | None) -> SharedTime:
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415 - as above
     from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415
 
-    try:
-        if is_swarm(address):
-            return SharedTime(SwarmWorld(swarm_settings(address, _befalling(address))))
+    if not is_swarm(address):
         return SharedTime(junior_world(junior_settings(address, _befalling(address), key)), prompt=True)
+    settings = swarm_settings(address, _befalling(address))
+    try:
+        return SharedTime(SwarmWorld(settings))
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import AddressError
+from firmware_protocol.near import nearest
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
 from hil.connecting.network_address import number_option
+from hil.connecting.swarm_address import SWARM
 from hil.signing.key_file import no_signatures
 
 if TYPE_CHECKING:
@@ -35,10 +37,14 @@ def junior_settings(address: Address, faults: FaultSpec | None = None, key: Sign
         key: Signing key that it comes up with.
 
     Raises:
-        AddressError: Something in its options is wrong.
+        AddressError: It is of something else, or something in its options is wrong.
     """
     from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415 - pymunk is only needed here
 
+    if address.target != JUNIOR:
+        meant = nearest(address.target, (JUNIOR, SWARM))
+        remedy = f"Did you mean sim://{meant}?" if meant else "Write sim://junior or sim://swarm"
+        raise AddressError(address.url, f"there is no emulated {address.target!r}", remedy)
     address.only(*JUNIOR_OPTIONS)
     given = address.options
     if (referee := given.get("referee", "1")) not in {"0", "1"}:

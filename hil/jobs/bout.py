@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.messages import BoutOutcome
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, wanted_file
-from hil.jobs.session import ADVICE, Session, open_session
+from hil.jobs.session import ADVICE, POLICY, Session, open_session
 from hil.jobs.stage import keys_taken_in
+from hil.policies import PolicyDriver, policy_of, policy_text
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.attended import JudgedRing, PausedRing
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from hil.jobs.stage import Stage
+    from hil.policies import Policy
+    from hil.sumo.controllers import Driver
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -38,6 +41,7 @@ class ControllerName(StrEnum):
     """Who chooses the maneuvers."""
 
     ADVICE = "advice"
+    POLICY = "policy"
     CHASE = "chase"
     CHASE2 = "chase2"
     HOBBY = "hobby"
@@ -46,6 +50,7 @@ class ControllerName(StrEnum):
 
 TITLES: Final = {
     ControllerName.ADVICE: "the advice",
+    ControllerName.POLICY: "the policy",
     ControllerName.CHASE: "chasing",
     ControllerName.CHASE2: "chasing and ramming",
     ControllerName.HOBBY: "a hobby robot's state machine",
@@ -67,6 +72,7 @@ class BoutJob:
         first: Number of the first bout in its series: these may be a part of one that is played in parts.
         judged: A person sets the ring up, and says how each bout ends.
         pauses: A person who looks on may have the run pause.
+        policy: What to drive by, where it is a policy.
     """
 
     VERB: ClassVar[str] = "bout"
@@ -80,9 +86,10 @@ class BoutJob:
     first: int = 1
     judged: bool = False
     pauses: bool = False
+    policy: Policy | None = None
 
     def options(self) -> dict[str, Any]:
-        """Everything that decides, but for the advice."""
+        """Everything that decides, but for advice and policy."""
         return {
             **({"first": self.first} if self.first > 1 else {}),
             **({"judged": True} if self.judged else {}),
@@ -95,7 +102,9 @@ class BoutJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """The advice."""
+        """The advice, or the policy."""
+        if self.policy is not None:
+            return {POLICY: policy_text(self.policy).encode()}
         return {} if self.advice is None else {ADVICE: advice_text(self.advice).encode()}
 
     @classmethod
@@ -113,6 +122,7 @@ class BoutJob:
             first=options.integer("first", 1, MOST_TRIALS) if options.has("first") else 1,
             judged=options.has("judged") and options.flag("judged"),
             pauses=options.has("pauses") and options.flag("pauses"),
+            policy=policy_of(wanted_file(files, POLICY)) if controller is ControllerName.POLICY else None,
         )
 
     def parts(self, size: int) -> list[BoutJob]:
@@ -154,7 +164,9 @@ class BoutJob:
         ring = open_ring(session.robot, self.opponent)
         return PausedRing(ring, session.robot, session.questions()) if self.pauses else ring
 
-    def _player(self) -> Controller:
+    def _player(self) -> Controller | Driver:
+        if self.policy is not None:
+            return PolicyDriver(self.policy)
         if self.controller is ControllerName.ADVICE:
             assert self.advice is not None
             return AdviceController(self.advice)

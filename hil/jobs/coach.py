@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
@@ -97,6 +97,7 @@ class CoachJob:
     Attributes:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
+        choose_mirror: Left and right are not exchanged in real time, where nobody knows whether the robot's wheels are even.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
@@ -111,6 +112,7 @@ class CoachJob:
 
     settings: PalSettings
     choose_objective: bool
+    choose_mirror: bool
     opponent: str | None
     held_out: int | None
     seed: int
@@ -123,8 +125,9 @@ class CoachJob:
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
         return {
-            "settings": self.settings.to_dict(),
+            "settings": self.settings.to_saved(),
             "choose_objective": self.choose_objective,
+            **({"choose_mirror": True} if self.choose_mirror else {}),
             "opponent": self.opponent,
             "held_out": self.held_out,
             "seed": self.seed,
@@ -141,12 +144,13 @@ class CoachJob:
         """As a log has it; see `Job.of_log`."""
         settings = options.take("settings")
         try:
-            parsed = PalSettings.from_dict(settings)
+            parsed = PalSettings.of_saved(settings)
         except (SettingsError, TypeError, AttributeError) as error:
             raise options.wrong("settings", str(error)) from error
         return cls(
             settings=parsed,
             choose_objective=options.flag("choose_objective"),
+            choose_mirror=options.has("choose_mirror") and options.flag("choose_mirror"),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
@@ -217,7 +221,9 @@ class _CoachingRun:
     def _settings(self) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
-            return PalSettings.from_dict({**settings.to_dict(), "objective": Objective.CONTACT.value})
+            settings = replace(settings, objective=Objective.CONTACT)
+        if self._job.choose_mirror and not self._session.lockstep:
+            settings = replace(settings, mirror=False)
         return settings
 
     def coach(self) -> None:

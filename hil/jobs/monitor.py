@@ -224,7 +224,7 @@ class _View:
             stage.say(f"{next(iter(robots.networks.bridges))}: {said}")
         elif self._window is not None:
             ours = any(robot.peer.taken for robot in robots)
-            stage.say("It is disarmed: a arms it, arrows drive it, ? tells of all keys" if ours else ONLY_WATCHED)
+            stage.say("It is disarmed: a arms it, arrows drive it, ? shows all keys" if ours else ONLY_WATCHED)
         end = None if duration is None else robots.now() + duration
         with keys_taken_in(stage, watch.aim):
             while end is None or robots.now() < end:

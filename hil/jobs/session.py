@@ -43,6 +43,7 @@ OTHERS_WAIT = 0.25
 WITHOUT_A_WORD = (LinkOpenError, AddressError)
 """Nothing has been said when a run ends by one of these: it leaves nothing."""
 ADVICE = "advice.toml"
+POLICY = "policy.json"
 CHECKPOINT = "checkpoint.json"
 """What the files are called in a log that runs begin and end with."""
 

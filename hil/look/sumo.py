@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,7 +18,7 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.messages.junior import SensorFlag
-from firmware_protocol.vocabulary import Action, Outcome
+from firmware_protocol.vocabulary import Action, Outcome, spelled_out
 from hil.look.bouts import Bouts, judged
 from hil.look.scene import Beam, BodyShape, Ground, Lane, Spot, Terrain, TimeCurves, Track
 from hil.mcaplog.records import EventRecord
@@ -61,12 +62,15 @@ _ARMS: Final = SensorFlag.ARM_LEFT | SensorFlag.ARM_RIGHT
 
 
 def spoken(actions: list[int] | tuple[int, ...]) -> str:
-    """Actions by their meanings, as `forward, left turn, stop`.
+    """Actions by their meanings, as `forward; left turn, twice; stop`.
 
     Args:
         actions: Action codes; unknown ones are said to be.
     """
-    return ", ".join(Action(code).spec.meaning if code in set(Action) else f"action {code}" for code in actions)
+    known = set(Action)
+    runs = groupby(actions, key=lambda code: code in known)
+    parts = (spelled_out(map(Action, run)) if there else "; ".join(f"action {code}" for code in run) for there, run in runs)
+    return "; ".join(parts)
 
 
 def letters(actions: list[int] | tuple[int, ...]) -> str:

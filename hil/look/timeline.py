@@ -71,6 +71,10 @@ class Timeline:
         elif isinstance(value, DecisionRecord):
             seen = value.current if value.previous == "any" else f"{value.current}, before: {value.previous}"
             why = f"{value.motive}; arose by: {value.origin}"
+            if value.expected is not None and value.error is not None:
+                why += f"; expected {value.expected:.1f} +- {value.error:.1f}"
+            if value.mirrored:
+                why += "; mirrored"
             self._mark(time, DECISION, f"trial {value.trial}, eyes {seen}: {value.actions} ({why})")
         elif isinstance(value, UnsentBytes):
             self._mark(time, "link", f"bytes were not taken by the link: {value.error}")

@@ -102,10 +102,17 @@ class DecisionRecord:
     previous: Annotated[str, "previous stimulus of the category, or any"]
     current: Annotated[str, "current stimulus of the category, as `left`"]
     actions: Annotated[str, "names of the actions"]
-    motive: Annotated[str, "why: untried, more evidence, best known, exam of the promising, generation done"]
+    motive: Annotated[
+        str, "why: untried, more evidence, best known, again in this bout, exam of the promising, generation done"
+    ]
     origin: Annotated[str, "how it arose: random, refinement, crossover, mutation, crossover and mutation, not known"]
     parents: Annotated[tuple[str, ...], "names of the actions of each maneuver it descends from"]
     digest: Annotated[str, "of all decisions up to this one, 16 hexadecimal digits"]
+    expected: Annotated[float | None, "fitness that the model expects of the maneuver"] = None
+    error: Annotated[float | None, "standard error of that"] = None
+    mirrored: Annotated[bool, "the mirror image of what is known of the mirror image of the category"] = False
+
+    ADDED: ClassVar = frozenset(("expected", "error", "mirrored"))
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from firmware_protocol.errors import HilError
 from hil.files.outputs import Output
 from hil.mcaplog.writing.writer import CUT, LogWriter
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
-from hil.recording.pipe import frame, read_frame
+from hil.recording.pipe import FOXGLOVE, frame, read_frame
 from hil.recording.recorder import Recorder
 from hil.recording.wire_log import FLUSH
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
     from hil.look.live.showing import Showing
+    from hil.look.viewers.live import LiveViewers
     from hil.mcaplog.writing.sink import LogSink
     from hil.recording.handover import Item
     from hil.report.listening import ListeningRecorder
@@ -61,7 +63,7 @@ class _Helper:
         self._outgoing = outgoing
         self._failed = False
         self._answering = Lock()
-        self._showing: Showing | None = None
+        self._showing: Showing | LiveViewers | None = None
         self._sharing: Sharing | None = None
 
     def serve(self, incoming: BinaryIO) -> None:
@@ -111,14 +113,11 @@ class _Helper:
             writer=sink,
         )
 
-    def _show(self, writer: LogWriter, live: dict[str, bool]) -> LogSink:
+    def _show(self, writer: LogWriter, live: dict[str, Any]) -> LogSink:
         """Show what is written while it is; where that can't be, the log is written all the same."""
-        from hil.look.live.showing import Showing  # noqa: PLC0415 - only where somebody looks on
-
-        settings = self._settings
         try:
-            self._showing = Showing(writer, settings["run"], self._ask, lockstep=settings["lockstep"], **live)
-        except OSError as error:
+            self._showing = self._viewed(writer) if live["viewer"] == FOXGLOVE else self._page(writer, live)
+        except (OSError, HilError) as error:
             self._answer("serving", "", str(error))
             return writer
         self._answer("serving", self._showing.url, "")
@@ -138,6 +137,17 @@ class _Helper:
             self._answer("sharing", 0, error.strerror or str(error))
         else:
             self._answer("sharing", self._sharing.port, "")
+
+    def _page(self, writer: LogWriter, live: dict[str, Any]) -> Showing:
+        from hil.look.live.showing import Showing  # noqa: PLC0415 - only where somebody looks on
+
+        settings, how = self._settings, {name: value for name, value in live.items() if name != "viewer"}
+        return Showing(writer, settings["run"], self._ask, lockstep=settings["lockstep"], **how)
+
+    def _viewed(self, writer: LogWriter) -> LiveViewers:
+        from hil.look.viewers.live import LiveViewers  # noqa: PLC0415 - likewise; it needs an extra
+
+        return LiveViewers(writer, self._ask)
 
     def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
         playback = Playback(recorder, self._answer, partial(self._report, recorder), self._sharing)

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 FRAME: Final = Struct("<I")
 """What stands before each batch and answer: its length."""
+FOXGLOVE: Final = "foxglove"
+"""What a run is shown by that is somebody else's."""
 _ROOM: Final = 1 << 20
 """A batch is sent in halves if it has more bytes than this."""
 _START: Final = "import gc, sys; gc.disable(); sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"

@@ -47,12 +47,14 @@ class Live:
         public: Others on the network may look on.
         awaited: A browser is being started that will: where the run is over sooner, it is waited for.
         robot_side: It is emulated robots that are served, and what is asked for is done to them by hand.
+        viewer: By what: a page of our own, or `hil.recording.pipe.FOXGLOVE`.
     """
 
     asked: Callable[[str, str], None]
     public: bool = False
     awaited: bool = False
     robot_side: bool = False
+    viewer: str = "page"
 
 
 @dataclass(frozen=True)
@@ -417,9 +419,9 @@ class _HandedNetwork(Network):
         self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))
 
 
-def _shown(live: Live) -> dict[str, bool]:
+def _shown(live: Live) -> dict[str, bool | str]:
     """How it is shown, for the other process."""
-    return {"public": live.public, "awaited": live.awaited, "robot_side": live.robot_side}
+    return {"public": live.public, "awaited": live.awaited, "robot_side": live.robot_side, "viewer": live.viewer}
 
 
 def _begin(path: Path, *, overwrite: bool) -> Output:

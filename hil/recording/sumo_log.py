@@ -59,6 +59,9 @@ class SumoLog(ABC):
             origin=trial.origin,
             parents=trial.parents,
             digest=trial.digest,
+            expected=trial.expected,
+            error=trial.error,
+            mirrored=trial.mirrored,
         )
         self.record("/pal/decision", record, self.now)
 

@@ -15,6 +15,7 @@ from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
+from hil.jobs.duel import DuelJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
@@ -38,7 +39,19 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob, WatchJob)
+    job.VERB: job
+    for job in (
+        BoutJob,
+        CheckJob,
+        CoachJob,
+        DeployJob,
+        DuelJob,
+        EvolveJob,
+        MonitorJob,
+        ParamJob,
+        SurroundJob,
+        WatchJob,
+    )
 }
 """Verbs whose logs can be replayed."""
 UNLINKED: Final = frozenset((EvolveJob.VERB,))

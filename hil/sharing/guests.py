@@ -21,6 +21,7 @@ from firmware_protocol.messages import (
     ROBOT_COMPONENT,
     SEVERITY_ERROR,
     SHARE_COMPONENT,
+    CommandAck,
     Heartbeat,
     Statustext,
 )
@@ -133,13 +134,18 @@ class Guests:
             await asyncio.sleep(LISTENING)
 
     def tell(self, sender: tuple[int, int], message: Message) -> None:
-        """Tell everybody what somebody on the link has said. An answer to the host is none to a guest with the host's ids.
+        """Tell everybody what somebody on the link has said, but for answers to the host that a guest may take for its own.
+
+        Those to commands are for nobody else, since few programs look whom they name; others not for guests with its ids.
 
         Args:
             sender: System and component id of who has said it.
             message: What.
         """
-        to_host = type(message) in ANSWERS and _named(message) == HOST
+        kind = type(message)
+        to_host = kind in ANSWERS and _named(message) == HOST
+        if to_host and kind is CommandAck:
+            return
         for guest in list(self._guests.values()):
             if not (to_host and guest.ids == HOST):
                 guest.say(sender, message)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum, auto
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, runtime_checkable
 
 from firmware_protocol.vocabulary import FINE_ACTIONS, MAX_ACTIONS, Action, Maneuver, Stimulus
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
+    from firmware_protocol.messages import JuniorSensors
     from pal_advisor.maneuvers import Advice
 
 EYES = Stimulus.EYE_LEFT | Stimulus.EYE_RIGHT
@@ -27,6 +28,26 @@ class Controller(Protocol):
         Args:
             current: What the robot senses.
             previous: What it sensed when its last maneuver began; None at the beginning of a bout.
+        """
+        ...
+
+
+@runtime_checkable
+class Driver(Protocol):
+    """Sets the wheels itself, at every reading of the sensors: a policy, say."""
+
+    def begin(self) -> None:
+        """A bout begins."""
+        ...
+
+    def drive(self, sensors: JuniorSensors) -> tuple[float, float]:
+        """What to do now.
+
+        Args:
+            sensors: The reading that has come; none comes twice.
+
+        Returns:
+            Left and right wheel, share of full speed, -1..1.
         """
         ...
 

@@ -15,9 +15,10 @@ from firmware_protocol.near import did_you_mean
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.messages import JuniorManeuverResult
+    from firmware_protocol.messages import JuniorManeuverResult, RobotAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.vocabulary import Maneuver, Stimulus
+    from hil.sumo.controllers import Driver
     from hil.sumo.junior import Junior
     from hil.sumo.referee import RefereeHandle
 
@@ -25,6 +26,8 @@ OPPONENTS: Final = {code.label: code for code in OpponentCode if code is not Opp
 """The opponents that a referee can place, by name."""
 SETTLE = 0.05
 """Time after a reset before the robot is asked what it senses, in s: its debouncing and thresholds forget the last bout."""
+DRIVING: Final = 0.1
+"""A driver's command holds so long unless the next one comes, in s: five readings."""
 UNKNOWN = "unknown"
 """What an opponent is called of whom nobody says who it is."""
 
@@ -145,6 +148,36 @@ class RefereedRing:
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
         return Encounter(report, report.after, outcome, state.elapsed, progress, lasted(ticket))
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """Let a driver have the wheels until the bout is over.
+
+        Args:
+            driver: Says what to do at every reading.
+
+        Returns:
+            Outcome, and the time that the bout took, in s.
+
+        Raises:
+            RefusedError: The robot does not drive: it is not armed, or is stopped.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
+        """
+        junior, before = self._junior, self._junior.latest
+        ticket: Ticket[RobotAck] | None = None
+        driver.begin()
+        while self._referee.latest.phase != Phase.OVER:
+            junior.step()
+            if ticket is not None and ticket.done:
+                junior.answer(ticket)
+                ticket = None
+            if junior.stale:
+                junior.read_sensors()  # is it still there?
+            if (reading := junior.latest) is not None and reading is not before:
+                before = reading
+                ticket = junior.steer(*driver.drive(reading), DRIVING)
+        state = self._referee.latest
+        return BoutOutcome(state.outcome), state.elapsed
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""

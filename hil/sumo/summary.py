@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, spelled_out
 
 if TYPE_CHECKING:
     from hil.sumo.bouts import Tally
@@ -90,6 +90,7 @@ def coaching_summary(
         times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
         worth = f"Worth {entry.fitness:.1f}, tried {times}."
         lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
+        lines.append(f"      {spelled_out(entry.actions)}")
     lines.append("")
     if tally is None:
         lines.append("How it plays was not tried: there were no held-out bouts.")
@@ -102,6 +103,8 @@ def coaching_summary(
     lines.append("")
     kinds = ("advice", "report", "log", "checkpoint")
     lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
+    if files.get("log"):
+        lines.append(f"{'Look at it:':12}hil view {files['log']}")
     if tally is not None and files.get("advice"):
         lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
     return lines

@@ -155,7 +155,7 @@ class Advice:
         data: dict[str, Any] = {"version": ADVICE_VERSION, "objective": self.objective.value, "opponent": self.opponent}
         if self.seed is not None:
             data["seed"] = self.seed
-        return {**data, "settings": self.settings.to_dict(), "entries": [entry.to_dict() for entry in self.entries]}
+        return {**data, "settings": self.settings.to_saved(), "entries": [entry.to_dict() for entry in self.entries]}
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Advice:
@@ -203,7 +203,7 @@ def _settings(data: object) -> PalSettings:
     if not isinstance(data, dict):
         raise AdviceError("settings", f"expected a table, not {shown(data)}")
     try:
-        return PalSettings.from_dict(data)
+        return PalSettings.of_saved(data)
     except SettingsError as error:
         raise AdviceError(f"settings.{error.path}", str(error).partition(": ")[2]) from error
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -26,21 +26,26 @@ from pal_advisor.maneuvers.decisions import (
 )
 from pal_advisor.maneuvers.evidence import read_codes
 from pal_advisor.maneuvers.fitness import Performance, fitness, full_rate
+from pal_advisor.maneuvers.mirror import home_of, is_symmetric, reflected, reflected_category
 from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population, spelled
 from pal_advisor.maneuvers.state import (
-    STATE_VERSION,
     read_category,
     read_digest,
     read_settings,
     read_step,
     read_version,
+    version_of,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from pal_advisor.maneuvers.settings import PalSettings
+
+
+MOST_EXAM_VISITS: Final = 25
+"""In the exam a situation keeps a maneuver no longer, where no bout ends: as many as a bout of 15 s has."""
 
 
 class Pal:
@@ -70,6 +75,7 @@ class Pal:
         self._asked = 0
         self._open: Trial | None = None
         self._greedy = False
+        self._kept: dict[Category, tuple[Genome, int]] = {}
         self._trace = Trace(settings.credit, full_rate(settings))
         self._populations: dict[Category, Population] = {}
 
@@ -120,10 +126,13 @@ class Pal:
         if self.finished:
             raise RuntimeError("the budget is used up")
         category = self.category(current, previous)
-        population = self._population(category)
-        genome, motive = self._next(population)
+        home, mirrored = self._home(category)
+        population = self._population(home)
+        kept, motive = self._next(home, population)
         self._asked += 1
-        phase, exam, candidate = self.phase, self.exam, population.archive[genome]
+        phase, exam, candidate = self.phase, self.exam, population.archive[kept]
+        known = population.known(kept) if self.settings.surrogate else None
+        genome = reflected(kept) if mirrored else kept
         self._open = Trial(
             id=self._asked,
             category=category,
@@ -133,8 +142,11 @@ class Pal:
             generation=population.generation,
             motive=motive,
             origin=candidate.origin,
-            parents=tuple([spelled(parent) for parent in candidate.parents]),
+            parents=tuple([spelled(reflected(parent) if mirrored else parent) for parent in candidate.parents]),
             tried=candidate.performed,
+            expected=None if known is None else known.value,
+            error=None if known is None else known.error,
+            mirrored=mirrored,
             digest=asked_digest(
                 self.digest,
                 self._rng,
@@ -149,33 +161,61 @@ class Pal:
         )
         return self._open
 
-    def _next(self, population: Population) -> tuple[Genome, Motive]:
-        """The exam tests the promising; learning performs the best known now and then, and else the next to be rated."""
-        settings = self.settings
+    def _home(self, category: Category) -> tuple[Category, bool]:
+        """The situation whose population serves a situation, and whether its maneuvers are to be reflected for it."""
+        return home_of(category) if self.settings.mirror else (category, False)
+
+    def _next(self, home: Category, population: Population) -> tuple[Genome, Motive]:
+        """The exam tests the promising; learning performs the best known now and then, and else the next to be rated.
+
+        Before all this, what the situation keeps for a while in this bout.
+        """
+        kept, left = self._kept.get(home, ((), 0))
+        if left:
+            return kept, Motive.EXAM if self.exam else Motive.AGAIN
         if self.exam:
-            promising = population.promising(settings)
+            promising = population.promising()
             if promising is not None:
                 return promising, Motive.EXAM
         elif self._greedy:
-            for best in population.best(1, settings.caution):
+            for best in population.best(1):
                 return best, Motive.BEST
         untried = population.untried()
         if untried is not None:
             return untried, Motive.UNTRIED
-        uncertain = population.uncertain(settings)
+        uncertain = population.uncertain()
         if uncertain is not None:
             return uncertain, Motive.EVIDENCE
         # All are known, or have been performed and wait for their rating.
         return min(population.members, key=lambda genome: population.archive[genome].performed), Motive.DONE
 
-    def _population(self, category: Category) -> Population:
+    def _keep(self, home: Category, genome: Genome, *, exam: bool) -> None:
+        """Note what a situation keeps after a performance, for how many visits in the same bout."""
+        _, left = self._kept.get(home, ((), 0))
+        if left:
+            self._kept[home] = genome, left - 1
+        elif exam:
+            self._kept[home] = genome, (MOST_EXAM_VISITS - 1) * self.settings.exam_whole_bout
+        else:
+            self._kept[home] = genome, self.settings.again
+
+    def _population(self, home: Category) -> Population:
         """The population of a situation, in the present phase."""
-        population = self._populations.setdefault(category, Population())
+        population = self._populations.get(home)
+        if population is None:
+            population = self._populations[home] = self._new_population(home)
         if population.phase != self.phase:
-            general = self._populations.get((ANY_STIMULUS, category[1]))
-            ancestors = general.best(self.settings.exam_best, self.settings.caution) if general else []
-            population.begin(self.phase, ancestors, self.settings, self._rng)
+            general = self._populations.get((ANY_STIMULUS, home[1]))
+            ancestors = general.best(self.settings.exam_best) if general else []
+            population.begin(self.phase, ancestors, self._rng)
         return population
+
+    def _new_population(self, home: Category) -> Population:
+        return Population(self.settings, symmetric=self._folds(home))
+
+    def _folds(self, home: Category) -> bool:
+        """A maneuver and its mirror image are one in this situation."""
+        return self.settings.mirror and is_symmetric(home)
 
     def tell(self, trial: Trial, performance: Performance) -> list[GenerationRecord]:
         """Take in how a trial went.
@@ -196,18 +236,23 @@ class Pal:
         rating = fitness(performance, self.settings)
         self._close(trial)
         self.rating = rating
+        home, mirrored = self._home(trial.category)
         genome = tuple(int(action) for action in trial.maneuver.actions)
-        self._populations[trial.category].perform(genome, performance.tallies)
+        if mirrored:
+            genome = reflected(genome)
+        self._populations[home].perform(genome, performance.tallies)
+        self._keep(home, genome, exam=trial.exam)
         self.used += 1
         duration = performance.time(self.settings.period)
-        shares, final = self._trace.add(Waiting(trial.category, genome, len(performance.tallies), rating, duration, trial.id))
+        shares, final = self._trace.add(Waiting(home, genome, len(performance.tallies), rating, duration, trial.id))
         if performance.over or performance.won or performance.lost or self.finished:
             rest, last = self._trace.close(won=performance.won)
             shares += rest
             final += last
+            self._kept.clear()
         self._rate(final)
         self._greedy = bool(self._rng.random() < self.settings.greedy)
-        records = [] if trial.exam else self._step([trial.category, *(waiting.category for waiting in final)])
+        records = [] if trial.exam else self._step([home, *(waiting.category for waiting in final)])
         self.digest = trial.digest
         self._credit(Telling.PERFORMED, trial.id, shares, final)
         return records
@@ -215,7 +260,7 @@ class Pal:
     def _rate(self, final: Iterable[Waiting]) -> None:
         """Performances whose fitness is final are evidence."""
         for waiting in final:
-            self._populations[waiting.category].evidence.add(waiting.genome[: waiting.performed], waiting.fitness)
+            self._populations[waiting.category].rate(waiting.genome, waiting.performed, waiting.fitness)
 
     def _credit(self, telling: Telling, trial: int, shares: Sequence[Share], final: Sequence[Waiting]) -> None:
         """Keep for others what was credited, and digest it."""
@@ -238,9 +283,9 @@ class Pal:
         records = []
         for category in dict.fromkeys(categories):
             population = self._populations[category]
-            if population.phase == self.phase and population.due(self.settings) is None and population.rated():
+            if population.phase == self.phase and population.due() is None and population.rated():
                 records.append(self._record(category, population))
-                population.step(self.settings, self._rng)
+                population.step(self._rng)
         self.history += records
         return records
 
@@ -251,6 +296,7 @@ class Pal:
             GP steps made because of it.
         """
         _, final = self._trace.close(won=False)
+        self._kept.clear()
         self._rate(final)
         records = [] if self.exam else self._step(waiting.category for waiting in final)
         self._credit(Telling.INTERRUPTED, 0, [], final)
@@ -274,8 +320,7 @@ class Pal:
         self._open = None
 
     def _record(self, category: Category, population: Population) -> GenerationRecord:
-        known = population.estimates()
-        values = [known[genome].value for genome in population.members]
+        values = [population.known(genome).value for genome in population.members]
         best = int(np.argmax(values))
         return GenerationRecord(
             category=category,
@@ -296,34 +341,45 @@ class Pal:
             seed: Seed of the coaching, for the record.
         """
         entries = []
-        for (previous, current), population in sorted(self._populations.items(), key=lambda item: (item[0][1], -item[0][0])):
-            for genome in population.best(1, self.settings.caution):
-                candidate = population.archive[genome]
-                actions = tuple(Action(gene) for gene in genome)
-                entries.append(
-                    AdviceEntry(
-                        previous=previous,
-                        current=current,
-                        actions=actions,
-                        fitness=population.estimates()[genome].value,
-                        evaluations=candidate.performed,
-                        phase=candidate.phase,
-                        parents=tuple(spelled(parent) for parent in candidate.parents),
-                        names=tuple(names(actions, candidate.engagement)),
-                    )
-                )
+        for home, population in self._populations.items():
+            for genome in population.best(1):
+                entries.append(self._entry(home, population, genome, mirrored=False))
+                if self.settings.mirror and not is_symmetric(home):
+                    entries.append(self._entry(home, population, genome, mirrored=True))
+        entries.sort(key=lambda entry: (entry.current, -entry.previous))
         return Advice(self.settings, tuple(entries), opponent, seed)
+
+    @staticmethod
+    def _entry(home: Category, population: Population, genome: Genome, *, mirrored: bool) -> AdviceEntry:
+        """What is handed out for a situation, or for its mirror image."""
+        candidate = population.archive[genome]
+        previous, current = reflected_category(home) if mirrored else home
+        actions = tuple(Action(gene) for gene in (reflected(genome) if mirrored else genome))
+        return AdviceEntry(
+            previous=previous,
+            current=current,
+            actions=actions,
+            fitness=population.known(genome).value,
+            evaluations=candidate.performed,
+            phase=candidate.phase,
+            parents=tuple(spelled(reflected(parent) if mirrored else parent) for parent in candidate.parents),
+            names=tuple(names(actions, candidate.engagement)),
+        )
 
     def state_dict(self) -> dict[str, Any]:
         """Everything a resumed run needs, as plain values; a trial that is open counts as not yet asked for."""
+        settings = self.settings.to_saved()
+        version = version_of(settings)
+        kept = [[list(home), list(genome), left] for home, (genome, left) in self._kept.items() if left]
         return {
-            "version": STATE_VERSION,
-            "settings": self.settings.to_dict(),
+            "version": version,
+            "settings": settings,
             "rng": plain(self._rng.bit_generator.state),
             "used": self.used,
             "asked": self._asked - (self._open is not None),
             "digest": self.digest,
             "greedy": self._greedy,
+            **({"kept": kept} if version >= 3 else {}),
             "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
             "populations": [
@@ -356,10 +412,28 @@ class Pal:
             category = read_category(population, arms=pal.settings.arms_in_stimulus)
             if category in pal._populations:
                 raise population.wrong("category", f"a second population of {list(category)}")
-            pal._populations[category] = Population.from_fields(population, StateError, pal.settings, born=version >= 2)
+            if pal._home(category)[1]:
+                raise population.wrong("category", f"{list(category)} has no population of its own: its mirror image has")
+            pal._populations[category] = Population.from_fields(
+                population, StateError, pal.settings, symmetric=pal._folds(category), born=version >= 2
+            )
+        if version >= 3:
+            pal._kept = dict(pal._keeping(item, at) for at, item in fields.items("kept"))
         fields.done()
         pal._trace.restore([pal._waiting(item, at, version) for at, item in trace])
         return pal
+
+    def _keeping(self, data: object, path: str) -> tuple[Category, tuple[Genome, int]]:
+        """A maneuver that a situation keeps for a while."""
+        fields = Fields.row(data, ("category", "genome", "left"), path, StateError)
+        category = read_category(fields, arms=self.settings.arms_in_stimulus)
+        population = self._populations.get(category)
+        if population is None:
+            raise fields.wrong("category", f"there is no population of {list(category)}")
+        genome = read_codes(fields, "genome", self.settings.actions, self.settings.actions)
+        if genome not in population.archive:
+            raise fields.wrong("genome", "it is not in the archive")
+        return category, (genome, fields.integer("left", 1))
 
     def _waiting(self, data: object, path: str, version: int) -> Waiting:
         """A performance that waits for credit."""

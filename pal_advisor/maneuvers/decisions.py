@@ -41,8 +41,10 @@ class Motive(StrEnum):
     """One of the better of the generation, to be known as well as its round asks for."""
     BEST = "best known"
     """The best of all maneuvers known in this situation, performed in its share of the learning."""
+    AGAIN = "again in this bout"
+    """What was performed when the situation came up before in the same bout: it is rated in its own company."""
     EXAM = "exam of the promising"
-    """Of the best, the one that may be best of all."""
+    """Of the best, the one that may be best of all; where the settings say so, kept for the whole bout."""
     DONE = "generation done"
     """No member is due, and the next generation comes with what Pal is told next: the member performed least."""
 
@@ -83,6 +85,9 @@ class Trial:
         origin: How it arose in this situation.
         parents: Names of the actions of each maneuver that it descends from.
         tried: How often it was performed before in this situation.
+        expected: Fitness that the model expects of it; None without a model.
+        error: Standard error of that; None likewise.
+        mirrored: It is the mirror image of what is known of the mirror image of the situation.
         digest: Of all decisions up to this one, 16 hexadecimal digits.
     """
 
@@ -96,6 +101,9 @@ class Trial:
     origin: Origin
     parents: tuple[str, ...]
     tried: int
+    expected: float | None
+    error: float | None
+    mirrored: bool
     digest: str
 
 

@@ -29,7 +29,7 @@ SUM: Final = HUGE * MOST
 SQUARES: Final = HUGE * HUGE * MOST
 
 _MOTIONS = {(spec.speed, spec.left, spec.right): action for action, spec in ACTIONS.items()}
-_SAME: Final = tuple(int(_MOTIONS[spec.speed, spec.left, spec.right]) for spec in (ACTIONS[action] for action in Action))
+SAME_MOTION: Final = tuple(int(_MOTIONS[spec.speed, spec.left, spec.right]) for spec in (ACTIONS[action] for action in Action))
 """For every action code, the code of the last action that turns the wheels in the same way: F and MF are one motion."""
 
 
@@ -83,7 +83,7 @@ class Evidence:
             performed: Codes of the actions begun, at least one.
             fitness: How well it did.
         """
-        path = _path(performed)
+        path = path_of(performed)
         self.count += 1
         self._total += fitness
         self._squares += fitness * fitness
@@ -107,7 +107,7 @@ class Evidence:
         variance = max(self._spread(), LEAST_SPREAD) ** 2
         found = []
         for genome in genomes:
-            path = _path(genome)
+            path = path_of(genome)
             value, doubt = self._descend(path, 1, mean, variance)
             found.append(Estimate(value, math.sqrt(doubt), self._evidence(path, 1)))
         return found
@@ -118,7 +118,7 @@ class Evidence:
         Args:
             genome: Codes of its actions.
         """
-        return self._evidence(_path(genome), 1)
+        return self._evidence(path_of(genome), 1)
 
     def _spread(self) -> float:
         """Standard deviation between performances of the same actions."""
@@ -194,7 +194,7 @@ class Evidence:
         for at, item in fields.items("nodes"):
             node = Fields.row(item, ("path", "ended", "total", "squares", "gone_on", "sum_all"), at, error)
             codes = read_codes(node, "path", 1, actions)
-            if codes != _path(codes):
+            if codes != path_of(codes):
                 raise node.wrong("path", f"no motion has these codes: {list(codes)}")
             evidence._nodes[codes] = _Node(
                 ended=node.integer("ended"),
@@ -223,11 +223,15 @@ def read_codes(fields: Fields, name: str, least: int, most: int) -> tuple[int, .
         count = f"{least}" if least == most else f"{least} to {most}"
         raise fields.wrong(name, f"expected a list of {count} action codes, not {shown(codes)}")
     for index, code in enumerate(codes):
-        if type(code) is not int or not 0 <= code < len(_SAME):
-            raise fields.wrong(f"{name}[{index}]", f"expected an action code, 0 to {len(_SAME) - 1}, not {shown(code)}")
+        if type(code) is not int or not 0 <= code < len(SAME_MOTION):
+            raise fields.wrong(f"{name}[{index}]", f"expected an action code, 0 to {len(SAME_MOTION) - 1}, not {shown(code)}")
     return tuple(codes)
 
 
-def _path(codes: Sequence[int]) -> tuple[int, ...]:
-    """Actions by their motion."""
-    return tuple([_SAME[code] for code in codes])
+def path_of(codes: Sequence[int]) -> tuple[int, ...]:
+    """Actions by their motion: codes of the actions that stand for it.
+
+    Args:
+        codes: Codes of the actions.
+    """
+    return tuple([SAME_MOTION[code] for code in codes])

@@ -19,8 +19,15 @@ MOST_MEMBERS: Final = 10_000
 """No population is larger."""
 MOST_BUDGET: Final = 10_000_000
 """No budget is greater."""
+MOST_AGAIN: Final = 1000
+"""No maneuver is handed out again more often in a bout."""
+MOST_BROOD: Final = 100
+"""No more children are bred for a place."""
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
+BEFORE: Final[Mapping[str, Any]] = {"mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False}
+"""How it was coached before there were these settings: what is saved without them went on so."""
+_SINCE: Final = {*BEFORE, "curiosity"}
 _KINDS: Final = {int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
 
 
@@ -63,6 +70,17 @@ class PalSettings:
             four, and so on.
         greedy: While learning, share of the maneuvers that are the best known and not the next to be rated: what is rated
             is rated in good company, and the best are rated again.
+        mirror: Experience on the left is experience on the right: a situation and its mirror image have one population, and
+            a situation that is its own image keeps one of two maneuvers that mirror each other. For a robot whose wheels are
+            even.
+        surrogate: What a maneuver is worth is foretold from its parts, and mixed with its own performances; else a maneuver
+            leans on those that begin like it (see `model` and `evidence`).
+        again: How often a maneuver is handed out again when its situation comes up again in the same bout, so that it is
+            rated in its own company.
+        brood: Children bred for each place in a generation, of whom the most promising by the surrogate becomes a member;
+            1 without it.
+        curiosity: Standard errors of what is foretold that a child is the more promising by.
+        exam_whole_bout: In the exam a situation keeps one maneuver for the whole bout.
         credit: What happens one second after a maneuver counts this share as much for it as its own doing; 0 credits it
             with nothing but its own doing.
         caution: A maneuver counts as good as its expected fitness less this many standard errors.
@@ -100,6 +118,12 @@ class PalSettings:
     in_family: float = 0.5
     rounds: int = 2
     greedy: float = 0.5
+    mirror: bool = True
+    surrogate: bool = True
+    again: int = 1
+    brood: int = 4
+    curiosity: float = 0.5
+    exam_whole_bout: bool = True
     credit: float = 0.2
     caution: float = 0.5
     action_weights: tuple[float, ...] = ()
@@ -109,7 +133,7 @@ class PalSettings:
     score_weight: float = 0.25
     progress_weight: float = 120.0
     win: float = 12.0
-    loss: float = 12.0
+    loss: float = 20.0
 
     def __post_init__(self) -> None:
         self._require("objective", self.objective in set(Objective), f"one of {', '.join(Objective)}")
@@ -122,6 +146,8 @@ class PalSettings:
             self._require(name, 1 <= getattr(self, name) <= most, f"1 to {most}")
         for name in ("crossover", "mutation", "in_family", "exam_share", "phase_share", "greedy"):
             self._require(name, 0.0 <= getattr(self, name) <= 1.0, "0 to 1")
+        self._require("again", 0 <= self.again <= MOST_AGAIN, f"0 to {MOST_AGAIN}")
+        self._require("brood", 1 <= self.brood <= MOST_BROOD, f"1 to {MOST_BROOD}")
         self._require("credit", 0.0 <= self.credit < 1.0, "0 to less than 1")
         for field in fields(self):
             value = getattr(self, field.name)
@@ -156,6 +182,25 @@ class PalSettings:
                 raise SettingsError(str(name)[:60], "no setting has this name")
             values[name] = _plain(name, value, getattr(defaults, name))
         return cls(**values)
+
+    def to_saved(self) -> dict[str, Any]:
+        """The same without what there was not before, where it is as it was then: what was begun then is saved as it was."""
+        data = self.to_dict()
+        if any(data[name] != value for name, value in BEFORE.items()):
+            return data
+        return {name: value for name, value in data.items() if name not in _SINCE}
+
+    @classmethod
+    def of_saved(cls, data: Mapping[str, Any]) -> PalSettings:
+        """Settings that were saved, perhaps before there were some of those that there are now (`BEFORE`).
+
+        Args:
+            data: What `to_saved` gave, or `to_dict`.
+
+        Raises:
+            SettingsError: As `from_dict`.
+        """
+        return cls.from_dict({**BEFORE, **data})
 
 
 def _plain(name: str, value: object, default: object) -> object:

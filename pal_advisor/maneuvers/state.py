@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import ANY_STIMULUS
 from pal_advisor.fields import Fields, SettingsError, StateError, shown
@@ -12,11 +12,23 @@ from pal_advisor.maneuvers.decisions import DIGEST_BYTES, START, GenerationRecor
 from pal_advisor.maneuvers.settings import PalSettings
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pal_advisor.maneuvers.population import Category
 
-STATE_VERSION: Final = 2
-"""2: the digest, and the numbers of trials that wait for credit, and in which generation a maneuver arose."""
+STATE_VERSION: Final = 3
+"""3: what a situation keeps in a bout, and the model of its performances. 2: the digest, and the numbers of trials that wait
+for credit, and in which generation a maneuver arose."""
 OLDEST_VERSION: Final = 1
+
+
+def version_of(settings: Mapping[str, Any]) -> int:
+    """The version of a state: a run that was begun before there were models goes on as one of before, and its log replays.
+
+    Args:
+        settings: What `PalSettings.to_saved` gave.
+    """
+    return STATE_VERSION if "surrogate" in settings else STATE_VERSION - 1
 
 
 def read_version(fields: Fields) -> int:
@@ -43,7 +55,7 @@ def read_settings(data: object) -> PalSettings:
     if not isinstance(data, dict):
         raise StateError("settings", f"expected a table, not {shown(data)}")
     try:
-        return PalSettings.from_dict(data)
+        return PalSettings.of_saved(data)
     except SettingsError as error:
         raise StateError(f"settings.{error.path}", str(error).partition(": ")[2]) from error
 

@@ -23,7 +23,7 @@ def test_what_draws_is_an_extra_and_part_of_the_developers() -> None:
     assert not plain & {"matplotlib", "foxglove-sdk", "gymnasium"}
     extras = PROJECT["optional-dependencies"]
     assert f"pip install '{extras['report'][0]}'" == INSTALL
-    assert "junior-hil[gym,report]" in extras["dev"]
+    assert "junior-hil[foxglove,gym,report]" in extras["dev"]
     assert extras["distributed"] == ["distributed>=2024.12"], "the message in hil.working.cluster names it"
 
 

@@ -11,9 +11,9 @@ The word after a block's language says what it is:
     python robot    needs a robot or a second shell: only compiled
     python avr      as python, but needs an optional tool, whose marker the page's test bears; likewise node, browser
 
-Blocks of a page run in order, in one folder of the page's own. A picture `figures/RUN-NAME.png` is NAME.png of the report
-that the page's commands make of runs/RUN; `figures/RUN-NAME.gif` is NAME.gif that they leave in runs/RUN, and what it shows is
-put beside it, to be read.
+Blocks of a page run in order, in one folder of the page's own. A picture `figures/RUN-NAME.png` is NAME.png of runs/RUN, or of
+the report that the page's commands make of it; another page may make it. `figures/RUN-NAME.gif` is NAME.gif that they leave in
+runs/RUN, and what it shows is put beside it, to be read.
 """
 
 from __future__ import annotations
@@ -191,7 +191,12 @@ def refresh(page: Path) -> None:
             elif block.language == "text" and block.use == "output":
                 outputs.append((block, printed))
         for figure, made, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
-            picture = Path("runs") / made / "report" / f"{name}.png"
+            folder_of_run = Path("runs") / made
+            if not folder_of_run.exists():
+                continue  # another page's commands make it
+            picture = folder_of_run / f"{name}.png"
+            if not picture.exists():
+                picture = folder_of_run / "report" / f"{name}.png"
             if not picture.exists():
                 run(["report", str(picture.parent.parent), "--png", "--quiet"])
             shutil.copyfile(picture, page.parent / figure)

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 import pytest
 
 from hil.mcaplog.reading.decoding import decoder_of
-from hil.mcaplog.records import RECORDS, SurroundStateRecord
+from hil.mcaplog.records import RECORDS, DecisionRecord, SurroundStateRecord
 from hil.mcaplog.schemas import record_schema
 from hil.mcaplog.writing.encode import compile_encoder
 from hil.replaying.comparison import _means_the_same
@@ -32,6 +32,16 @@ def test_what_a_log_does_not_have_is_as_it_is_by_default() -> None:
     assert (found.case, found.area, found.body, found.ranger_positions, found.measures) == ("", (), 0.0, (), "")
     kept = {one.name for one in fields(STATE)} - STATE.ADDED
     assert {name: getattr(found, name) for name in kept} == {name: getattr(STATE, name) for name in kept}
+
+
+def test_an_added_field_may_be_none() -> None:
+    decision = DecisionRecord(7, 2, exam=False, generation=3, tried=1, previous="any", current="left", actions="F B",
+                              motive="untried", origin="crossover", parents=("F F",), digest="ab")  # fmt: skip
+    schema = record_schema(DecisionRecord)
+    before = replace(schema, fields=tuple(field for field in schema.fields if not field.added))
+    found = decoder_of(before.name, before.data, "protobuf", "protobuf")(compile_encoder(before)(decision))
+    assert found == decision
+    assert _means_the_same(found, replace(decision, expected=1.5, error=0.5, mirrored=True))
 
 
 def test_a_replay_tells_only_what_both_know_apart() -> None:

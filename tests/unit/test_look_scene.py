@@ -123,14 +123,14 @@ def test_how_a_bout_was_lost_is_said_in_words(tmp_path: Path, *, arms: bool, bac
     assert story.startswith("Lost after 1.0 s: Junior left the ring on the left")
     assert f"driving {'backward' if backward else 'forward'}" in story
     assert ("an arm touching the opponent" if arms else "its arms touching nothing") in story
-    assert story.endswith("It was performing: fast backward, left turn.")
+    assert story.endswith("It was performing: fast backward; left turn.")
 
 
 def test_maneuvers_are_a_band_whose_words_say_how_they_ended(tmp_path: Path) -> None:
     lost_bout(tmp_path / "l.mcap", arms=False, backward=True)
     band = lane(read_scene(tmp_path / "l.mcap"), "Maneuver")
     assert said(band) == ["FB L · replaced"]
-    assert band.meanings == ("fast backward, left turn (replaced by another command)",)
+    assert band.meanings == ("fast backward; left turn (replaced by another command)",)
     assert (band.begin[0], band.end[0]) == pytest.approx((0.0, 1.0))
 
 
@@ -198,7 +198,7 @@ def test_what_the_robot_says_and_the_learner_decides_are_marks(tmp_path: Path) -
     decided = kinds(read_scene(path), "decision")
     assert len(decided) == 60
     assert decided[0].startswith("trial 1, eyes ")
-    assert decided[0].endswith("(untried; arose by: random)")
+    assert "(untried; arose by: random; expected 0.0 +- " in decided[0]
     with open_recorder(tmp_path / "t.mcap") as recorder:
         Wire(recorder).up(Statustext(4, "EEPROM is worn"))
     assert kinds(read_scene(tmp_path / "t.mcap"), "robot") == ["robot 1: EEPROM is worn"]

@@ -130,6 +130,8 @@ def test_every_record_has_a_schema_that_stock_tools_take(record: type) -> None:
         EventRecord("link", "", "{}"),
         DecisionRecord(7, 2, exam=False, generation=3, tried=1, previous="any", current="left", actions="F B", motive="untried",
                        origin="crossover", parents=("F F", "B B"), digest="0123456789abcdef"),
+        DecisionRecord(7, 2, exam=False, generation=3, tried=1, previous="any", current="left", actions="F B", motive="untried",
+                       origin="crossover", parents=(), digest="0123456789abcdef", expected=-1.5, error=0.25, mirrored=True),
         CreditRecord(7, "performed", (6, 7), (0.5, -0.0), (6,), (1.5,), "0123456789abcdef"),
         CreditRecord(0, "bout interrupted", (), (), (), (), "0123456789abcdef"),
         TrialRecord(1, "any", "left", 2, exam=True, actions="F B", period=0.25, fitness=-3.5, performed=2, won=False, lost=True,

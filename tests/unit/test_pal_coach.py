@@ -16,9 +16,13 @@ from firmware_protocol.vocabulary import (
     ActionTally,
     Family,
 )
-from pal_advisor.maneuvers import GenerationRecord, Pal, PalSettings, Performance, StateError, Trial
+from pal_advisor.maneuvers import GenerationRecord, Motive, Pal, PalSettings, Performance, StateError, Trial
+from pal_advisor.maneuvers.coach import MOST_EXAM_VISITS
+from pal_advisor.maneuvers.settings import BEFORE
 
 SMALL = PalSettings(budget=300, population=8)
+PLAIN = PalSettings.from_dict({**SMALL.to_dict(), **BEFORE})
+"""Without a model, without mirror images: what is known of a maneuver is what was seen of it."""
 
 
 def toy(trial: Trial, chance: np.random.Generator) -> Performance:
@@ -99,7 +103,7 @@ def test_the_best_known_is_performed_in_its_share_of_the_learning() -> None:
 
 def test_what_follows_is_credited_with_fading_weight() -> None:
     """A turn that earns nothing itself is paid by the push after it, discounted by the time between."""
-    pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.25, "objective": "contact"}), np.random.default_rng(1))
+    pal = Pal(PalSettings.from_dict({**PLAIN.to_dict(), "credit": 0.25, "objective": "contact"}), np.random.default_rng(1))
     nothing = ActionTally(100, (0, 0), (0, 0), (0.0, 0.0), 0.0)
     push = ActionTally(100, (100, 100), (0, 0), (0.5, 0.5), 0.0)
     first = pal.ask(1, None)
@@ -112,7 +116,7 @@ def test_what_follows_is_credited_with_fading_weight() -> None:
 
 
 def test_without_credit_a_maneuver_has_its_own_fitness_alone() -> None:
-    pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.0, "objective": "contact"}), np.random.default_rng(1))
+    pal = Pal(PalSettings.from_dict({**PLAIN.to_dict(), "credit": 0.0, "objective": "contact"}), np.random.default_rng(1))
     push = ActionTally(100, (100, 100), (0, 0), (0.5, 0.5), 0.0)
     for current, won in ((1, False), (3, True)):
         pal.tell(pal.ask(current, None), Performance((push,), 4, won=won))
@@ -123,7 +127,7 @@ def test_without_credit_a_maneuver_has_its_own_fitness_alone() -> None:
 
 def test_after_a_win_everything_counts_in_full() -> None:
     """The limit of a bout that goes on for ever with every action worth the most: rate / -ln(credit)."""
-    settings = PalSettings.from_dict({**SMALL.to_dict(), "credit": 0.5, "objective": "contact"})
+    settings = PalSettings.from_dict({**PLAIN.to_dict(), "credit": 0.5, "objective": "contact"})
     pal = Pal(settings, np.random.default_rng(1))
     perfect = ActionTally(30, (30, 30), (1, 1), (0.15, 0.15), 0.0)
     pal.tell(pal.ask(3, None), Performance((perfect,), 4, won=True, duration=0.15))
@@ -138,7 +142,7 @@ def test_a_performance_without_an_action_is_refused() -> None:
 
 
 def test_curves_are_as_long_as_their_situations_are_frequent() -> None:
-    pal = Pal(SMALL, np.random.default_rng(1))
+    pal = Pal(PLAIN, np.random.default_rng(1))
     coach(pal, np.random.default_rng(2))
     steps = Counter(record.category[1] for record in pal.history)
     assert steps[3] > 0
@@ -221,3 +225,43 @@ def test_a_damaged_state_is_refused() -> None:
     for wrong in wrongs:
         with pytest.raises(StateError):
             Pal.from_state({**state, **wrong})
+
+
+def in_bouts(pal: Pal, chance: np.random.Generator, length: int = 12) -> list[list[Trial]]:
+    """Coach by bouts of so many maneuvers."""
+    bouts: list[list[Trial]] = []
+    while not pal.finished:
+        bouts.append([])
+        for step in range(min(length, pal.settings.budget - pal.used)):
+            trial = pal.ask(stimulus(step), None)
+            performance = toy(trial, chance)
+            pal.tell(trial, Performance(performance.tallies, 4, progress=performance.progress, over=step == length - 1))
+            bouts[-1].append(trial)
+    return bouts
+
+
+def test_a_maneuver_is_handed_out_again_when_its_situation_comes_up_again_in_the_same_bout() -> None:
+    for bout in in_bouts(Pal(SMALL, np.random.default_rng(1)), np.random.default_rng(2)):
+        both = [trial for trial in bout if trial.category[1] == 3]
+        if any(trial.exam for trial in both):
+            continue
+        assert [trial.motive is Motive.AGAIN for trial in both] == [False, True] * (len(both) // 2)
+        for first, second in zip(both[::2], both[1::2], strict=True):
+            assert first.maneuver == second.maneuver
+
+
+def test_in_the_exam_a_situation_keeps_one_maneuver_for_the_whole_bout() -> None:
+    bouts = in_bouts(Pal(SMALL, np.random.default_rng(1)), np.random.default_rng(2))
+    exams = [bout for bout in bouts if bout[0].exam]
+    assert len(exams) >= 4
+    for bout in exams:
+        assert len({trial.maneuver for trial in bout if trial.category[1] == 3}) == 1
+    assert len({bout[0].maneuver for bout in exams}) > 1
+
+
+def test_where_no_bout_ends_the_exam_tests_several_all_the_same() -> None:
+    pal = Pal(PalSettings.from_dict({**SMALL.to_dict(), "budget": 1000}), np.random.default_rng(1))
+    tested = [trial.maneuver for trial in coach(pal, np.random.default_rng(2)) if trial.exam and trial.category[1] == 3]
+    assert len(tested) == 100
+    assert len(set(tested)) > 1
+    assert len(set(tested[:MOST_EXAM_VISITS])) <= 2

@@ -25,7 +25,9 @@ from pal_advisor.maneuvers import (
     state_digest,
 )
 from pal_advisor.maneuvers.decisions import START, asked_digest, generator_bytes, told_digest
+from pal_advisor.maneuvers.mirror import home_of, reflected
 from pal_advisor.maneuvers.population import UNBORN, Candidate
+from pal_advisor.maneuvers.settings import BEFORE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,6 +35,8 @@ if TYPE_CHECKING:
 SETTINGS = PalSettings.from_dict(
     {**PalSettings(budget=120, population=4, elite=1).to_dict(), "credit": 0.5, "objective": "contact"}
 )
+PLAIN = PalSettings.from_dict({**SETTINGS.to_dict(), **BEFORE, "loss": 12.0})
+"""As it was coached before there were a model and mirror images."""
 NOTHING = ActionTally(200, (0, 0), (0, 0), (0.0, 0.0), 0.0)
 PUSH = ActionTally(200, (200, 200), (0, 0), (0.5, 0.5), 0.0)
 BITS = [np.random.PCG64, np.random.PCG64DXSM, np.random.MT19937, np.random.Philox, np.random.SFC64]
@@ -75,15 +79,24 @@ def test_the_first_trial_says_what_it_is() -> None:
     assert trial.digest != START == pal.digest
 
 
-def test_every_reason_comes_up_and_is_true() -> None:
-    pal, seen = new_pal(), set()
+@pytest.mark.parametrize("settings", [PalSettings.from_dict({**SETTINGS.to_dict(), "rounds": 3}), PLAIN])
+def test_every_reason_comes_up_and_is_true(settings: PalSettings) -> None:
+    pal, seen = new_pal(settings=settings), set()
     performed: dict[tuple[object, ...], int] = {}
+    kept: dict[object, object] = {}
     while not pal.finished:
         step = pal.used
         best = {(entry.previous, entry.current): entry.actions for entry in pal.advice().entries}
         trial = pal.ask((3, 1, 2)[step % 3], None)
-        maneuver = (trial.category, trial.maneuver.actions)
+        actions = tuple(int(action) for action in trial.maneuver.actions)
+        home = (home_of(trial.category)[0], reflected(actions)) if trial.mirrored else (trial.category, actions)
+        maneuver = home if settings.mirror else (trial.category, actions)
         assert trial.tried == performed.get(maneuver, 0)
+        if trial.motive is Motive.AGAIN:
+            assert kept[home[0]] == home[1]
+        kept[home[0]] = home[1]
+        if step % 7 == 6:
+            kept.clear()
         assert (trial.motive is Motive.EXAM) == trial.exam
         if trial.motive is Motive.UNTRIED:
             assert trial.tried == 0
@@ -92,12 +105,14 @@ def test_every_reason_comes_up_and_is_true() -> None:
         performed[maneuver] = trial.tried + 1
         seen.add(trial.motive)
         pal.tell(trial, performance(over=step % 7 == 6))
-    assert seen == set(Motive)
+    assert seen == set(Motive) - (set() if settings.again else {Motive.AGAIN})
 
 
 def test_a_generation_that_waits_for_its_ratings_says_so() -> None:
     """With a long memory nothing is final before the bout ends: each of four is performed, and then one again."""
-    pal = new_pal(settings=PalSettings.from_dict({**SETTINGS.to_dict(), "credit": 0.99, "greedy": 0.0, "rounds": 1}))
+    pal = new_pal(
+        settings=PalSettings.from_dict({**SETTINGS.to_dict(), "credit": 0.99, "greedy": 0.0, "rounds": 1, "again": 0})
+    )
     trials = []
     for _ in range(5):
         trials.append(pal.ask(3, None))
@@ -324,6 +339,13 @@ def test_a_run_of_the_learner_is_what_it_was() -> None:
     pal = new_pal()
     coach(pal)
     assert (TRIALS[0].digest, CREDITS[0].digest) == ("82e8eb30f4e5b664", "827214ed2676a4af")
+    assert (pal.digest, pal.state_digest()) == ("c392567fc0ac8e37", "9bc73a32977ac7dd")
+
+
+def test_a_run_with_settings_of_before_is_what_it_was() -> None:
+    """Golden: so a run that was begun then is gone on with, and its log replayed."""
+    pal = new_pal(settings=PLAIN)
+    coach(pal)
     assert (pal.digest, pal.state_digest()) == ("df75352bca2eb90b", "f10ddb55d157db49")
 
 
@@ -366,7 +388,7 @@ def test_the_digest_of_a_state_tells_of_any_change() -> None:
 
 
 def as_version_1(state: dict[str, Any]) -> dict[str, Any]:
-    """What a program of before would have saved."""
+    """What a program of before would have saved, of a run without a model."""
     old: dict[str, Any] = json.loads(json.dumps(state))
     old["version"] = 1
     del old["digest"]
@@ -377,23 +399,37 @@ def as_version_1(state: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_a_state_of_before_is_gone_on_from_with_a_chain_begun_anew() -> None:
-    pal = new_pal()
+    pal = new_pal(settings=PLAIN)
     coach(pal, 30)
     resumed = Pal.from_state(as_version_1(pal.state_dict()))
     assert (resumed.digest, resumed.used) == (START, 30)
     trials, credits_ = coach(resumed)
-    assert [trial.maneuver for trial in trials] == [trial.maneuver for trial in TRIALS[30:]]
-    assert [credit.credits for credit in credits_] == [credit.credits for credit in CREDITS[30:]]
+    whole, all_credits = coach(new_pal(settings=PLAIN))
+    assert [trial.maneuver for trial in trials] == [trial.maneuver for trial in whole[30:]]
+    assert [credit.credits for credit in credits_] == [credit.credits for credit in all_credits[30:]]
     assert trials[0].origin is Origin.UNKNOWN
     assert credits_[0].trials[-1] == 31
     assert set(credits_[0].trials[:-1]) == {0}, "numbers that nobody kept"
     assert Pal.from_state(resumed.state_dict()).state_digest() == resumed.state_digest()
 
 
+def test_a_state_of_before_there_was_a_model_goes_on_without_one() -> None:
+    pal = new_pal(settings=PLAIN)
+    coach(pal, 30)
+    state = json.loads(json.dumps(pal.state_dict()))
+    assert state["version"] == 2
+    assert not {*BEFORE, "curiosity"} & set(state["settings"])
+    resumed = Pal.from_state(state)
+    assert resumed.settings == PLAIN
+    coach(resumed)
+    assert resumed.digest == "df75352bca2eb90b"
+
+
 def test_a_checkpoint_of_protocol_1_is_read() -> None:
     saved = load_checkpoint(Path(__file__).parents[1] / "golden" / "protocol1" / "checkpoint.json")
     assert (saved.pal.used, saved.pal.digest) == (8, START)
     assert saved.pal.state_dict()["version"] == 2
+    assert not saved.pal.settings.mirror
 
 
 @pytest.mark.parametrize("value", ["", "0" * 15, "0" * 17, "0" * 15 + "g", "0" * 15 + "A", "0" * 15 + "٣", 0, None])
@@ -402,11 +438,11 @@ def test_a_digest_that_is_none_is_refused(value: object) -> None:
         Pal.from_state({**new_pal().state_dict(), "digest": value})
 
 
-@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize("version", [1, 2, 3])
 def test_a_version_has_its_own_fields_and_no_others(version: int) -> None:
-    pal = new_pal()
+    pal = new_pal(settings=PLAIN)
     coach(pal, 3)
     new = json.loads(json.dumps(pal.state_dict()))
-    mixed = {**new, "version": 1} if version == 1 else {**as_version_1(new), "version": 2}
+    mixed = {1: {**new, "version": 1}, 2: {**as_version_1(new), "version": 2}, 3: {**new, "version": 3}}[version]
     with pytest.raises(StateError):
         Pal.from_state(mixed)

@@ -72,7 +72,7 @@ def test_the_outcome_adds_progress_and_the_end_of_the_bout() -> None:
     outcome = PalSettings(objective=Objective.OUTCOME, contact_weight=1.0, score_weight=1.0)
     assert fitness(performed(PUSH, progress=0.05), outcome) == pytest.approx(4 + 6)
     assert fitness(performed(PUSH, progress=0.05, won=True), outcome) == pytest.approx(4 + 18 + 6 + 12)
-    assert fitness(performed(NOTHING, lost=True), outcome) == -12
+    assert fitness(performed(NOTHING, lost=True), outcome) == -20
 
 
 def test_the_score_can_weigh_less_than_the_outcome() -> None:

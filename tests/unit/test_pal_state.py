@@ -13,6 +13,7 @@ from firmware_protocol.vocabulary import ActionTally
 from hil.sumo.coaching import CheckpointError, load_checkpoint
 from pal_advisor.fields import FieldError, Fields, is_number, shown
 from pal_advisor.maneuvers import Advice, AdviceError, Pal, PalSettings, Performance, SettingsError, StateError
+from pal_advisor.maneuvers.settings import BEFORE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,7 +30,9 @@ def learnt(settings: PalSettings = SETTINGS, tells: int = 40) -> Pal:
     return pal
 
 
-STATE = json.loads(json.dumps(learnt().state_dict()))
+PLAIN = PalSettings.from_dict({**SETTINGS.to_dict(), **BEFORE})
+STATE = json.loads(json.dumps(learnt(PLAIN).state_dict()))
+MODELLED = json.loads(json.dumps(learnt().state_dict()))
 CHECKPOINT = {
     "version": 1, "seed": 3, "opponent": "flat-light", "bouts": 9, "wins": 4, "losses": 2, "robot_seconds": 31.5, "pal": STATE,
 }  # fmt: skip
@@ -77,7 +80,7 @@ def changed(data: Any, path: tuple[Any, ...], value: object) -> Any:  # noqa: AN
         (("trace",), [[[0, 0], [0] * 4, 4, 1.0, 1.0, 1]], "trace[0].category: there is no population of [0, 0]"),
         (("settings", "population"), 10**9, "settings.population"),
         (("settings", "period"), 10**400, "settings.period"),
-        (("version",), 3, "version: 3 is not known"),
+        (("version",), 4, "version: 4 is not known"),
     ],
 )  # fmt: skip
 def test_the_first_wrong_field_is_named(path: tuple[Any, ...], value: object, named: str) -> None:
@@ -85,6 +88,31 @@ def test_the_first_wrong_field_is_named(path: tuple[Any, ...], value: object, na
         Pal.from_state(changed(STATE, path, value))
     assert str(caught.value).startswith(named)
     assert caught.value.path == named.partition(": ")[0] or caught.value.path.startswith(named)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "named"),
+    [
+        (("kept",), [[[255, 3], [0] * 4, 0]], "kept[0].genome: it is not in the archive"),
+        (("kept",), [[[0, 0], [0] * 4, 1]], "kept[0].category: there is no population of [0, 0]"),
+        (("populations", 0, "evidence"), [], "populations[0].evidence: expected a list of"),
+        (("populations", 0, "evidence", 0), -1, "populations[0].evidence[0]: expected a list of 4"),
+        (("populations", 0, "evidence", 0, 0), -1, "populations[0].evidence[0].performed"),
+        (("populations", 0, "evidence", 0, 1), 10**6, "populations[0].evidence[0].renewed: expected a whole number, 0 to"),
+        (("populations", 0, "evidence", 0, 2), float("inf"), "populations[0].evidence[0].total"),
+        (("populations", 0, "evidence", 0, 3), -1.0, "populations[0].evidence[0].squares"),
+        (("populations", 0, "category"), [255, 2], "populations[0].category: [255, 2] has no population of its own"),
+        (
+            ("populations", 0, "archive", 1),
+            MODELLED["populations"][0]["archive"][0],
+            "populations[0].archive[1]: this maneuver",
+        ),
+    ],
+)
+def test_the_first_wrong_field_of_a_model_is_named(path: tuple[Any, ...], value: object, named: str) -> None:
+    with pytest.raises(StateError) as caught:
+        Pal.from_state(changed(MODELLED, path, value))
+    assert str(caught.value).startswith(named)
 
 
 @pytest.mark.parametrize("name", ["used", "rng", "populations", "trace", "settings", "version"])
@@ -113,8 +141,10 @@ def test_a_generator_is_given_nothing_that_it_would_believe(
 
 
 def test_a_right_state_goes_on_as_it_would_have() -> None:
-    assert Pal.from_state(STATE).ask(3, None) == learnt().ask(3, None)
-    assert json.loads(json.dumps(Pal.from_state(STATE).state_dict())) == STATE
+    assert Pal.from_state(STATE).ask(3, None) == learnt(PLAIN).ask(3, None)
+    assert Pal.from_state(MODELLED).ask(3, None) == learnt().ask(3, None)
+    for state in (STATE, MODELLED):
+        assert json.loads(json.dumps(Pal.from_state(state).state_dict())) == state
 
 
 @pytest.mark.parametrize(

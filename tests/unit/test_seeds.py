@@ -30,4 +30,5 @@ def test_branches_keep_their_numbers() -> None:
         "SURROUND": 7,
         "START_PLACES": 8,
         "SEARCH": 9,
+        "TOURNAMENT": 11,
     }

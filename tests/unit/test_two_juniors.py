@@ -95,8 +95,14 @@ def test_the_address_names_a_network_for_each() -> None:
     ],
 )
 def test_what_can_not_be_is_said_to_be(options: str, told: str) -> None:
-    with pytest.raises(AddressError, match=told):
+    with pytest.raises(AddressError, match=told) as raised:
         connect_all(f"sim://junior?{options}")
+    assert str(raised.value).count("sim://junior") == 1
+
+
+def test_what_else_has_several_networks_is_no_ring() -> None:
+    with pytest.raises(AddressError, match=r"no emulated 'junor'.*Did you mean sim://junior"):
+        connect_all("sim://junor?networks=2")
 
 
 def test_one_connection_for_two_robots_is_refused() -> None:
@@ -155,3 +161,10 @@ def test_a_prompt_time_passes_for_who_is_read_alone() -> None:
     for _ in range(20):
         time.read(0, 0.02)
     assert time.clocks[0].ticks > 20
+
+
+def test_who_is_behind_a_prompt_time_comes_up_to_it_before_it_passes_again() -> None:
+    time = SharedTime(Caller(4), prompt=True)
+    assert time.read(1, 0.05) == b"call"
+    time.read(0, 0.05)
+    assert [clock.ticks for clock in time.clocks] == [4, 4]

@@ -36,11 +36,12 @@ class SwarmStoppedError(RefusedError):
 
     Args:
         said: Who has said that it is stopped, and who has not.
+        by: By what, or whom.
     """
 
-    def __init__(self, said: str) -> None:
+    def __init__(self, said: str, by: str) -> None:
         super().__init__("to go on", said)
-        self.args = (f"emergency stop by key: {said}",)
+        self.args = (f"emergency stop by {by}: {said}",)
 
 
 class SwarmSession:
@@ -139,7 +140,7 @@ class SwarmKeys:
             if silent:
                 named = ", ".join(map(str, silent[:SHOWN]))
                 said += f"; {len(silent)} have not, look after them: {named}{', ...' if len(silent) > SHOWN else ''}"
-            raise SwarmStoppedError(said)
+            raise SwarmStoppedError(said, "key" if pressed & STOP_KEYS else "who looks on")
 
 
 @contextmanager

@@ -164,8 +164,6 @@ class _Painter:
     def _drawn_ground(self, place: Terrain) -> Image.Image:
         image = Image.new("RGB", self._size, color("beyond")[:3])
         draw = ImageDraw.Draw(image, "RGBA")
-        draw.rectangle((0, 0, self._size[0], FINER * STRIP), color("card"))
-        draw.rectangle((0, self._size[1] - self._foot, *self._size), color("card"))
         sides = (*self._at(-place.width / 2, place.height / 2), *self._at(place.width / 2, -place.height / 2))
         draw.rectangle(sides, color("ground"))
         if place.obstacles:
@@ -177,6 +175,8 @@ class _Painter:
             draw.bitmap((0, 0), mask, color("obstacle"))
         heavy = place.ground is Ground.RING or place.wall
         draw.rectangle(sides, outline=color("edge"), width=FINER * (4 if heavy else 1))
+        draw.rectangle((0, 0, self._size[0], FINER * STRIP), color("card"))
+        draw.rectangle((0, self._size[1] - self._foot, *self._size), color("card"))
         at = float(FINER * 12)
         for kind in reversed(KINDS):
             count = sum(_kind(body) == kind for body in self._bodies)

@@ -282,7 +282,7 @@ def compile_rebuilder(schema: Schema, absent: Collection[str] = ()) -> Callable[
     get = attrgetter(*names, own[0].name)  # one more, for a tuple even of one
     tuples = [index for index, field in enumerate(own) if field.count]
     counted = [(index, field.count) for index, field in enumerate(own) if field.count > 0]
-    nullable = [index for index, field in enumerate(own) if field.nullable]
+    nullable = [index for index, field in enumerate(own) if field.nullable and field.name not in absent]
     make = schema.python
 
     def rebuild(parsed: object) -> Any:  # noqa: ANN401 - whatever the schema says

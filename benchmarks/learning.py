@@ -1,0 +1,260 @@
+"""What ways of learning are worth: opponents x objectives x methods x seeds, each coached, then judged by held-out bouts.
+
+Every cell of the table is a coaching run on an emulated robot of its own, and bouts by its advice from poses that no coaching
+has seen, the same for all cells. What is made is kept in a file, a line for each cell; a cell that is there is not made
+again, so that the command may be broken off and given anew, with more seeds or methods too. Any number of workers makes the
+same table.
+
+Differences between methods are paired by seed and opponent. Intervals are 95 %, over seeds.
+
+    python benchmarks/learning.py [--methods before,now] [--against before] [--opponents flat-light,flat-heavy]
+        [--objectives outcome] [--seeds 300-323] [--bouts 200] [--workers 2] [--results learning.jsonl]
+        [--budget 1600] [--table]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from dataclasses import asdict, dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+import hil
+from hil.book.measurement import Measurement, mean_of
+from hil.seeds import Branch, bout_seed
+from hil.sumo.bouts import Tally, play
+from hil.sumo.coaching import Coaching, new_pal
+from hil.sumo.controllers import AdviceController
+from hil.sumo.ring import open_ring
+from hil.working import open_crew
+from pal_advisor.maneuvers import PalSettings
+from pal_advisor.maneuvers.settings import BEFORE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+DUMMIES: Final = "flat-light,flat-heavy,curved-light,corner-light,point-light"
+JUDGE: Final = 77
+"""Seed of the held-out bouts."""
+METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
+    "now": {},
+    "before": {**BEFORE, "loss": 12.0},
+    "no-mirror": {"mirror": False},
+    "no-surrogate": {"surrogate": False, "brood": 1},
+    "no-again": {"again": 0},
+    "no-brood": {"brood": 1},
+    "no-whole-exam": {"exam_whole_bout": False},
+    "loss-12": {"loss": 12.0},
+    "end-on-change": {"end_on_change": True},
+    "period-110": {"period": 0.11},
+    "period-80": {"period": 0.08},
+    "arms": {"arms_in_stimulus": True},
+}
+"""What each changes of the settings."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A coaching run and what it is judged by.
+
+    Attributes:
+        method: Name of the method.
+        objective: What a good maneuver is.
+        opponent: Against whom.
+        seed: Seed of the coaching.
+        bouts: Held-out bouts.
+        changes: What the method changes of the settings, as JSON: a method that has changed is another.
+    """
+
+    method: str
+    objective: str
+    opponent: str
+    seed: int
+    bouts: int
+    changes: str
+
+    @property
+    def settings(self) -> PalSettings:
+        """How it is coached."""
+        return PalSettings.from_dict({**json.loads(self.changes), "objective": self.objective})
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of a cell.
+
+    Attributes:
+        cell: Which.
+        wins: Held-out bouts won.
+        losses: Held-out bouts lost.
+        time: Median time to win, in s; None where none was won.
+        maneuvers: Maneuvers performed.
+        robot_seconds: Time that the robot spent coaching, in s.
+    """
+
+    cell: Cell
+    wins: int
+    losses: int
+    time: float | None
+    maneuvers: int
+    robot_seconds: float
+
+
+def made(cell: Cell) -> Row:
+    """Coach, and play.
+
+    Args:
+        cell: Which.
+    """
+    with hil.connect(f"sim://junior?opponent={cell.opponent}&seed={cell.seed}") as junior:
+        junior.arm()
+        ring = open_ring(junior)
+        coaching = Coaching(ring, new_pal(cell.settings, cell.seed), seed=cell.seed)
+        coaching.run()
+        seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
+        tally = Tally.of(cell.opponent, list(play(ring, AdviceController(coaching.advice()), seeds)))
+    return Row(
+        cell,
+        tally.wins,
+        tally.losses,
+        tally.median_time_to_win,
+        coaching.pal.used,
+        round(coaching.progress.robot_seconds, 3),
+    )
+
+
+def kept(results: Path) -> dict[Cell, Row]:
+    """What was made before; a last line that was cut short counts as not made.
+
+    Args:
+        results: The file.
+    """
+    rows = {}
+    for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
+        try:
+            data = json.loads(line)
+        except ValueError:
+            continue
+        cell = Cell(**data.pop("cell"))
+        rows[cell] = Row(cell, **data)
+    return rows
+
+
+def make(cells: Sequence[Cell], results: Path, workers: int) -> dict[Cell, Row]:
+    """Make what is not there.
+
+    Args:
+        cells: What is wanted.
+        results: The file.
+        workers: Processes.
+    """
+    rows = kept(results)
+    missing = [cell for cell in cells if cell not in rows]
+    with open_crew(workers) as crew, results.open("a", encoding="utf-8") as file:
+        for number, row in enumerate(crew.in_order(made, missing), start=1):
+            rows[row.cell] = row
+            file.write(json.dumps(asdict(row)) + "\n")
+            file.flush()
+            sys.stderr.write(f"\r{number}/{len(missing)} ")
+    return rows
+
+
+def table(rows: Mapping[Cell, Row], cells: Sequence[Cell], against: str | None) -> Iterable[str]:
+    """Tell of what was made, as a table.
+
+    Args:
+        rows: What was made.
+        cells: What is wanted.
+        against: The method that the others are compared with; None compares none.
+
+    Yields:
+        Lines.
+    """
+    yield "| objective | opponent | method | seeds | won | worst | below .95 | median time, s |"
+    yield "|---|---|---|---|---|---|---|---|"
+    groups: dict[tuple[str, str, str], list[Row]] = {}
+    for cell in cells:
+        if cell in rows:
+            groups.setdefault((cell.objective, cell.opponent, cell.method), []).append(rows[cell])
+    for (objective, opponent, method), group in groups.items():
+        rates = np.array([row.wins / row.cell.bouts for row in group])
+        times = [row.time for row in group if row.time is not None]
+        time = f"{np.mean(times):.2f}" if times else "-"
+        below = int(np.count_nonzero(rates < 0.95))
+        yield f"| {objective} | {opponent} | {method} | {len(rates)} | {_mean(rates)} | {rates.min():.3f} | {below} | {time} |"
+    methods = dict.fromkeys(cell.method for cell in cells)
+    if against in methods:
+        yield ""
+        yield f"| objective | opponent | method | pairs | won, less `{against}` |"
+        yield "|---|---|---|---|---|"
+        for objective in dict.fromkeys(cell.objective for cell in cells):
+            for method in methods:
+                if method != against:
+                    yield from _differences(groups, objective, method, against)
+
+
+def _differences(
+    groups: Mapping[tuple[str, str, str], Sequence[Row]], objective: str, method: str, against: str
+) -> Iterable[str]:
+    every: dict[int, list[float]] = {}
+    opponents = dict.fromkeys(opponent for wanted, opponent, _ in groups if wanted == objective)
+    for opponent in opponents:
+        theirs = {row.cell.seed: row for row in groups.get((objective, opponent, against), ())}
+        pairs = [
+            (row, theirs[row.cell.seed]) for row in groups.get((objective, opponent, method), ()) if row.cell.seed in theirs
+        ]
+        gains = [(one.wins - other.wins) / one.cell.bouts for one, other in pairs]
+        for gain, (one, _) in zip(gains, pairs, strict=True):
+            every.setdefault(one.cell.seed, []).append(gain)
+        yield f"| {objective} | {opponent} | {method} | {len(gains)} | {_mean(np.array(gains))} |"
+    whole = [float(np.mean(gains)) for gains in every.values() if len(gains) == len(opponents)]
+    yield f"| {objective} | all | {method} | {len(whole)} | {_mean(np.array(whole))} |"
+
+
+def _mean(values: np.ndarray[Any, np.dtype[np.float64]]) -> Measurement | str:
+    return mean_of(values) if len(values) > 1 else " ".join(f"{value:.3f}" for value in values)
+
+
+def main() -> int:
+    """Make and tell."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--methods", default="before,now", help=f"of {', '.join(METHODS)}; NAME+NAME joins")
+    parser.add_argument("--against", default="before", help="compare the others with this method")
+    parser.add_argument("--opponents", default=DUMMIES)
+    parser.add_argument("--objectives", default="outcome")
+    parser.add_argument("--seeds", default="300-323", help="first-last")
+    parser.add_argument("--bouts", type=int, default=200, help="held-out bouts for each cell")
+    parser.add_argument("--budget", type=int, default=PalSettings().budget, help="maneuvers of a coaching")
+    parser.add_argument("--results", type=Path, default=Path("learning.jsonl"), help="where cells are kept")
+    parser.add_argument("--workers", type=int, default=1, help="processes")
+    parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
+    options = parser.parse_args()
+    first, _, last = options.seeds.partition("-")
+    cells = [
+        Cell(method, objective, opponent, seed, options.bouts, _changes(method, options.budget))
+        for seed, opponent, objective, method in product(
+            range(int(first), int(last or first) + 1),
+            options.opponents.split(","),
+            options.objectives.split(","),
+            options.methods.split(","),
+        )
+    ]
+    rows = kept(options.results) if options.table else make(cells, options.results, options.workers)
+    sys.stdout.write("\n".join(table(rows, cells, options.against)) + "\n")
+    return 0
+
+
+def _changes(method: str, budget: int) -> str:
+    changes: dict[str, Any] = {"budget": budget}
+    for name in method.split("+"):
+        changes |= METHODS[name]
+    return json.dumps(changes, sort_keys=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
