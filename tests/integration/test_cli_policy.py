@@ -98,7 +98,7 @@ def test_without_a_referee_it_does_not_play() -> None:
 
 @pytest.mark.slow
 def test_it_enters_a_tournament_whose_logs_replay(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    field = ["policy:chasing.json", "hobby"]
+    field = ["chasing.json", "hobby"]
     assert run(["tournament", *field, "--bouts", "12", "--quiet", "--json", "--out", "cup"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert [(one["name"], one["kind"]) for one in document["table"]] == [("chasing", "policy"), ("hobby", "hobby")]
