@@ -111,7 +111,7 @@ def test_an_entrant_by_a_policy_is_kept_whole() -> None:
     entrant = Entrant("chasing", EntrantKind.POLICY, policy=chasing())
     again = Entrant.from_fields(Fields(json.loads(json.dumps(entrant.to_dict()))))
     assert again.to_dict() == entrant.to_dict()
-    with pytest.raises(ValueError, match="there is no policy"):
+    with pytest.raises(ValueError, match="takes a policy, and there is nothing"):
         Entrant("nobody", EntrantKind.POLICY)
     broken = {**entrant.to_dict(), "policy": {"format": "junior-policy", "version": 9}}
     with pytest.raises(FieldError, match=r"policy\.version: expected 1, not 9"):
