@@ -9,7 +9,8 @@ from firmware_protocol.messages import BoutOutcome
 from hil.bridge.operator import DRAWN, LOST, PAUSE, READY, RESUME, WON
 from hil.connecting.serving import WAIT
 from hil.sumo.contest import COUNTDOWN
-from hil.sumo.ring import UNKNOWN, Encounter, drive_until, lasted
+from hil.sumo.driving import drive_until
+from hil.sumo.ring import UNKNOWN, Encounter, lasted
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Maneuver, Stimulus

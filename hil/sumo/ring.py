@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Final, Protocol
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
 from firmware_protocol.near import did_you_mean
-from hil.sumo.players import DriverPlayer
+from hil.sumo.driving import drive_until
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.messages import JuniorManeuverResult
     from firmware_protocol.peer.exchanges.exchange import Ticket
@@ -208,26 +206,6 @@ class OpenRing:
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
         recover(self._junior)
-
-
-def drive_until(junior: Junior, driver: Driver, over: Callable[[], bool]) -> None:
-    """Let a driver have the wheels for a while.
-
-    Args:
-        junior: The robot; it is armed.
-        driver: Says what to do at every reading.
-        over: It is over; asked after each step of the link.
-
-    Raises:
-        RefusedError: The robot does not drive.
-        PeerError: It is gone or does not answer.
-        LinkError: The link is gone.
-    """
-    player = DriverPlayer(driver)
-    player.begin(junior)
-    while not over():
-        junior.step()
-        player.attend(junior)
 
 
 def open_ring(junior: Junior, opponent: str | None = None) -> Ring:

@@ -98,7 +98,7 @@ def test_without_a_referee_it_does_not_play() -> None:
 
 @pytest.mark.slow
 def test_it_enters_a_tournament_whose_logs_replay(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    field = ["policy:chasing.json", "hobby"]
+    field = ["chasing.json", "hobby"]
     assert run(["tournament", *field, "--bouts", "12", "--quiet", "--json", "--out", "cup"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert [(one["name"], one["kind"]) for one in document["table"]] == [("chasing", "policy"), ("hobby", "hobby")]
@@ -111,7 +111,7 @@ def test_an_entrant_by_a_policy_is_kept_whole() -> None:
     entrant = Entrant("chasing", EntrantKind.POLICY, policy=chasing())
     again = Entrant.from_fields(Fields(json.loads(json.dumps(entrant.to_dict()))))
     assert again.to_dict() == entrant.to_dict()
-    with pytest.raises(ValueError, match="there is no policy"):
+    with pytest.raises(ValueError, match="takes a policy, and there is nothing"):
         Entrant("nobody", EntrantKind.POLICY)
     broken = {**entrant.to_dict(), "policy": {"format": "junior-policy", "version": 9}}
     with pytest.raises(FieldError, match=r"policy\.version: expected 1, not 9"):

@@ -1,4 +1,4 @@
-"""Who enters a tournament: a learnt advice, played by a host or from the robot's own memory, or a controller of our own."""
+"""Who enters a tournament: an advice, played by a host or from the robot's own memory, a policy, or a controller of our own."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 from hil.policies import Policy, PolicyDriver, PolicyError
 from hil.seeds import Branch, generator
 from hil.sumo.controllers import BUILT_IN, AdviceController
-from hil.sumo.players import DriverPlayer, HostPlayer, MemoryPlayer
+from hil.sumo.driving import DriverPlayer
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer
 from pal_advisor.fields import FieldError, Fields
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
-    from hil.sumo.players import Player
+    from hil.sumo.tournament.players import Player
 
 LONGEST_NAME: Final = 40
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
@@ -29,16 +30,16 @@ class EntrantKind(StrEnum):
     MEMORY = "memory"
     """The robot plays a contest by itself, from its memory."""
     POLICY = "policy"
-    """A host sets the wheels by a policy."""
+    """A host sets the wheels by the policy."""
     CHASE = "chase"
     CHASE2 = "chase2"
     HOBBY = "hobby"
     RANDOM = "random"
 
     @property
-    def learnt(self) -> bool:
-        """It plays by an advice."""
-        return self.value in {"advice", "memory"}
+    def takes(self) -> str:
+        """What it plays by, in words; empty where that is written by hand."""
+        return "" if self.value in BUILT_IN else "a policy" if self is EntrantKind.POLICY else "an advice"
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,11 @@ class Entrant:
     Attributes:
         name: What it is called, which is also part of names of files.
         kind: How it plays.
-        advice: What it plays by, where it has learnt maneuvers.
-        policy: What it plays by, where it has learnt to drive.
+        advice: What it plays by, where that is an advice.
+        policy: Likewise, where that is a policy.
 
     Raises:
-        ValueError: No file can be called so, or there is an advice or policy that nobody plays by, or none where one is needed.
+        ValueError: No file can be called so, or there is what nobody plays by, or nothing where something is needed.
     """
 
     name: str
@@ -66,13 +67,12 @@ class Entrant:
                 f"a name has up to {LONGEST_NAME} letters, digits and . _ + -, and begins with a letter or a digit: "
                 f"not {self.name[:60]!r}"
             )
-        if self.kind.learnt != (self.advice is not None):
+        has = [name for name, one in (("an advice", self.advice), ("a policy", self.policy)) if one is not None]
+        if has != [self.kind.takes][: bool(self.kind.takes)]:
             raise ValueError(
-                f"{self.name} is to play by {self.kind}, which {'takes an' if self.kind.learnt else 'has no'} advice"
+                f"{self.name} plays by {self.kind}, which takes {self.kind.takes or 'nothing'}, and there is "
+                f"{' and '.join(has) or 'nothing'}"
             )
-
-        if (self.kind is EntrantKind.POLICY) != (self.policy is not None):
-            raise ValueError(f"{self.name} is to play by {self.kind}, and there is {'a' if self.policy else 'no'} policy")
 
     def player(self, seed: int, seat: int) -> Player:
         """What plays a robot for it in one bout.
@@ -93,7 +93,7 @@ class Entrant:
             "name": self.name,
             "kind": self.kind.value,
             "advice": None if self.advice is None else self.advice.to_dict(),
-            **({} if self.policy is None else {"policy": self.policy.to_dict()}),
+            "policy": None if self.policy is None else self.policy.to_dict(),
         }
 
     @classmethod
@@ -106,15 +106,22 @@ class Entrant:
         Raises:
             FieldError: A field is missing, unknown or wrong.
         """
-        name, kind, advice = found.text("name"), found.one_of("kind", EntrantKind), found.take("advice")
-        policy = found.take("policy") if found.has("policy") else None
+        name, kind, advice, policy = (
+            found.text("name"),
+            found.one_of("kind", EntrantKind),
+            found.take("advice"),
+            found.take("policy"),
+        )
         found.done()
         try:
-            learnt = None if policy is None else Policy.from_dict(policy)
-            return cls(name, kind, None if advice is None else Advice.from_dict(advice), learnt)
-        except PolicyError as error:
-            raise FieldError(found.at(f"policy.{error.path}"), str(error).partition(": ")[2]) from error
-        except AdviceError as error:
-            raise FieldError(found.at(f"advice.{error.path}"), str(error).partition(": ")[2]) from error
+            return cls(
+                name,
+                kind,
+                None if advice is None else Advice.from_dict(advice),
+                None if policy is None else Policy.from_dict(policy),
+            )
+        except (AdviceError, PolicyError) as error:
+            within = "advice" if isinstance(error, AdviceError) else "policy"
+            raise FieldError(found.at(f"{within}.{error.path}"), str(error).partition(": ")[2]) from error
         except ValueError as error:
             raise found.wrong("name", str(error)) from error

@@ -1,11 +1,11 @@
-"""Who plays a robot in a duel: a host that chooses its maneuvers one by one, or the robot itself, from its memory.
+"""Who plays a robot in a duel: a host that chooses its maneuvers or sets its wheels, or the robot itself, from its memory.
 
 Two robots play at the same time, so nothing here waits: what is asked is looked at after each step of the links.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.maneuver_fields import to_report
@@ -18,7 +18,7 @@ from hil.sumo.junior import STIMULUS_BITS
 if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorManeuverResult, RobotAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
-    from hil.sumo.controllers import Controller, Driver
+    from hil.sumo.controllers import Controller
     from hil.sumo.junior import Junior
     from pal_advisor.maneuvers import Advice
 
@@ -97,42 +97,6 @@ class HostPlayer:
     def _choose(self, junior: Junior) -> None:
         self.maneuvers += 1
         self._performed = junior.start(self._controller.choose(self._current, self._previous))
-
-
-class DriverPlayer:
-    """A host that sets the wheels at every reading.
-
-    Args:
-        driver: Says what to do.
-    """
-
-    HOLD: Final = 0.1
-    """A command goes on for so long unless the next one comes, in s: five readings."""
-
-    def __init__(self, driver: Driver) -> None:
-        self.maneuvers = 0
-        self._driver = driver
-        self._before: JuniorSensors | None = None
-        self._asked: Ticket[RobotAck] | None = None
-
-    def prepare(self, junior: Junior) -> None:
-        """There is nothing to be done before."""
-
-    def begin(self, junior: Junior) -> None:
-        """Forget the bout before; what has been sensed by now is not acted on any more."""
-        self._driver.begin()
-        self._before, self._asked = junior.latest, None
-
-    def attend(self, junior: Junior) -> None:
-        """Set the wheels, where a reading has come."""
-        if self._asked is not None and self._asked.done:
-            junior.answer(self._asked)
-            self._asked = None
-        if junior.stale:
-            junior.read_sensors()  # is it still there?
-        if (reading := junior.latest) is not None and reading is not self._before:
-            self._before = reading
-            self._asked = junior.steer(*self._driver.drive(reading), self.HOLD)
 
 
 class MemoryPlayer:
