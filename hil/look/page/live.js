@@ -211,7 +211,7 @@ class LivePage {
     const tried = bouts.find((one) => one.series && one.series !== "coaching");
     const shown = bouts.findLast((one) => !tried || one.series === tried.series);
     player.toggle(false);
-    if (shown) player.seek(shown.end - 1e-3);
+    player.seek(shown ? shown.end - 1e-3 : model.end);
   }
 
   // What the run asks of a person; no choices: nothing.
