@@ -379,6 +379,8 @@ def file_of(given: Path | None, name: str, *, verbs: tuple[str, ...] = (), oppon
         parts = sorted(given.glob(PART_LOGS)) if name == LOG else []
         if parts:
             raise RunError(f"the bouts of {given} were played side by side, in several logs: name one of them, as {parts[0]}")
+        if upsets := sorted(given.glob(UPSET_LOGS)) if name == LOG else []:
+            raise RunError(f"{given} is of a tournament, which has a log of each upset: name one of them, as {upsets[0]}")
         among = any(given.glob(f"*/{name}"))
         raise RunError(f"there is no {name} in {given}{': name one of its runs (hil runs lists them)' if among else ''}")
     return path

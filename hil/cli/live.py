@@ -133,8 +133,10 @@ def live_page(
         ViewerError: What serves Foxglove is not installed.
     """
     if not live:
-        if public or open_page is not None or viewer is not None:
-            raise common.UsageError("--open, --no-open, --public and --viewer go with --live")
+        if viewer is not None:
+            raise common.UsageError("--viewer goes with --live")
+        if public or open_page is not None:
+            raise common.UsageError("--open, --no-open and --public go with --live")
         return None
     if no_log:
         raise common.UsageError("--live shows what is recorded: leave out --no-log")

@@ -45,8 +45,8 @@ def tournament(
         list[str] | None,
         typer.Argument(
             metavar="ENTRANT...",
-            help="An advice file or the run that made it, played by a host; memory:FILE, played by the robot itself; chase, "
-            "chase2, hobby or random. NAME=ENTRANT gives it a name.",
+            help="An advice file or the run that made it, played by a host; memory:FILE, played by the robot itself; a policy "
+            "file; chase, chase2, hobby or random. NAME=ENTRANT gives it a name.",
             show_default=False,
         ),
     ] = None,
@@ -268,7 +268,7 @@ def _draw(run: ActiveRun, standings: Standings, console: Console, *, png: bool) 
     if not can_draw():
         console.print(f"There is no picture: {INSTALL} and hil tournament --resume-from {run.folder} draw it.", markup=False)
         return None
-    from hil.report.tournament_figures import tournament_picture  # noqa: PLC0415
+    from hil.sumo.tournament.picture import tournament_picture  # noqa: PLC0415
 
     path = run.place(None, runs.TOURNAMENT_PICTURE)
     with styled():

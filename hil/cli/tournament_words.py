@@ -10,6 +10,7 @@ from rich.table import Table
 
 from firmware_protocol.near import did_you_mean
 from hil import runs
+from hil.policies import is_policy, load_policy
 from hil.sumo.advice_file import load_advice
 from hil.sumo.controllers import BUILT_IN
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
@@ -28,13 +29,14 @@ def entrant_of(text: str) -> Entrant:
     """An entrant as a user names it.
 
     Args:
-        text: `chase` or another controller, an advice file or a run's folder, `memory:` and one of these; before it
-            `NAME=`, or not.
+        text: `chase` or another controller, a policy file, an advice file or a run's folder, `memory:` and one of the last
+            two; before it `NAME=`, or not.
 
     Raises:
         ValueError: There is no such entrant, or it can't be called so.
         RunError: The folder has no advice.
         AdviceFileError: The file can't be read, or is no advice.
+        PolicyFileError: Likewise, of a policy.
     """
     named = _NAMED.fullmatch(text)
     name, what = (named[1], named[2]) if named else ("", text)
@@ -44,7 +46,11 @@ def entrant_of(text: str) -> Entrant:
     path = Path(what.removeprefix(FROM_MEMORY))
     if not path.exists():
         known, meant = ", ".join(BUILT_IN), did_you_mean(what, BUILT_IN)
-        raise ValueError(f"there is no entrant {what!r}: name an advice file, a run's folder, or one of {known}{meant}")
+        raise ValueError(
+            f"there is no entrant {what!r}: name a file of advice or policy, a run's folder, or one of {known}{meant}"
+        )
+    if not from_memory and is_policy(path):
+        return Entrant(name or _called(path), EntrantKind.POLICY, policy=load_policy(path))
     advice = load_advice(runs.file_of(path, runs.ADVICE))
     called = name or _called(path) + ("+memory" if from_memory else "")
     return Entrant(called, EntrantKind.MEMORY if from_memory else EntrantKind.ADVICE, advice)

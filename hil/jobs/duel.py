@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from hil.connecting.connecting_all import connect_all_as
 from hil.jobs.options import MOST_SEED, wanted_file
 from hil.jobs.session import begin_log, nothing_said
+from hil.policies import policy_of, policy_text
 from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout
-from hil.sumo.duels import duel_url, fight
 from hil.sumo.robots import Robots
+from hil.sumo.tournament.duels import duel_url, fight
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from hil.jobs.stage import Stage
-    from hil.sumo.duels import Duel
+    from hil.sumo.tournament.duels import Duel
     from pal_advisor.fields import Fields
 
 SEATS: Final = ("home", "away")
@@ -60,7 +61,13 @@ class DuelJob:
     def files(self) -> dict[str, bytes]:
         """What has been learnt."""
         both = zip(SEATS, (self.home, self.away), strict=True)
-        return {f"{seat}.toml": advice_text(one.advice).encode() for seat, one in both if one.advice is not None}
+        found = {}
+        for seat, one in both:
+            if one.advice is not None:
+                found[f"{seat}.toml"] = advice_text(one.advice).encode()
+            if one.policy is not None:
+                found[f"{seat}.json"] = policy_text(one.policy).encode()
+        return found
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -69,9 +76,10 @@ class DuelJob:
         entrants = []
         for seat in SEATS:
             kind, name = options.one_of(seat, EntrantKind), options.text(f"{seat}_name")
-            advice = advice_of(wanted_file(files, f"{seat}.toml")) if kind.learnt else None
+            advice = advice_of(wanted_file(files, f"{seat}.toml")) if kind.takes == "an advice" else None
+            policy = policy_of(wanted_file(files, f"{seat}.json")) if kind is EntrantKind.POLICY else None
             try:
-                entrants.append(Entrant(name, kind, advice))
+                entrants.append(Entrant(name, kind, advice, policy))
             except ValueError as error:
                 raise options.wrong(f"{seat}_name", str(error)) from error
         home, away = entrants

@@ -3,7 +3,7 @@
 from hil.policies.driver import PolicyDriver
 from hil.policies.observing import HIGH, LOW, NAMES, SCALE, Perception, scaled
 from hil.policies.policy import Policy, PolicyError
-from hil.policies.policy_file import PolicyFileError, load_policy, policy_of, policy_text, save_policy
+from hil.policies.policy_file import PolicyFileError, is_policy, load_policy, policy_of, policy_text, save_policy
 
 __all__ = [
     "HIGH",
@@ -15,6 +15,7 @@ __all__ = [
     "PolicyDriver",
     "PolicyError",
     "PolicyFileError",
+    "is_policy",
     "load_policy",
     "policy_of",
     "policy_text",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.errors import HilError
 from hil.doors import Document, Door
 from hil.files.documents import document_text, save_document
-from hil.policies.policy import Policy, PolicyError
+from hil.policies.policy import FORMAT, Policy, PolicyError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,6 +67,21 @@ def load_policy(path: Path) -> Policy:
         PolicyFileError: It can't be read, is no JSON, or a field is missing, unknown or wrong.
     """
     return _policy(DOOR.document(path, json=True))
+
+
+def is_policy(path: Path) -> bool:
+    """Whether a file says of itself that it is a policy: an advice may be JSON as well.
+
+    Args:
+        path: The file.
+
+    Raises:
+        PolicyFileError: It ends in `.json`, and can't be read as JSON.
+    """
+    if path.suffix != ".json" or not path.is_file():
+        return False
+    data = DOOR.document(path, json=True).data
+    return isinstance(data, dict) and data.get("format") == FORMAT
 
 
 def _policy(document: Document) -> Policy:

@@ -8,6 +8,7 @@ import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from processes import Hil
 
@@ -17,6 +18,7 @@ from hil.cli.app import run
 from hil.files.outputs import replace_file
 from hil.look.reading import read_scene
 from hil.mcaplog.checking import check_log
+from hil.policies import Policy, save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import save_advice
 from hil.sumo.tournament.checkpoint import load_checkpoint
@@ -74,6 +76,8 @@ def test_an_upset_is_recorded_as_it_was_played_and_can_be_replayed_and_looked_at
         assert chapter.outcome == ("won" if upset["winner_seat"] == "home" else "lost")
         assert chapter.against == "junior"
         assert upset["winner"] in chapter.series
+    assert run(["view", document["run"]]) == 2
+    assert f"name one of them, as {document['upsets'][0]['log']}" in capsys.readouterr().err
 
 
 def cut(after: int) -> Callable[[Path, bytes], None]:
@@ -112,11 +116,14 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
 def test_learnt_advice_enters_by_a_host_and_from_memory(capsys: pytest.CaptureFixture[str]) -> None:
     entries = (AdviceEntry(ANY_STIMULUS, 0, (Action.L,) * 2, 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF,) * 2, 1.0, 5))
     save_advice(Advice(PalSettings(actions=2, period=0.1), entries), Path("charge.advice.toml"))
-    field = ["charge.advice.toml", "memory:charge.advice.toml", "random"]
-    document = played(capsys, "tournament", *field, "--bouts", "4", "--workers", "2")
+    save_policy(Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3), Path("driver.json"))
+    field = ["charge.advice.toml", "memory:charge.advice.toml", "random", "driver.json"]
+    document = played(capsys, "tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
     kinds = {row["name"]: row["kind"] for row in document["table"]}
-    assert kinds == {"charge": "advice", "charge+memory": "memory", "random": "random"}
-    assert document["table"][-1]["name"] == "random"
+    assert kinds == {"charge": "advice", "charge+memory": "memory", "random": "random", "driver": "policy"}
+    assert all(row["won"] + row["drawn"] + row["lost"] == 12 for row in document["table"])
+    for upset in document["upsets"]:
+        assert replay(Path(upset["log"]), strict=True).same
 
 
 @pytest.mark.parametrize(

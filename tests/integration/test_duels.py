@@ -7,13 +7,14 @@ import pytest
 
 import hil
 from firmware_protocol.errors import RefusedError
-from firmware_protocol.messages import BoutOutcome, State
+from firmware_protocol.messages import BoutOutcome, JuniorSensors, State
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Stimulus
 from hil.sumo.connecting import connect_all
 from hil.sumo.controllers import BUILT_IN
-from hil.sumo.duels import Duel, duel_url, fight
-from hil.sumo.players import HostPlayer, MemoryPlayer, Player
+from hil.sumo.driving import DriverPlayer
 from hil.sumo.ring import RingError
+from hil.sumo.tournament.duels import Duel, duel_url, fight
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer, Player
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 
@@ -64,6 +65,27 @@ def test_a_robot_plays_from_its_own_memory_and_its_host_says_nothing() -> None:
     assert over.maneuvers[0] == 0
     both = duel(MemoryPlayer(CHARGE), MemoryPlayer(CHARGE), 3)
     assert both.maneuvers == (0, 0)
+
+
+def test_a_driver_has_the_wheels_at_every_reading() -> None:
+    class Spinning:
+        """Turns on the spot, and counts."""
+
+        def __init__(self) -> None:
+            self.readings: list[int] = []
+
+        def begin(self) -> None:
+            self.readings.append(0)
+
+        def drive(self, sensors: JuniorSensors) -> tuple[float, float]:
+            self.readings[-1] += sensors.battery > 0
+            return 0.3, -0.3
+
+    driver = Spinning()
+    over = duel(HostPlayer(Idle()), DriverPlayer(driver), 1)
+    assert over.maneuvers[1] == 0
+    assert len(driver.readings) == 1
+    assert driver.readings[0] == pytest.approx(over.time / 0.02, abs=6)
 
 
 def test_both_begin_at_the_same_time_and_are_answered_as_soon() -> None:

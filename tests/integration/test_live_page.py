@@ -17,6 +17,7 @@ from serving import served
 
 import hil
 from firmware_protocol.errors import NoRobotError
+from hil.look.reading import read_scene
 from hil.mcaplog.reading.reader import LogReader
 from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
@@ -231,9 +232,11 @@ def test_a_person_judges_on_the_page(page: Page, tmp_path: Path) -> None:
         assert "2 bouts against unknown" in run.end()
         page.wait(f"/over/.test({WORDS})")
         assert page.ask("document.getElementById('asked').hidden")
+        page.wait("hilView.model.chapters.map((one) => one.outcome).join() === 'lost,won'")
     log = run.folder / "log.mcap"
     inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
     assert inputs == ["ready", "lost", "ready", "won"]
+    assert [(bout.name, bout.outcome) for bout in read_scene(log).chapters] == [("Bout 1", "lost"), ("Bout 2", "won")]
     assert hil.replay(log).difference is None
     assert not page.seen.console
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
@@ -212,6 +213,10 @@ def test_a_guest_stops_a_swarm_and_sees_all_of_it(tmp_path: Path) -> None:
             for system in range(1, 9):
                 guest.until(lambda event, of=system: event.system == of and type(event.message) is SwarmObservation)  # type: ignore[misc]
             guest.wait_for(SwarmMove)
+            with Hil(tmp_path, "monitor", host.url, "--duration", "3", "--out", "watched") as watcher:
+                watcher.until("watching, surround drives")
+                assert watcher.end() == 0
+                assert re.search(r"^8  WILD  \w+ \(armed\)  at -?\d.*heading", watcher.text, re.MULTILINE)
             guest.say(CommandLong(0, 0, Command.FLIGHT_TERMINATION, 0, 1.0))
             assert guest.wait_for(CommandAck, lambda ack: ack.target_system == 250).result == CommandResult.ACCEPTED
             assert host.program.end() == 1

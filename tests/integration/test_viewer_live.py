@@ -65,7 +65,7 @@ def test_a_viewer_sees_a_run_and_stops_it_and_the_stop_is_recorded_and_replayed(
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (["--viewer", "foxglove"], "--viewer go with --live"),
+        (["--viewer", "foxglove"], "--viewer goes with --live"),
         (["--live", "--viewer", "foxglove", "--public"], "asks nobody who they are"),
         (["--live", "--viewer", "foxglove", "--open"], "start it yourself"),
     ],

@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 from rich.console import Console
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.tournament_words import entrant_of, matrix_table, seat_line, standings_table
+from hil.policies import Policy, save_policy
 from hil.sumo.advice_file import AdviceFileError, save_advice
-from hil.sumo.players import HostPlayer, MemoryPlayer
+from hil.sumo.driving import DriverPlayer
 from hil.sumo.tournament.checkpoint import TournamentCheckpoint, TournamentCheckpointError, load_checkpoint
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer
 from hil.sumo.tournament.schedule import PART, Tournament, TournamentBout
 from hil.sumo.tournament.standings import Score, Standings
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 ADVICE = Advice(PalSettings(actions=1, period=0.15), (AdviceEntry(ANY_STIMULUS, 3, (Action.FF,), 1.0, 5),))
+POLICY = Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3)
 BUILT_IN = tuple(Entrant(name, EntrantKind(name)) for name in ("chase", "hobby", "random"))
 
 
@@ -75,10 +79,15 @@ def test_an_entrant_plays_by_what_it_has() -> None:
     assert isinstance(Entrant("a", EntrantKind.MEMORY, ADVICE).player(1, 0), MemoryPlayer)
     assert isinstance(Entrant("a", EntrantKind.ADVICE, ADVICE).player(1, 0), HostPlayer)
     assert isinstance(Entrant("a", EntrantKind.HOBBY).player(1, 0), HostPlayer)
-    with pytest.raises(ValueError, match="takes an advice"):
+    assert isinstance(Entrant("a", EntrantKind.POLICY, policy=POLICY).player(1, 0), DriverPlayer)
+    with pytest.raises(ValueError, match="takes an advice, and there is nothing"):
         Entrant("a", EntrantKind.MEMORY)
-    with pytest.raises(ValueError, match="has no advice"):
+    with pytest.raises(ValueError, match="takes nothing, and there is an advice"):
         Entrant("a", EntrantKind.CHASE, ADVICE)
+    with pytest.raises(ValueError, match="takes a policy, and there is an advice"):
+        Entrant("a", EntrantKind.POLICY, ADVICE)
+    with pytest.raises(ValueError, match="takes an advice, and there is an advice and a policy"):
+        Entrant("a", EntrantKind.ADVICE, ADVICE, POLICY)
 
 
 @pytest.mark.parametrize("name", ["", "../x", "a b", "-x", "x" * 41, "a/b"])
@@ -99,6 +108,11 @@ def test_entrants_are_named_on_the_command_line(tmp_path: Path) -> None:
     assert entrant_of(f"memory:{run}") == Entrant("flat-heavy+memory", EntrantKind.MEMORY, ADVICE)
     assert entrant_of(f"me=memory:{tmp_path / 'mine.advice.toml'}") == Entrant("me", EntrantKind.MEMORY, ADVICE)
     assert entrant_of(str(tmp_path / "mine.advice.toml")).name == "mine"
+    save_advice(ADVICE, tmp_path / "other.json")
+    assert entrant_of(str(tmp_path / "other.json")) == Entrant("other", EntrantKind.ADVICE, ADVICE)
+    save_policy(POLICY, tmp_path / "learnt.json")
+    found = entrant_of(str(tmp_path / "learnt.json"))
+    assert (found.name, found.kind) == ("learnt", EntrantKind.POLICY)
     (tmp_path / "nothing.toml").write_text("version = 9\n")
     with pytest.raises(AdviceFileError, match=r"nothing\.toml"):
         entrant_of(str(tmp_path / "nothing.toml"))
@@ -164,6 +178,9 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.json"
     path.write_bytes(saved.to_bytes())
     assert load_checkpoint(path) == saved
+    policy = Tournament((*BUILT_IN, Entrant("learnt", EntrantKind.POLICY, policy=POLICY)), 12, 3)
+    path.write_bytes(TournamentCheckpoint(policy).to_bytes())
+    assert load_checkpoint(path).to_bytes() == path.read_bytes()
     assert not saved.finished
     assert TournamentCheckpoint(tournament, tuple(all_bouts(tournament))).finished
 
@@ -179,8 +196,9 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
         ("played", [[1, 0, 1, "won", 1.0, 0, 0]], "expected one of win, loss, draw"),
         ("played", [[1, 0, 9, "win", 1.0, 0, 0]], "expected a whole number"),
         ("played", [[1, 0, 1, "win"]], "expected a list of 7"),
-        ("entrants", [{"name": "a", "kind": "advice", "advice": None}] * 2, "takes an advice"),
-        ("entrants", [{"name": "a", "kind": "chases", "advice": None}] * 2, "expected one of"),
+        ("entrants", [{"name": "a", "kind": "advice", "advice": None, "policy": None}] * 2, "takes an advice"),
+        ("entrants", [{"name": "a", "kind": "chases", "advice": None, "policy": None}] * 2, "expected one of"),
+        ("entrants", [{"name": "a", "kind": "policy", "advice": None, "policy": {"format": "x"}}] * 2, "policy.format"),
         ("more", 1, "no field has this name"),
     ],
 )

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.messages import BoutOutcome
 from hil.seeds import Branch, bout_seed
 from hil.sumo.connecting import connect_all
-from hil.sumo.duels import duel_url, fight
+from hil.sumo.tournament.duels import duel_url, fight
 
 if TYPE_CHECKING:
     from hil.sumo.tournament.entrants import Entrant

@@ -10,8 +10,8 @@ from hil.connecting.serving import WAIT
 from hil.sumo.ring import SETTLE, RingError
 
 if TYPE_CHECKING:
-    from hil.sumo.players import Player
     from hil.sumo.robots import Robots
+    from hil.sumo.tournament.players import Player
 
 
 @dataclass(frozen=True)

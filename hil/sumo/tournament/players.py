@@ -1,4 +1,4 @@
-"""Who plays a robot in a duel: a host that chooses its maneuvers one by one, or the robot itself, from its memory.
+"""Who plays a robot in a duel: a host that chooses its maneuvers or sets its wheels, or the robot itself, from its memory.
 
 Two robots play at the same time, so nothing here waits: what is asked is looked at after each step of the links.
 """
