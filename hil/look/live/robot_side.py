@@ -11,6 +11,7 @@ from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from hil.bridge.taps import Opening
 from hil.look.live.choices import LIFT, POWER_OFF, POWER_ON, PUT_DOWN
 from hil.questions import ASKED
 from hil.recording.handover import HEARD
@@ -86,8 +87,8 @@ class RobotSide:
             live=Live(lambda what, _robot: self._asked.append(what), public=public, awaited=awaited, robot_side=True),
         )
         if len(networks) > 1:
-            for url, _ in networks:
-                self.recorder.of_network(url)
+            for url, wire in networks:
+                self.recorder.of_network(url).opened(Opening(url, url, wire, lockstep=False, clock=0.0))
         self._tell()
 
     def overheard(self, endpoint: Endpoint, number: int = 0) -> Endpoint:

@@ -11,6 +11,7 @@ import json
 import math
 import shlex
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -24,7 +25,7 @@ from hil.look.micro import MicroPart
 from hil.look.scene import Chapter, Ground, Scene, Terrain
 from hil.look.sumo import SumoPart
 from hil.look.timeline import Timeline
-from hil.mcaplog.records import SERIES, BridgeOpening, BridgeStep, EventRecord, SurroundStateRecord
+from hil.mcaplog.records import SERIES, BridgeOpening, EventRecord, SurroundStateRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -94,7 +95,8 @@ class Unfolding:
         self._last = -math.inf
         self._kept: list[LogEntry] = []
         self._networks: set[str] = set()
-        self._stepped: set[str] = set()
+        self._step: Overheard | None = None
+        self._kept_of = ""
         self._surround: SurroundStateRecord | None = None
         self._learner = LearningPart()
         self._learnt: tuple[int, Scene] = (-1, Scene())
@@ -135,8 +137,8 @@ class Unfolding:
             stretch.until = self._last
             if one.topic in _SETTING:
                 stretch.bout = self._set(one.entry()) or stretch.bout
-            elif one.topic == "/bridge/step" and len(self._stepped) < max(1, len(self._networks)):
-                self._keep_step(one.entry())
+            elif one.topic == "/bridge/step":
+                self._step = one
             lasted = self._last - stretch.since
             if one.topic == "/referee/state" and lasted > LONGEST:
                 stretch.bout = stretch.bout or one.entry().value.phase != Phase.RUNNING
@@ -178,14 +180,19 @@ class Unfolding:
             case ParamValue():
                 kept = value.param_id in {"EYE_L_ON", "CLASS"}
         if kept and len(self._kept) < MOST_KEPT:
-            self._kept.append(entry)
+            self._keep(entry)
         return False
 
-    def _keep_step(self, entry: LogEntry) -> None:
-        """Keep the first step of each network: by their order networks are told apart."""
-        if isinstance(entry.value, BridgeStep) and entry.value.network not in self._stepped:
-            self._stepped.add(entry.value.network)
-            self._kept.append(entry)
+    def _keep(self, entry: LogEntry) -> None:
+        """Keep an entry; of several networks behind a step of the one that it came on: it does not say so itself."""
+        if isinstance(entry.value, BridgeOpening):
+            self._kept_of = entry.value.network
+        elif len(self._networks) > 1 and self._step is not None:
+            step = self._step.entry()
+            if step.value.network != self._kept_of:
+                self._kept_of = step.value.network
+                self._kept.append(step)
+        self._kept.append(entry)
 
     def _bout(self, time: float, event: EventRecord) -> bool:
         """Note a bout that is over, as the one who plays tells of it; whether it is."""
@@ -222,10 +229,9 @@ class Unfolding:
         first = stretch.entries[0].time if stretch.entries else stretch.since
         for time, title in self._series:
             junior.series(time, title)
-        for entry in self._kept:
-            if entry.time < first:
-                for part in gatherers:
-                    part.take(entry)
+        for entry in takewhile(lambda kept: kept.time < first, self._kept):
+            for part in gatherers:
+                part.take(entry)
         for one in stretch.entries:
             entry = one.entry()
             for part in gatherers:
