@@ -49,6 +49,7 @@ ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.cli.swarm.surround_files": (frozenset({"MonotonicClock"}), "tells a person how long the run took"),
     "hil.cli.swarm.evolve": (frozenset({"MonotonicClock"}), "tells a person how long the search took"),
     "hil.cli.coach": (frozenset({"MonotonicClock"}), "tells a person how fast the run goes"),
+    "hil.cli.coach_team": (frozenset({"MonotonicClock"}), "tells a person how long the runs took"),
     "hil.cli.running": (frozenset({"datetime"}), "names the run's folder, and says when it was made"),
     "hil.cli.stage": (
         frozenset({"MonotonicClock", "datetime", "time"}),
