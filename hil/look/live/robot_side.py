@@ -53,7 +53,6 @@ class RobotSide:
         networks: Address and wire of each line.
         about: What differs between two runs of the same command: command line, time of the start.
         public: Others on the network may look on.
-        awaited: A browser is being started that will look on.
         failed: Is told, in words, that the page is not served any further.
 
     Attributes:
@@ -70,7 +69,6 @@ class RobotSide:
         about: dict[str, str],
         *,
         public: bool,
-        awaited: bool,
         failed: Callable[[str], None],
     ) -> None:
         self._robots = robots
@@ -84,7 +82,7 @@ class RobotSide:
             link=networks[0][0],
             lockstep=False,
             on_failure=lambda text, _: failed(text),
-            live=Live(lambda what, _robot: self._asked.append(what), public=public, awaited=awaited, robot_side=True),
+            live=Live(lambda what, _robot: self._asked.append(what), public=public, robot_side=True),
         )
         if len(networks) > 1:
             for url, wire in networks:

@@ -68,7 +68,6 @@ class Showing:
         ask: Is told what is asked for on the page, in whatever thread.
         lockstep: Time passes as fast as the machine can.
         public: Others on the network may look on.
-        awaited: A browser is being started that will look on.
         robot_side: It is emulated robots that are served: what may be asked for is done to them by hand, and nothing else.
 
     Attributes:
@@ -87,13 +86,12 @@ class Showing:
         *,
         lockstep: bool,
         public: bool = False,
-        awaited: bool = False,
         robot_side: bool = False,
     ) -> None:
         self.sink = OverhearingSink(sink, TOPICS)
         self.sink.records["run"] = run
         self._lockstep = lockstep
-        self._awaited = awaited
+        self._awaited = False
         self._unfolding = Unfolding()
         self._broadcast = Broadcast()
         self._stops = StopWatch(ask)
@@ -111,6 +109,10 @@ class Showing:
         self._thread = threading.Thread(target=self._run, name="what is shown", daemon=True)
         self._listener.start()
         self._thread.start()
+
+    def await_browser(self) -> None:
+        """A browser is being started that will look on: the end waits for it."""
+        self._awaited = True
 
     def finish(self, *, died: bool = False) -> None:
         """The run is over: tell everybody who looks on.
