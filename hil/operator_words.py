@@ -4,7 +4,21 @@ from __future__ import annotations
 
 from typing import Final
 
-from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, STOP, SUSPEND
+from hil.bridge.operator import (
+    CONTINUE,
+    DRAWN,
+    GUEST_STOP,
+    INTERRUPT,
+    INTERRUPTED,
+    LOST,
+    PARAMETERS,
+    PAUSE,
+    READY,
+    RESUME,
+    STOP,
+    SUSPEND,
+    WON,
+)
 
 INPUTS: Final = {
     INTERRUPT: "the run was interrupted (Ctrl-C or a signal)",
@@ -12,6 +26,14 @@ INPUTS: Final = {
     SUSPEND: "the program was suspended (Ctrl-Z)",
     CONTINUE: "the program went on",
     STOP: "stop, asked for on the live page",
+    WON: "won, said on the live page",
+    LOST: "lost, said on the live page",
+    DRAWN: "drawn, said on the live page",
+    READY: "ready, said on the live page",
+    PAUSE: "pause, asked for on the live page",
+    RESUME: "go on, asked for on the live page",
+    GUEST_STOP: "stop, asked for by a program that looks on at the shared link",
+    PARAMETERS: "parameters, asked for by a program that looks on at the shared link",
 }
 """Inputs that are no keys."""
 KEYS: Final = {

@@ -8,6 +8,7 @@
         checkpoint.json  what a run that was cut goes on from
         report/          pages and pictures
         view.html        a page that plays the log
+        tournament.svg   the picture of a tournament, whose upsets are in upset-1-WINNER-LOSER.mcap and so on
 
 A folder that exists is never written into, and only what a run has made is ever removed.
 """
@@ -39,6 +40,10 @@ RECORD: Final = "run.json"
 LOG: Final = "log.mcap"
 PART_LOGS: Final = "bouts-*.mcap"
 """Logs of bouts that were played side by side."""
+UPSET_LOGS: Final = "upset-*.mcap"
+"""Logs of bouts of a tournament that the weaker won."""
+TOURNAMENT_PICTURE: Final = "tournament.svg"
+TOURNAMENT_PIXELS: Final = "tournament.png"
 SEED_TABLES: Final = "tables-*.toml"
 """What a swarm has learnt with each of several seeds."""
 ADVICE: Final = "advice.toml"
@@ -189,9 +194,9 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, TABLES, CHECKPOINT, VIEW):
+        for name in (LOG, ADVICE, TABLES, CHECKPOINT, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
             (self.folder / name).unlink(missing_ok=True)
-        for pattern in (PART_LOGS, SEED_TABLES):
+        for pattern in (PART_LOGS, UPSET_LOGS, SEED_TABLES):
             for made in self.folder.glob(pattern):
                 made.unlink()
         if self.report.is_dir() and not self.report.is_symlink():
@@ -374,6 +379,8 @@ def file_of(given: Path | None, name: str, *, verbs: tuple[str, ...] = (), oppon
         parts = sorted(given.glob(PART_LOGS)) if name == LOG else []
         if parts:
             raise RunError(f"the bouts of {given} were played side by side, in several logs: name one of them, as {parts[0]}")
+        if upsets := sorted(given.glob(UPSET_LOGS)) if name == LOG else []:
+            raise RunError(f"{given} is of a tournament, which has a log of each upset: name one of them, as {upsets[0]}")
         among = any(given.glob(f"*/{name}"))
         raise RunError(f"there is no {name} in {given}{': name one of its runs (hil runs lists them)' if among else ''}")
     return path

@@ -20,7 +20,8 @@ class Branch(IntEnum):
     START_PLACES = 8
     SEARCH = 9
     VALIDATION = 10
-    RUNS = 11
+    TOURNAMENT = 11
+    RUNS = 12
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

@@ -15,7 +15,18 @@ import cffi
 
 ROOT = Path(__file__).resolve().parents[1]
 KERNEL = Path("simdevice/kernel")
-HEADERS = ("outline.h", "physics.h", "world.h", "devices.h", "referee.h", "loop.h", "table.h", "swarm_route.h", "swarm_loop.h")
+HEADERS = (
+    "outline.h",
+    "physics.h",
+    "world.h",
+    "devices.h",
+    "referee.h",
+    "loop.h",
+    "pilot.h",
+    "table.h",
+    "swarm_route.h",
+    "swarm_loop.h",
+)
 """What Python is told of, in the order in which they need each other."""
 FLAGS = (
     ["/fp:precise"]
@@ -41,7 +52,7 @@ builder.cdef(declarations())
 builder.cdef("static const uint64_t HOST_BUILT_FROM; static const uint64_t KERNEL_BUILT_FROM;")
 builder.set_source(
     "simdevice._host",
-    f'{_FIRMWARE["PREAMBLE"]}#include "loop.h"\n#include "table.h"\n#include "swarm_loop.h"\n'
+    f'{_FIRMWARE["PREAMBLE"]}#include "loop.h"\n#include "pilot.h"\n#include "table.h"\n#include "swarm_loop.h"\n'
     f"static const uint64_t KERNEL_BUILT_FROM = {_BUILT_FROM:#x}ULL;\n",
     sources=[*_FIRMWARE["SOURCES"], *sorted((KERNEL / path.name).as_posix() for path in (ROOT / KERNEL).glob("*.c"))],
     depends=[*_FIRMWARE["DEPENDS"], *sorted((KERNEL / path.name).as_posix() for path in (ROOT / KERNEL).glob("*.h"))],

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
 PROC: Final = Path("/proc")
+_OR_SHARE: Final = ". Or, to look on: if it is hil, start it with --share tcp://127.0.0.1:5770, and name that address here"
 _USUAL_GROUP: Final = "dialout"
 _NO_GROUP: Final = frozenset({"root", "wheel"})
 """Groups that nobody should join for the sake of a port."""
@@ -70,8 +71,8 @@ def busy_remedy(device: str, having: Collection[str]) -> str:
             "`sudo systemctl disable --now ModemManager`"
         )
     if having:
-        return f"Close {' and '.join(having)}"
-    return f"Close that program (`sudo fuser -v {device}` names it)"
+        return f"Close {' and '.join(having)}{_OR_SHARE}"
+    return f"Close that program (`sudo fuser -v {device}` names it){_OR_SHARE}"
 
 
 def access_remedy(device: str) -> str:

@@ -21,6 +21,8 @@ HOST_COMPONENT: Final = 190
 """MAV_COMP_ID_MISSIONPLANNER: the host."""
 HOST_SYSTEM: Final = 255
 """System id of the host."""
+SHARE_COMPONENT: Final = 240
+"""MAV_COMP_ID_UDP_BRIDGE, of the host's system: the link is shared, and who is on it this way looks on only."""
 SIDES: Final = ("left", "right")
 AXES: Final = ("x", "y")
 CLASSES: Final = tuple(each.name.lower() for each in RobotClass)

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import GROUND_STATION, ROBOT_COMPONENT, Heartbeat
+from firmware_protocol.messages import (
+    GROUND_STATION,
+    HOST_SYSTEM,
+    ROBOT_COMPONENT,
+    SEVERITY_ERROR,
+    SHARE_COMPONENT,
+    Heartbeat,
+    Statustext,
+)
 from firmware_protocol.roles.known import SIGNS
 
 if TYPE_CHECKING:
@@ -12,6 +20,10 @@ if TYPE_CHECKING:
 
     from firmware_protocol.events import Received, Rejected
     from firmware_protocol.peer.peer import Peer
+    from firmware_protocol.wire.fields import Message
+
+WATCHING: Final = "watching"
+"""What is said of a shared link as long as it is not known who drives."""
 
 
 class Acquaintances:
@@ -25,12 +37,15 @@ class Acquaintances:
         peers: Robots heard so far that are spoken with, by system id.
         shunned: System ids of those heard that are not to be spoken with.
         unclaimed: Rejected pieces of wire input of which nobody can tell whose they were.
+        shared: What was said of who drives, where another host has the link and shares it: we look on only. Empty where it
+            is ours.
     """
 
     def __init__(self, system: int, wanted: Collection[int] | None) -> None:
         self.peers: dict[int, Peer] = {}
         self.shunned: set[int] = set()
         self.unclaimed = 0
+        self.shared = ""
         self._system = system
         self._wanted = wanted
         self._heard: set[int] = set()
@@ -55,6 +70,9 @@ class Acquaintances:
             It is the heartbeat of a robot that is to be spoken with.
         """
         message, system = received.message, received.system
+        if (system, received.component) == (HOST_SYSTEM, SHARE_COMPONENT):
+            self._see_shared(message)
+            return False
         if system in self.shunned or system in {0, self._system} or received.component != ROBOT_COMPONENT:
             return False
         heartbeat = isinstance(message, Heartbeat) and message.type != GROUND_STATION
@@ -65,6 +83,12 @@ class Acquaintances:
             self.shunned.add(system)
             return False
         return heartbeat
+
+    def _see_shared(self, message: Message) -> None:
+        """The host that has the link, and shares it, has said something."""
+        if isinstance(message, Statustext) and message.severity > SEVERITY_ERROR:
+            self.shared = message.text
+        self.shared = self.shared or WATCHING
 
     def keep(self, robots: Collection[int]) -> set[int]:
         """Only these are to be spoken with from now on.

@@ -91,6 +91,12 @@ class Networks:
             return min(bridge.now for bridge in bridges)
         return max(bridge.now for bridge in bridges)
 
+    @property
+    def together(self) -> bool:
+        """All that are there have been read up to the same time; in real time they always are."""
+        times = {bridge.now for bridge in self.alive.values() if bridge.link.lockstep}
+        return len(times) <= 1
+
     def step(self, wait: float) -> list[tuple[str, Event]]:
         """Wait for something to come, and serve every network.
 

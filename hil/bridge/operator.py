@@ -24,6 +24,18 @@ CONTINUE: Final = "continue"
 """It was stopped, and goes on."""
 STOP: Final = "stop"
 """The robots are to stop at once, and to stay stopped: a button on a page that somebody looks on by."""
+WON, LOST, DRAWN = "won", "lost", "drawn"
+"""How a bout has ended for our robot, by the word of a person who saw it."""
+READY: Final = "ready"
+"""Everything stands where it is to stand: it may begin."""
+PAUSE, RESUME = "pause", "resume"
+"""Nothing further is to be begun; it is to go on."""
+CHOICES: Final = frozenset((WON, LOST, DRAWN, READY, PAUSE, RESUME))
+"""What a person may answer where a run asks for it."""
+GUEST_STOP: Final = "guest stop"
+"""Likewise the robots are to stop at once: asked for by a program that looks on at a shared link."""
+PARAMETERS: Final = "parameters"
+"""A robot's parameters are to be read, since a program that looks on at a shared link has asked for them."""
 KEY: Final = "key "
 """What a pressed key begins with."""
 POSE: Final = "pose "
@@ -34,7 +46,8 @@ class OperatorInput(NamedTuple):
     """One thing that was asked for.
 
     Attributes:
-        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `key X`, or `pose LINE`.
+        what: `interrupt`, `interrupted`, `suspend`, `continue`, `stop`, `guest stop`, `parameters`, one of `CHOICES`,
+            `key X`, or `pose LINE`.
         robot: For which robot, as far as it is for one: its id, and its network where there are several; else empty.
     """
 
@@ -144,7 +157,15 @@ class Operator:
 
     def stops(self) -> bool:
         """Likewise, whether the robots are to stop."""
-        return bool(self._done(lambda one: one.what == STOP))
+        return bool(self._done(lambda one: one.what in {STOP, GUEST_STOP}))
+
+    def unread(self) -> frozenset[str]:
+        """Likewise, the system ids of robots whose parameters are to be read."""
+        return frozenset(one.robot for one in self._done(lambda one: one.what == PARAMETERS))
+
+    def chosen(self) -> list[str]:
+        """Likewise, what was answered of `CHOICES`, in order."""
+        return [one.what for one in self._done(lambda one: one.what in CHOICES)]
 
     def _done(self, wanted: Callable[[OperatorInput], bool]) -> list[OperatorInput]:
         if not self._taken:

@@ -21,11 +21,16 @@ class Verbs(VerbGroup):
 
     VERBS = (
         Verb("coach", "hil.cli.coach:coach", "Let Pal coach Junior, and leave advice, log and report."),
-        Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, or by a yardstick, and count them."),
+        Verb("bout", "hil.cli.bout:bout", "Play bouts by an advice file, a policy, or a yardstick, and count them."),
+        Verb(
+            "tournament",
+            "hil.cli.tournament:tournament",
+            "Let robots play against each other, and say how strong each is.",
+        ),
         Verb(
             "deploy",
             "hil.cli.deploy:deploy",
-            "Write an advice into the robot's memory, read it back and verify it; it survives power-off.",
+            "Write advice into the robot's memory, read it back and verify it; it survives power-off.",
         ),
         Verb(
             "check",
@@ -78,7 +83,7 @@ class Verbs(VerbGroup):
         Verb(
             "log",
             "hil.cli.log_app:app",
-            "Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two.",
+            "Look into logs: what is in one, whether it is in order; make it whole, small, or tables; compare two.",
         ),
         Verb("swarm", "hil.cli.swarm.app:app", "Micro-robots: let a swarm of them, emulated or real, learn a task."),
     )

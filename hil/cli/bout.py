@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
 
+from firmware_protocol.near import did_you_mean
 from hil import runs
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
 from hil.jobs.bout import BoutJob, ControllerName
+from hil.policies import load_policy
 from hil.sumo.advice_file import load_advice
 from hil.sumo.ring import OPPONENTS
 from hil.working.processes import MOST_WORKERS
@@ -24,7 +28,13 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
+    from hil.policies import Policy
     from hil.sumo.bouts import Tally
+
+
+def _controllers() -> list[str]:
+    """Names of controllers, for completion."""
+    return [name.value for name in ControllerName if name is not ControllerName.POLICY]
 
 
 def bout(
@@ -39,7 +49,13 @@ def bout(
         ),
     ] = None,
     controller: Annotated[
-        ControllerName | None, typer.Option("--controller", help="Who chooses: the advice (default), or a yardstick.")
+        str | None,
+        typer.Option(
+            "--controller",
+            metavar="NAME|FILE",
+            autocompletion=_controllers,
+            help="Who chooses: advice (default), a yardstick, or the policy in a file (.json).",
+        ),
     ] = None,
     opponent: Annotated[
         str | None,
@@ -64,9 +80,15 @@ def bout(
             "same result for every N. Left out: all bouts on one robot, in one log.",
         ),
     ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option("--judge", help="A person sets up the ring and says how each bout ends: by keys, or on the --live page."),
+    ] = False,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -79,7 +101,7 @@ def bout(
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,
 ) -> int:
-    """Play bouts by an advice file, or by a yardstick, and count them.
+    """Play bouts by an advice file, a policy, or a yardstick, and count them.
 
     Examples: hil bout --opponent flat-light --trials 200; hil bout --trials 2000 --workers 4
     """
@@ -88,9 +110,10 @@ def bout(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if workers is not None:
         check_side_by_side(link, log, live=live)
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
+    shared = share_options.shared_address(share, link and [link], "bout", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
-    chosen = controller or ControllerName.ADVICE
+    chosen, policy = _chosen(controller)
     used: str | None = None
     learnt = None
     if chosen is ControllerName.ADVICE:
@@ -99,9 +122,13 @@ def bout(
             console.print(f"Advice: {found}", markup=False)
         learnt, used = load_advice(found), str(found)
     if opponent is None and link is None:
-        opponent = learnt.opponent if learnt is not None and learnt.opponent in OPPONENTS else "flat-light"
-    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect)
+        own = learnt.opponent if learnt is not None else policy.opponent if policy is not None else ""
+        opponent = own if own in OPPONENTS else "flat-light"
     url = common.url_of(link, opponent, seed)
+    in_real_time = not links.emulated_here(url)
+    _check_judge(judge=judge, in_real_time=in_real_time, live=live, workers=workers)
+    pauses = page is not None and in_real_time and not judge
+    job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, judged=judge, pauses=pauses, policy=policy)
     with running(
         "bout",
         opponent or "robot",
@@ -117,7 +144,9 @@ def bout(
     ) as run:
         logs: list[str] | None = None
         if workers is None:
-            stage = LiveStage(run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page)
+            stage = LiveStage(
+                run, job, url, console, quiet=quiet, signing_key=signing_key, options=config, page=page, share=shared
+            )
             tally = job.perform(stage)
         else:
             tally, made = play_side_by_side(
@@ -125,7 +154,8 @@ def bout(
             )
             logs = list(map(str, made))
         short = require is not None and tally.win_rate.value < require
-        result = {"controller": chosen.value, "advice": used, **tally.to_dict()}
+        played_by = {"advice": used} if policy is None else {"policy": controller}
+        result = {"controller": chosen.value, **played_by, **tally.to_dict()}
         run.finish(result, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     document = {**result, "seed": seed, "run": run.folder, "log": run.log_file}
     if logs is not None:
@@ -140,6 +170,43 @@ def bout(
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
+
+
+def _check_judge(*, judge: bool, in_real_time: bool, live: bool, workers: int | None) -> None:
+    """See that a person can judge, where one is to.
+
+    Raises:
+        UsageError: Nobody can, or need.
+    """
+    if not judge:
+        return
+    if not in_real_time or workers is not None:
+        raise common.UsageError("a robot that is emulated in this process has a referee: leave --judge out, or name a LINK")
+    if not live and (sys.stdin is None or not sys.stdin.isatty()):
+        raise common.UsageError("--judge asks a person, and nobody can be asked here: run it on a terminal, or add --live")
+
+
+def _chosen(controller: str | None) -> tuple[ControllerName, Policy | None]:
+    """Who chooses, and the policy where one does.
+
+    Args:
+        controller: As on the command line: a name, or a policy file.
+
+    Raises:
+        BadParameter: It is neither.
+        PolicyFileError: The file can't be read, or holds no policy.
+    """
+    if controller is None:
+        return ControllerName.ADVICE, None
+    if controller in _controllers():
+        return ControllerName(controller), None
+    if Path(controller).suffix == ".json":
+        return ControllerName.POLICY, load_policy(Path(controller))
+    names = _controllers()
+    raise typer.BadParameter(
+        f"{controller!r} is none: choose one of {', '.join(names)}, or a policy file (.json){did_you_mean(controller, names)}",
+        param_hint="--controller",
+    )
 
 
 def _tell_logs(console: Console, logs: Sequence[str | None]) -> None:

@@ -15,6 +15,7 @@ from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -145,6 +146,8 @@ def coach(
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -170,7 +173,8 @@ def coach(
     if team > 1 or team_begun is not None:
         check_team(context, link, team_begun)
     clock = MonotonicClock()
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
+    shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
     asked = _Asked(objective, budget, phases, period, pairs, mirror, end_on_change)
     if team_begun is not None or team > 1:
@@ -220,6 +224,7 @@ def coach(
             seed=seed,
             reconnect=reconnect,
             saved=begun.content,
+            pauses=page is not None and not links.emulated_here(url),
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -239,6 +244,7 @@ def coach(
             options=config,
             reports=files.report is not None,
             page=page,
+            share=shared,
         )
         with closing(stage):
             coached = job.perform(stage)

@@ -48,7 +48,7 @@ DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
 BEGUN_WITH: Final = ("team", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
 OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in BEGUN_WITH} | {"team": "--runs"}
 """Options that runs are begun with, and what they are called."""
-ONE_ROBOT: Final = ("checkpoint", "live", "signing_key")
+ONE_ROBOT: Final = ("checkpoint", "live", "share", "signing_key")
 """Options of a run that has one robot."""
 
 

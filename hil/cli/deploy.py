@@ -11,6 +11,7 @@ from rich.table import Table
 from firmware_protocol.address import parse_address
 from hil import runs
 from hil.cli import common, links
+from hil.cli import share as share_options
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.deploy import DeployJob
@@ -41,6 +42,7 @@ def deploy(
     leave: Annotated[
         bool, typer.Option("--leave", help="With --contest: do not look on, leave the robot playing by itself.")
     ] = False,
+    share: share_options.ShareOption = None,
     yes: links.YesOption = False,
     signing_key: common.SigningKeyOption = None,
     seed: common.SeedOption = 1,
@@ -52,7 +54,7 @@ def deploy(
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,
 ) -> int:
-    """Write an advice into the robot's memory, read it back and verify it; it survives power-off.
+    """Write advice into the robot's memory, read it back and verify it; it survives power-off.
 
     From then on the robot plays without a host: by --contest, or by its start module.
 
@@ -65,6 +67,9 @@ def deploy(
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     if leave and parse_address(link).scheme == "sim":
         raise common.UsageError("--leave makes no sense with sim://: that robot ends with this program (hil emulate stays)")
+    shared = share_options.shared_address(share, [link], "deploy", no_log=no_log)
+    if leave and shared is not None:
+        raise common.UsageError("--share ends with this program, which --leave ends at once: leave out one of the two")
     console = common.consoles(as_json=as_json, quiet=quiet)
 
     def stored(robot: str, memory: Deployment) -> None:
@@ -84,7 +89,8 @@ def deploy(
         no_log=no_log,
         overwrite=overwrite,
     ) as run:
-        deployed = job.perform(LiveStage(run, job, link, console, quiet=quiet, signing_key=signing_key, options=config))
+        stage = LiveStage(run, job, link, console, quiet=quiet, signing_key=signing_key, options=config, share=shared)
+        deployed = job.perform(stage)
         document = deployed.facts()
         run.finish(document)
     with run.telling():

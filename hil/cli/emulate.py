@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import threading
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,7 +16,10 @@ from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.signing import Signing
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
-from hil.connecting.connecting import board_maker, with_system
+from hil.cli import live as live_options
+from hil.cli.emulate_live import LiveOption, juniors, shown
+from hil.connecting.connecting import with_system
+from hil.connecting.junior_address import board_maker
 from hil.files.fault_file import read_faults
 from hil.files.memory_file import load_memory
 from hil.files.outputs import replace_file
@@ -70,6 +72,8 @@ def emulate(
         Path | None, typer.Option("--memory", metavar="FILE", help="Keep the robot's EEPROM in this file between runs.")
     ] = None,
     public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
+    live: LiveOption = False,
+    open_page: live_options.OpenOption = None,
     signing_key: Annotated[
         Path | None, typer.Option("--signing-key", metavar="FILE", help="The robot comes up with this key, and signs.")
     ] = None,
@@ -89,9 +93,10 @@ def emulate(
     """Serve an emulated robot until interrupted: to any program that speaks MAVLink, or CAN, at the pace of real time.
 
     Over CAN the same robot speaks CAN frames: on a bus that python-can knows (can://udp_multicast/239.74.163.2), or behind
-    a serial CAN adapter on a pty (slcan). With --count several robots share the link, each in a ring of its own.
+    a serial CAN adapter on a pty (slcan). Of a pty the port is printed:
+    hil monitor PORT shows the robot. With --count several robots share the link, each in a ring of its own.
 
-    Example: hil emulate junior --link pty    (prints the port; then: hil monitor serial://PORT:115200)
+    Example: hil emulate junior --link pty --opponent flat-heavy
     """
     from simdevice.disturbed import DisturbedWorld  # noqa: PLC0415
     from simdevice.serving.server import Server  # noqa: PLC0415
@@ -101,6 +106,7 @@ def emulate(
 
     common.check_opponent(opponent)
     console = common.consoles(as_json=as_json, quiet=quiet)
+    page = live_options.live_page(live, open_page, public=public and live, no_log=False)
     nvm = _load(memory, board, count, forget_time=forget_time)
     spec = FaultSpec() if faults is None else _read(faults)
     key = _load_key(signing_key, board)
@@ -127,8 +133,8 @@ def emulate(
         endpoint.close()
         raise common.UsageError(str(error)) from error
     served = world if faults is None else DisturbedWorld(world, spec, seed)
-    with interrupts():
-        server = Server(served, endpoint, MonotonicClock(), speed=speed)
+    with interrupts(), shown(page, juniors(world), [endpoint], console) as (endpoints, stopped):
+        server = Server(served, endpoints[0], MonotonicClock(), speed=speed)
         if as_json:
             document = {"robot": "junior", "url": endpoint.url, "count": count, "opponent": opponent, "pid": os.getpid()}
             common.print_json_line(document | ({"faults": str(spec), "seed": seed} if faults is not None else {}))
@@ -141,7 +147,7 @@ def emulate(
                 console.print(_suggestion(endpoint.url, count, signing_key), markup=False)
         common.flush()
         try:
-            server.run(threading.Event().is_set)
+            server.run(stopped)
         finally:
             endpoint.close()
             if memory is not None:

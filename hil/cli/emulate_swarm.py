@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 import socket
-import threading
 from contextlib import ExitStack, closing
 from dataclasses import replace
 from enum import IntEnum
@@ -17,6 +16,8 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import AddressError, FaultSpecError
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
+from hil.cli import live as live_options
+from hil.cli.emulate_live import HandledSwarm, LiveOption, shown
 from hil.connecting.swarm_address import rooms_of, size_of
 from hil.files.fault_file import read_faults
 from hil.files.profile_file import ProfileFileError, read_profile
@@ -57,7 +58,7 @@ def swarm(
         ),
     ] = None,
     wall: Annotated[bool, typer.Option("--wall", help="A wall runs round the table.")] = False,
-    size: Annotated[str | None, typer.Option("--size", metavar="W[,H]", help="Size of the table, in m (2.0).")] = None,
+    size: Annotated[str | None, typer.Option("--size", metavar="W[,H]", help="Size of the table, in m. [default: 2.0]")] = None,
     room: Annotated[
         list[str] | None,
         typer.Option("--room", metavar="NAME|FILE", help="A room stands on it: default, narrow, mixed, or an image."),
@@ -89,6 +90,8 @@ def swarm(
         ),
     ] = None,
     public: Annotated[bool, typer.Option("--public", help="Allow addresses that other machines can reach.")] = False,
+    live: LiveOption = False,
+    open_page: live_options.OpenOption = None,
     seed: common.SeedOption = 1,
     as_json: common.JsonLinesOption = False,
     quiet: common.QuietOption = False,
@@ -96,14 +99,16 @@ def swarm(
 ) -> None:
     """Serve emulated micro-robots on one table until interrupted, each with its firmware, at the pace of real time.
 
-    Robots are numbered network by network, RANGERs first. One address a line is printed for each network.
+    Robots are numbered network by network, RANGERs first. The address of each network is printed, a line each:
+    in the example with the ports 5760, 5761 and 5762.
 
-    Example: hil emulate swarm --networks 3 --link tcp://127.0.0.1:5760    (ports 5760, 5761 and 5762)
+    Example: hil emulate swarm --networks 3 --link tcp://127.0.0.1:5760
     """
     from simdevice.serving.networks import NetworksServer  # noqa: PLC0415 - pymunk takes a moment to load
     from simdevice.swarm.disturbed import DisturbedSwarm  # noqa: PLC0415
 
     console = common.consoles(as_json=as_json, quiet=quiet)
+    page = live_options.live_page(live, open_page, public=public and live, no_log=False)
     spec = None if faults is None else _faults(faults)
     if period not in set(Period):
         raise common.UsageError(f"--period is 5 or 10 (ms), not {period}")
@@ -162,9 +167,10 @@ def swarm(
         common.flush()
         served = world if spec is None else DisturbedSwarm(world, spec, seed)
         lived = poses.send if poses is not None else lambda: None
-        server = NetworksServer(served, endpoints, MonotonicClock(), speed=speed, lived=lived)
+        shown_at, stopped = opened.enter_context(shown(page, HandledSwarm(world), endpoints, console))
+        server = NetworksServer(served, shown_at, MonotonicClock(), speed=speed, lived=lived)
         try:
-            server.run(threading.Event().is_set)
+            server.run(stopped)
         finally:
             if server.overruns and as_json:
                 common.print_json_line({"overruns": server.overruns, "late": server.late})

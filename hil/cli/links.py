@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, overload
 
 import typer
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import NoRobotError
+from firmware_protocol.errors import AddressError, NoRobotError
 from firmware_protocol.links.serial import list_ports
 from hil.cli import common
 from hil.cli.findings import lines_of
@@ -18,13 +19,14 @@ from hil.signing.key_file import load_key
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
-    from pathlib import Path
 
     from hil.connecting.discovery import Finding
     from hil.connecting.listening import HeardRobot
 
 AUTO: Final = "auto"
 """In place of an address: what answers at this machine's ports."""
+MEANT: Final = tuple(f"Did you mean {start}" for start in ("/dev/", "can:", "serial:", "tcp:", "udp"))
+"""An address that is written wrongly is known by these words, where a run or a log may be meant as well."""
 LOOK: Final = 5.0
 """Longest look at all ports, in s."""
 YesOption = Annotated[bool, typer.Option("--yes", "-y", help="With auto in place of LINK: take what answers, and do not ask.")]
@@ -69,6 +71,41 @@ def settled(link: str | None, *, yes: bool, quiet: bool, signing_key: Path | Non
         return parse_address(link).url
     found = [(f"{robot}", finding.address(robot)) for finding, robot in _usable(_answering(signing_key))]
     return _the_one(found, "robots", yes=yes)
+
+
+def emulated_here(url: str) -> bool:
+    """Whether the robots of an address are emulated in this process, in lock-step with it.
+
+    Args:
+        url: The address.
+
+    Raises:
+        AddressError: It is none.
+    """
+    return parse_address(url).scheme == "sim"
+
+
+def is_link(text: str) -> bool:
+    """Whether a link is meant where a run or a log may be named as well; a file or a folder that is there is none.
+
+    Args:
+        text: As given.
+
+    Raises:
+        AddressError: It is neither: an address that is written wrongly.
+    """
+    path = Path(text)
+    if path.is_file() or path.is_dir():
+        return False
+    if text == AUTO or "://" in text:
+        return True
+    try:
+        parse_address(text)
+    except AddressError as error:
+        if any(hint in str(error) for hint in MEANT):
+            raise
+        return False
+    return True
 
 
 def all_settled(links: Sequence[str] | None, *, yes: bool, quiet: bool, signing_key: Path | None = None) -> list[str] | None:

@@ -36,7 +36,7 @@ def info(
     log: LogArgument = None,
     *,
     sizes: Annotated[
-        bool, typer.Option("--sizes", help="Find out what each topic takes, if all has to be read for it.")
+        bool, typer.Option("--sizes", help="Find out what each topic takes, even where all has to be read for it.")
     ] = False,
     max_chunk: MaxChunkOption = None,
     as_json: common.JsonOption = False,
@@ -148,7 +148,7 @@ def check(
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
 ) -> int:
-    """Check a log against the rules of MCAP, and one of this program against its own: 1 where a rule is broken.
+    """Check a log against MCAP's rules, and one of this program against its own; exit status 1 where one is broken.
 
     Example: hil log check tests/logs/coach.mcap
     """

@@ -13,7 +13,7 @@ class LogVerbs(VerbGroup):
         Verb(
             "check",
             "hil.cli.log:check",
-            "Check a log against the rules of MCAP, and one of this program against its own: 1 where a rule is broken.",
+            "Check a log against MCAP's rules, and one of this program against its own; exit status 1 where one is broken.",
         ),
         Verb(
             "recover",
@@ -21,13 +21,16 @@ class LogVerbs(VerbGroup):
             "Make a whole log of all that can be read of a damaged one, or of one that was cut off.",
         ),
         Verb("slim", "hil.cli.log:slim_log", "Make a log small: what running it again needs, and no more."),
-        Verb("csv", "hil.cli.log_tables:csv", "Write a table of each topic: a line an entry, a column a field."),
+        Verb("viewers", "hil.cli.log_viewers:viewers", "Say how to open a log in Foxglove, Lichtblick and Rerun."),
+        Verb("csv", "hil.cli.log_tables:csv", "Write a table of each topic: a line for each entry, a column for each field."),
         Verb(
-            "diff", "hil.cli.log_tables:diff", "Tell what differs between two logs, by topic and field: 1 where anything does."
+            "diff",
+            "hil.cli.log_tables:diff",
+            "Tell what differs between two logs, by topic and field; exit status 1 where anything does.",
         ),
     )
 
 
 app = group_of(
-    "log", LogVerbs, "Look into logs: what is in one, is it in order; make it whole, small, tables; what differs between two."
+    "log", LogVerbs, "Look into logs: what is in one, whether it is in order; make it whole, small, or tables; compare two."
 )

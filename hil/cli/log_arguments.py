@@ -26,7 +26,7 @@ MaxChunkOption = Annotated[
         metavar="MIB",
         min=1,
         max=2048,
-        help="The log is in order: let its chunks unpack to so many MiB [default: 16], the whole to whatever it does.",
+        help="For a log that you trust: its chunks may unpack to so many MiB [default: 16], the whole to any size.",
     ),
 ]
 SHOWN = 100

@@ -38,7 +38,7 @@ def csv(
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
 ) -> None:
-    """Write a table of each topic: a line an entry, a column a field.
+    """Write a table of each topic: a line for each entry, a column for each field.
 
     Example: hil log csv runs/20261128-130501-coach-flat-light --topic /junior/sensors -o tables
     """
@@ -63,7 +63,7 @@ def diff(
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
 ) -> int:
-    """Tell what differs between two logs, by topic and field: 1 where anything does.
+    """Tell what differs between two logs, by topic and field; exit status 1 where anything does.
 
     Example: hil log diff before.mcap after.mcap
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import contextmanager, nullcontext
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,7 +22,15 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
+class Destination(StrEnum):
+    """What a log is played to."""
+
+    HOST = "host"
+    VIEWER = "viewer"
+
+
 def replay(
+    context: typer.Context,
     log: Annotated[
         Path | None,
         typer.Argument(
@@ -29,9 +38,19 @@ def replay(
         ),
     ] = None,
     *,
+    to: Annotated[
+        Destination,
+        typer.Option(
+            help="host: the program itself, which decides anew. viewer: Foxglove, where it can be played and searched.",
+        ),
+    ] = Destination.HOST,
+    port: Annotated[
+        int,
+        typer.Option(min=0, max=65535, metavar="PORT", help="With --to viewer: TCP port on this machine; 0: any that is free."),
+    ] = 8765,
     strict: Annotated[
         bool,
-        typer.Option("--strict", help="Compare every entry as bytes, pictures and words too; else what was decided."),
+        typer.Option("--strict", help="Compare every entry byte for byte, pictures and words too, not only what was decided."),
     ] = False,
     rerecord: Annotated[
         Path | None,
@@ -55,13 +74,18 @@ def replay(
     No robot is needed, nothing that the log names is opened, and nothing is written. Exit status: 0 the same, 1 there is a
     difference, 2 this log can't be replayed.
 
-    Example: hil replay runs/20261128-130501-coach-flat-light
+    Examples: hil replay runs/20261128-130501-coach-flat-light; hil replay --to viewer
     """
-    from hil.replaying.host import replay as replay_log  # noqa: PLC0415 - it loads all verbs' jobs
-
     console = common.consoles(as_json=as_json, quiet=quiet)
     found = find(log, console, quiet=True)
     limits = lifted(max_chunk)
+    _check_destination(context, to)
+    if to is Destination.VIEWER:
+        from hil.cli.replay_viewer import stream  # noqa: PLC0415 - likewise
+
+        stream(found, limits, console, port=port, as_json=as_json, quiet=quiet)
+    from hil.replaying.host import replay as replay_log  # noqa: PLC0415 - it loads all verbs' jobs
+
     if rerecord is not None:
         from hil.cli.rerecord import rerecorded  # noqa: PLC0415 - likewise
 
@@ -76,6 +100,18 @@ def replay(
     elif not quiet or not report.same:
         typer.echo(str(report))
     return common.EXIT_DONE if report.same else common.EXIT_FELL_SHORT
+
+
+def _check_destination(context: typer.Context, to: Destination) -> None:
+    """See that there is no option that goes with another destination.
+
+    Raises:
+        UsageError: There is.
+    """
+    others = {"strict", "rerecord", "signing_key", "overwrite"} if to is Destination.VIEWER else {"port"}
+    for name in sorted(others):
+        if common.was_given(context, name):
+            raise common.UsageError(f"--{name.replace('_', '-')} does not go with --to {to}")
 
 
 def _progress(console: Console, *, quiet: bool) -> AbstractContextManager[Callable[[float], object] | None]:

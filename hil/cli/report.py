@@ -43,7 +43,7 @@ def report(
         bool, typer.Option("--open/--no-open", help="Then show the page in the web browser, where there is a desktop.")
     ] = False,
     max_chunk: MaxChunkOption = None,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Draw one anew that is there.")] = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace a report that is there.")] = False,
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
     config: common.ConfigOption = None,  # noqa: ARG001 - handled while parsing

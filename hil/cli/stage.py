@@ -16,7 +16,7 @@ from firmware_protocol.links.opening import open_link
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR
 from hil.bridge.clock import MonotonicClock
 from hil.connecting.connecting import AddressOpeners, fault_file, fault_option
-from hil.connecting.swarm_address import networks_of
+from hil.connecting.network_address import networks_of
 from hil.jobs.stage import Job, Stage
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.media import media_type_of
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from firmware_protocol.link import Link
     from hil.cli.live import LivePage
     from hil.cli.running import ActiveRun
+    from hil.cli.share import SharedAddress
     from hil.cockpit.window import CockpitWindow
     from hil.connecting.connecting import NetworkOpener
     from hil.jobs.stage import Window
@@ -67,6 +68,7 @@ class LiveStage(Stage):
         live: What happens is shown by a window on the terminal, in real time.
         crew: Does what is done by other processes.
         page: How the run is shown in a browser while it goes on; None: not at all.
+        share: How its link is shared with programs that look on; None: not at all.
 
     Raises:
         KeyFileError: The key file can't be used.
@@ -88,6 +90,7 @@ class LiveStage(Stage):
         live: bool = False,
         crew: Crew | None = None,
         page: LivePage | None = None,
+        share: SharedAddress | None = None,
     ) -> None:
         super().__init__(url, console, quiet=quiet, key=load_key(signing_key) if signing_key else None)
         self._run = run
@@ -104,6 +107,7 @@ class LiveStage(Stage):
         self._pacer = Pacer(self._clock)
         self._crew = crew
         self._page = page
+        self._share = share
 
     @contextmanager
     def window(self) -> Iterator[Window | None]:
@@ -179,12 +183,11 @@ class LiveStage(Stage):
             on_failure=run.log_failed,
             on_loss=run.failed,
             listens=self._reports,
-            beside=self._beside or self._page is not None,
+            beside=self._beside or self._page is not None or self._share is not None,
             live=None if self._page is None else self._page.served(self.operator),
+            share=None if self._share is None else self._share.served(self.operator),
         )
         self._recorder = recorder
-        if self._page is not None:
-            self._page.announce(recorder, self.console)
         files = job.files()
         if address is not None and (faults := fault_file(address)) is not None:
             files["faults.toml"] = faults
@@ -193,6 +196,15 @@ class LiveStage(Stage):
         for name, data in files.items():
             recorder.attachment(f"{BEGUN_WITH}{name}", data, media_type=media_type_of(name))
         return recorder
+
+    def connected(self) -> None:
+        """Robots are there: say where the run can be looked at."""
+        if self._recorder is None:
+            return
+        if self._page is not None:
+            self._page.announce(self._recorder, self.console)
+        if self._share is not None:
+            self._share.announce(self._recorder, self.say)
 
     def report(self, log: Path, folder: Path) -> Path:
         """Draw the report of the log, which is closed: by the process that wrote it, which has listened; else by this one.

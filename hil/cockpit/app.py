@@ -165,6 +165,8 @@ class Cockpit(App[None]):
 
     def look(self) -> None:
         """See whether there is a new picture, or something was said."""
+        if not self.query("#events"):  # all is being taken down, and the timer ticks once more
+            return
         driver = self._driver
         if isinstance(driver, ScreenDriver):
             driver.attend()

@@ -6,14 +6,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from firmware_protocol.address import Address, parse_address, whole_number
+from firmware_protocol.address import Address, parse_address
 from firmware_protocol.errors import AddressError, FaultSpecError
 from firmware_protocol.links.faulty import FaultyLink
 from firmware_protocol.links.gathering import GatheringLink
 from firmware_protocol.links.memory import MemoryLink, SharedLink, SharedTime
 from firmware_protocol.links.reopen import LinkOpener
 from firmware_protocol.links.serial import list_ports
-from firmware_protocol.near import nearest
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
 from hil.bridge.bridge import Bridge
@@ -23,12 +22,14 @@ from hil.bridge.pump import open_pump
 from hil.bridge.reopening import Opener, Reopening
 from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
+from hil.connecting.junior_address import junior_settings
 from hil.connecting.lines import capacity_of, pace_of
-from hil.connecting.swarm_address import SWARM, is_swarm, network_of, swarm_settings
+from hil.connecting.network_address import network_of, number_option
+from hil.connecting.swarm_address import is_swarm, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
 from hil.seeds import Branch, generator
-from hil.signing.key_file import calendar, load_key, no_signatures, open_signing
+from hil.signing.key_file import calendar, load_key, open_signing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from firmware_protocol.wire.signing import SigningKey
     from hil.bridge.pump import Pump
     from hil.bridge.taps import Tap
-    from simdevice.boards import BoardMaker
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
     from simdevice.swarm.world import SwarmWorld
@@ -49,9 +49,6 @@ if TYPE_CHECKING:
 H = TypeVar("H", bound=RobotHandle)
 
 DEFAULT_URL = "sim://junior"
-SIM_OPTIONS = ("opponent", "seed", "faults", "referee", "wire", "board", "count", "system", "node")
-BOARDS = ("host", "avr")
-"""What an emulated robot's firmware runs on: this process, or an ATmega328P emulated by simavr."""
 
 
 def connect_as(
@@ -278,7 +275,7 @@ class AddressOpener:
         self._inner: Callable[[], Link]
         if address.scheme == "sim":
             if table is None:
-                world = _emulated(address, seed, self.faults, key)
+                world = _emulated(address, self.faults, key)
                 self.clock = world
                 self._inner = lambda: MemoryLink(world, address.url, wire=world.wire)
             else:
@@ -375,17 +372,11 @@ class AddressOpeners:
         Raises:
             AddressError: The URL is no address we know.
         """
-        if not is_swarm(address) or not network_of(address):
+        if not network_of(address):
             return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
         whole = address.url.rpartition("&network=")[0]
         if whole not in self._tables:
-            from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
-
-            try:
-                world = SwarmWorld(swarm_settings(address, _befalling(address)))
-            except ValueError as error:
-                raise AddressError(address.url, str(error)) from error
-            self._tables[whole] = SharedTime(world)
+            self._tables[whole] = _networked(address, self._key)
         return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)
 
 
@@ -496,88 +487,31 @@ def _swarm(address: Address, key: SigningKey | None) -> SwarmWorld:
         raise AddressError(address.url, str(error)) from error
 
 
-def _emulated(address: Address, seed: int, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd | SwarmWorld:
+def _emulated(address: Address, faults: FaultSpec | None, key: SigningKey | None) -> World | Crowd | SwarmWorld:
     """An emulated robot in this process, or several."""
     if is_swarm(address):
         return _swarm(address, key)
     from simdevice.sumo.crowd import Crowd  # noqa: PLC0415 - pymunk is only needed here
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415
-    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415
 
-    if address.target != "junior":
-        meant = nearest(address.target, ("junior", SWARM))
-        remedy = f"Did you mean sim://{meant}?" if meant else "Write sim://junior or sim://swarm"
-        raise AddressError(address.url, f"there is no emulated {address.target!r}", remedy)
-    address.only(*SIM_OPTIONS)
-    referee = address.options.get("referee", "1")
-    if referee not in {"0", "1"}:
-        raise AddressError(address.url, "referee is 0 or 1")
-    wire = address.options.get("wire", MAVLINK)
-    if wire not in SPLITTERS:
-        raise AddressError(address.url, f"wire is {' or '.join(SPLITTERS)}")
-    board = address.options.get("board", BOARDS[0])
-    if board not in BOARDS:
-        raise AddressError(address.url, f"board is {' or '.join(BOARDS)}")
-    maker = board_maker(board, wire)
-    if key is not None and wire != MAVLINK:
-        raise no_signatures(address.url)
-    if key is not None and maker is not None:
-        raise AddressError(address.url, "the firmware of this board is built without signing", "Leave --signing-key out")
-    count = number_option(address, "count")
-    settings = WorldSettings(
-        opponent=address.options.get("opponent", WorldSettings.opponent),
-        seed=seed,
-        referee=referee == "1",
-        wire=wire,
-        faults=faults,
-        board=maker,
-        signing_key=key,
-    )
+    settings, count = junior_settings(address, faults, key), number_option(address, "count")
+    if settings.hosted:
+        raise AddressError(address.url, "two robots are in its ring, each on a network of its own", "Use connect_all")
     try:
         return junior_world(settings) if count is None else Crowd(count, settings)
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
 
 
-def board_maker(name: str, wire: str = MAVLINK) -> BoardMaker | None:
-    """What puts a board into an emulated robot.
+def _networked(address: Address, key: SigningKey | None) -> SharedTime:
+    """What several networks of one emulated place share; a swarm's robots are too many to be heard one by one."""
+    from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415 - as above
+    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415
 
-    Args:
-        name: One of `BOARDS`.
-        wire: What it is to speak.
-
-    Returns:
-        The maker; None where the world's own board will do.
-
-    Raises:
-        AddressError: That board does not speak it.
-    """
-    if name != "avr":
-        return None
-    if wire != MAVLINK:
-        raise AddressError("board=avr", "the AVR board has a serial line and no CAN", "Choose another wire or another board")
-    from simdevice.avr.board import AvrBoard  # noqa: PLC0415 - only where it is wanted
-
-    return AvrBoard
-
-
-def number_option(address: Address, name: str) -> int | None:
-    """A whole number among the options of an address.
-
-    Args:
-        address: The address, taken apart.
-        name: Which option.
-
-    Returns:
-        Its value; None where it is not given.
-
-    Raises:
-        AddressError: It is no whole number.
-    """
-    text = address.options.get(name)
-    if text is None:
-        return None
-    number = whole_number(text, 2**32 - 1)
-    if number is None:
-        raise AddressError(address.url, f"{name} is a whole number, 0 to {2**32 - 1}, not {text[:40]!r}")
-    return number
+    if not is_swarm(address):
+        return SharedTime(junior_world(junior_settings(address, _befalling(address), key)), prompt=True)
+    settings = swarm_settings(address, _befalling(address))
+    try:
+        return SharedTime(SwarmWorld(settings))
+    except ValueError as error:
+        raise AddressError(address.url, str(error)) from error

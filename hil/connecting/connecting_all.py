@@ -10,9 +10,10 @@ from firmware_protocol.links.serial import list_ports
 from hil.bridge.clock import MonotonicClock
 from hil.bridge.networks import GRID, Networks, RobotAddress
 from hil.bridge.operator import Operator
-from hil.connecting.connecting import AddressOpeners, asked_for, check_patience, number_option, open_bridge
+from hil.connecting.connecting import AddressOpeners, asked_for, check_patience, open_bridge
 from hil.connecting.handles import SETTLE, RobotHandles
-from hil.connecting.swarm_address import is_swarm, networks_of, robots_of
+from hil.connecting.network_address import networks_of, number_option
+from hil.connecting.swarm_address import is_swarm, robots_of
 from hil.safety import Limits
 from hil.signing.key_file import load_key
 

@@ -8,6 +8,7 @@ to do next. What keeps a port from being opened is said by whoever opens it (`Li
     MAVLink, and no robot that we may speak with       HOSTS_ONLY, NO_ROBOT, MISNUMBERED, OTHERS, VEHICLE, KEY
     a robot, and it does not answer                    FULL, DEAF
     somebody at the other end said why it ended        TURNED_AWAY
+    another host has it, and shares its link           SHARED
 """
 
 from __future__ import annotations
@@ -63,6 +64,8 @@ class Kind(Enum):
     """A Junior is heard, and does not answer."""
     TURNED_AWAY = auto()
     """The other end has said why it does not speak with us."""
+    SHARED = auto()
+    """Another host drives, and shares its link: one looks on there."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,7 @@ class Seen:
         key: What may be wrong with the keys, from `firmware_protocol.wire.signing.trouble`; empty for nothing.
         farewell: What was said at the other end when the link ended; empty for nothing.
         swept: Every usual rate has been tried.
+        shared: What was said of who drives, where another host shares the link; empty: none does.
     """
 
     url: str
@@ -109,6 +113,7 @@ class Seen:
     key: str = ""
     farewell: str = ""
     swept: bool = False
+    shared: str = ""
 
     @property
     def serial(self) -> bool:
@@ -140,6 +145,7 @@ def seen_by(bridge: Bridge, wanted: int | None = None) -> Seen:
         unusable=[system for system, peer in bridge.peers.items() if isinstance(peer.failure, VersionError)],
         key=trouble(bridge.rejected, bridge.signed, bridge.signing),
         farewell=bridge.farewell,
+        shared=bridge.acquaintances.shared,
     )
 
 
@@ -155,6 +161,9 @@ def judge(seen: Seen) -> Diagnosis:
     if seen.farewell:
         remedy = "Close the program that has it, or wait until it has gone"
         return Diagnosis(Kind.TURNED_AWAY, f"at the other end it was said: {seen.farewell}", remedy)
+    if seen.shared:
+        reason = f"another program has the robots there, and shares them ({seen.shared})"
+        return Diagnosis(Kind.SHARED, reason, f"Look on by hil monitor {seen.url}, or end that program")
     if seen.key:
         return Diagnosis(Kind.KEY, f"a robot is there, but does not answer: {seen.key}", "docs/signing.md tells more")
     return _robots(seen) or _mavlink(seen) or _bytes(seen)
@@ -258,7 +267,7 @@ def nobody(seen: Seen, timeout: float) -> str:
         timeout: How long it was waited for, in s.
     """
     diagnosis = judge(seen)
-    if diagnosis.kind is Kind.TURNED_AWAY:  # at once, as like as not
+    if diagnosis.kind in {Kind.TURNED_AWAY, Kind.SHARED}:  # at once, as like as not
         return f"{seen.url}: {diagnosis}"
     whom = "no robot" if seen.wanted is None else f"no robot with system id {seen.wanted}"
     return f"{seen.url}: {whom} answered within {timeout:g} s: {diagnosis}"

@@ -44,6 +44,8 @@ def find_robot(
     deadline = bridge.now + timeout
     patience = bridge.now + OTHERS_WAIT
     while bridge.now < deadline:
+        if bridge.acquaintances.shared:
+            raise NoRobotError(nobody(seen_by(bridge, system), timeout))
         chosen = _candidate(bridge, system, role)
         if chosen is not None and chosen.ready and chosen.taken:
             return chosen

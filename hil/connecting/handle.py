@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from firmware_protocol.errors import HilError, LinkError, PeerGoneError, PeerLostError, RefusedError, VersionError
+from firmware_protocol.errors import HilError, LinkError, PeerError, PeerGoneError, PeerLostError, RefusedError, VersionError
 from firmware_protocol.events import Received
 from firmware_protocol.faults.failures import FailureType
 from firmware_protocol.messages import Heartbeat, RobotStatus, State
@@ -153,7 +153,13 @@ class RobotHandle(Serving):
             raise PeerLostError(f"robot {self.peer.system} did not open a session within {TAKE_WAIT:g} s")
 
     def _check_ready(self) -> None:
-        """See that it answers: one that is not there is not taken later, when nobody thinks of it any more."""
+        """See that it answers, and may be taken: one that is not there is not taken later, when nobody thinks of it any more.
+
+        Raises:
+            PeerError: It does not, or may not.
+        """
+        if self.bridge.acquaintances.shared:
+            raise PeerError(f"robot {self.peer.system} is another program's ({self.bridge.acquaintances.shared})")
         if not self.peer.ready and self.peer.unavailable is not None:
             raise self.peer.unavailable
 
@@ -239,6 +245,11 @@ class RobotHandle(Serving):
     def armed(self) -> bool | None:
         """Its wheels may turn; None while nobody knows: it is lost."""
         return self.peer.armed
+
+    @property
+    def stopped(self) -> bool:
+        """Its emergency stop is engaged, by its own word, or was asked for here."""
+        return self._emergency or self.state is State.STOPPED
 
     # --- what it does ------------------------------------------------------------------------------------------------
 

@@ -190,6 +190,8 @@ class RobotHandles(Serving, Generic[H]):
                     raise
                 raise NoRobotError(self._nobody(timeout)) from error
         if not len(self):
+            if any(bridge.acquaintances.shared for bridge in self.networks.bridges.values()):
+                raise NoRobotError(self._nobody(timeout))
             failures = [named(address.network, failure) for address, failure in self.refused.items()]
             raise next(iter(failures), NoRobotError(self._nobody(timeout)))
 

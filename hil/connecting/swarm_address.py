@@ -7,15 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.address import REPEATED, Address, parse_address, whole_number
+from firmware_protocol.address import REPEATED
 from firmware_protocol.errors import AddressError
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.fields import MAVLINK
+from hil.connecting.network_address import network_of, number_option
 from hil.files.profile_file import ProfileFileError, read_profile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.address import Address
     from firmware_protocol.faults.spec import FaultSpec
     from simdevice.swarm.rooms import Room
     from simdevice.swarm.settings import SwarmSettings
@@ -26,7 +28,6 @@ SWARM_OPTIONS: Final = (
     "rangers", "wilds", "wall", "seed", "networks", "wire", "noise", "dropout", "occlusion", "ring", "period", "size", "room",
     "faults", "network", "system", "node",
 )  # fmt: skip
-_MOST: Final = 2**32 - 1
 _LARGEST: Final = 65.535
 """Side of a table, in m, as TABLE_RESET can tell it."""
 
@@ -34,21 +35,6 @@ _LARGEST: Final = 65.535
 def is_swarm(address: Address) -> bool:
     """Whether an address is that of an emulated swarm."""
     return address.scheme == "sim" and address.target == SWARM
-
-
-def networks_of(address: Address) -> list[Address]:
-    """The networks behind an address, each with an address of its own.
-
-    Args:
-        address: `sim://swarm?networks=3` has three; every other address is one.
-
-    Raises:
-        AddressError: It is no number of networks.
-    """
-    count = _number(address, "networks", 1) if is_swarm(address) else 1
-    if count <= 1 or "network" in address.options:
-        return [address]
-    return [parse_address(f"{address.url}&network={number}") for number in range(1, count + 1)]
 
 
 def swarm_settings(address: Address, faults: FaultSpec | None = None) -> SwarmSettings:
@@ -92,23 +78,6 @@ def swarm_settings(address: Address, faults: FaultSpec | None = None) -> SwarmSe
         )
     except (ValueError, ProfileFileError) as error:
         raise AddressError(address.url, str(error)) from error
-
-
-def network_of(address: Address) -> int:
-    """Which network of a swarm an address is, from 1; 0: it is all of them.
-
-    Args:
-        address: `sim://swarm?...`.
-
-    Raises:
-        AddressError: There is no such network.
-    """
-    if "network" not in address.options:
-        return 0
-    number, count = _number(address, "network", 1), _number(address, "networks", 1)
-    if not 1 <= number <= count:
-        raise AddressError(address.url, f"network is 1 to {count}, not {number}")
-    return number
 
 
 def robots_of(address: Address) -> int:
@@ -172,9 +141,5 @@ def _switch(address: Address, name: str, *, default: bool) -> bool:
 
 
 def _number(address: Address, name: str, default: int) -> int:
-    if (text := address.options.get(name)) is None:
-        return default
-    number = whole_number(text, _MOST)
-    if number is None:
-        raise AddressError(address.url, f"{name} is a whole number, 0 to {_MOST}, not {text[:40]!r}")
-    return number
+    number = number_option(address, name)
+    return default if number is None else number

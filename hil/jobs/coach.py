@@ -12,6 +12,7 @@ from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
+from hil.sumo.attended import PausedRing
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
@@ -102,6 +103,7 @@ class CoachJob:
         seed: Seed of every random choice.
         reconnect: How long a robot or link that is lost is waited for, in s.
         saved: The checkpoint that is gone on from; None begins anew.
+        pauses: A person who looks on may have the run pause.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -116,6 +118,7 @@ class CoachJob:
     seed: int
     reconnect: float
     saved: bytes | None = None
+    pauses: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -129,6 +132,7 @@ class CoachJob:
             "held_out": self.held_out,
             "seed": self.seed,
             "reconnect": self.reconnect,
+            **({"pauses": True} if self.pauses else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -152,6 +156,7 @@ class CoachJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             saved=files.get(CHECKPOINT),
+            pauses=options.has("pauses") and options.flag("pauses"),
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -181,6 +186,8 @@ class _CoachingRun:
         opponent = job.opponent
         self.seed = job.seed if saved is None else saved.seed
         self.ring: Ring = open_ring(session.robot, opponent)
+        if job.pauses:
+            self.ring = PausedRing(self.ring, session.robot, session.questions())
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:

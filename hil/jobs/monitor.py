@@ -141,11 +141,20 @@ class MonitorJob:
             if not which and len(robots) == 1:
                 which = MicroRobotsWatch(robots).name(members[0])
             return MicroRobotsWatch(robots, which, tell=stage.tell, refused=refused)
-        if len(members) == 1:
+        if len(members) == 1 and not shared(robots):
             members[0].take()
             if recorder is not None and members[0].bridge.link.lockstep:
                 recorder.metadata("robot", {name: f"{value:g}" for name, value in members[0].parameters().items()})
         return JuniorsWatch(robots, tell=stage.tell, refused=refused, seed=self.seed, hold=self.hold)
+
+
+def shared(robots: RobotHandles[Any]) -> str:
+    """What is said of who drives, where another program does, and shares its link; empty: none does.
+
+    Args:
+        robots: The robots.
+    """
+    return next((bridge.acquaintances.shared for bridge in robots.networks.bridges.values() if bridge.acquaintances.shared), "")
 
 
 class OfOneRole(RobotHandles[Any]):
@@ -211,9 +220,11 @@ class _View:
         elif lockstep and duration is None:
             duration = LOCKSTEP_DURATION
             stage.console.print(IN_LOCKSTEP)
-        if self._window is not None:
+        if said := shared(robots):
+            stage.say(f"{next(iter(robots.networks.bridges))}: {said}")
+        elif self._window is not None:
             ours = any(robot.peer.taken for robot in robots)
-            stage.say("It is disarmed: a arms it, arrows drive it, ? tells of all keys" if ours else ONLY_WATCHED)
+            stage.say("It is disarmed: a arms it, arrows drive it, ? shows all keys" if ours else ONLY_WATCHED)
         end = None if duration is None else robots.now() + duration
         with keys_taken_in(stage, watch.aim):
             while end is None or robots.now() < end:

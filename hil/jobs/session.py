@@ -17,10 +17,11 @@ from hil.connecting.handles import RobotHandles
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
+from hil.questions import Questions
 from hil.terminal.suspending import Suspension
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     from firmware_protocol.address import Address
     from firmware_protocol.events import Event
@@ -42,6 +43,7 @@ OTHERS_WAIT = 0.25
 WITHOUT_A_WORD = (LinkOpenError, AddressError)
 """Nothing has been said when a run ends by one of these: it leaves nothing."""
 ADVICE = "advice.toml"
+POLICY = "policy.json"
 CHECKPOINT = "checkpoint.json"
 """What the files are called in a log that runs begin and end with."""
 
@@ -68,6 +70,14 @@ class Session(Generic[H]):
     def observers(self) -> tuple[Observer, ...]:
         """Who takes coaching down in the log."""
         return () if self.recorder is None else (self.recorder,)
+
+    def questions(self, say: Callable[[str], None] | None = None) -> Questions:
+        """What asks a person who looks on.
+
+        Args:
+            say: Says to the person at the terminal what is asked for; None: nobody is there.
+        """
+        return Questions(self.robot.bridge.operator, self.recorder, say)
 
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""
@@ -101,27 +111,53 @@ class Session(Generic[H]):
             self.recorder.note("result", "done", **kept)
 
 
-class StopAttendant:
-    """Stops a robot where a person who looks on asks for it, between two steps of the link.
+class OnlookerAttendant:
+    """Does what somebody who looks on asks for, between two steps of the links: stops the robots, reads their parameters.
 
-    The robot stays stopped until it is disarmed and armed again: whatever it was to do ends by that.
+    They stay stopped until they are disarmed and armed again: whatever they were to do ends by that.
 
     Args:
         operator: Tells of it.
-        robot: The robot.
+        robots: Gives the robots.
         attend: What else is seen to.
+        call: Tells all that hear us to stop, whoever they are, before each robot is asked; None: nobody else is there.
     """
 
-    def __init__(self, operator: Operator, robot: RobotHandle, attend: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        operator: Operator,
+        robots: Callable[[], Iterable[RobotHandle]],
+        attend: Callable[[], None],
+        call: Callable[[], None] | None = None,
+    ) -> None:
+        self._call = call
         self._operator = operator
-        self._robot = robot
+        self._robots = robots
         self._attend = attend
 
     def attend(self) -> None:
         """Do what was asked for."""
         if self._operator.stops():
-            self._robot.ask_emergency_stop()
+            if self._call is not None:
+                self._call()
+            for robot in self._robots():
+                robot.ask_emergency_stop()
+        read_parameters(self._operator, self._robots())
         self._attend()
+
+
+def read_parameters(operator: Operator, robots: Iterable[RobotHandle]) -> None:
+    """Begin to read the parameters that somebody who looks on has asked for; who asked sees them come.
+
+    Args:
+        operator: Tells of whose.
+        robots: The robots.
+    """
+    unread = operator.unread()
+    if unread:
+        for robot in robots:
+            if str(robot.peer.system) in unread:
+                robot.peer.list_parameters()
 
 
 @contextmanager
@@ -162,13 +198,15 @@ def open_session(
                 opener=stage.opener_of(address),
             )
             stack.enter_context(robot)
+        stage.connected()
         if robot.uid and address.scheme != "sim":  # one of this process has an id that says nothing
             stage.describe(robot=robot.uid)
         bridges = [robot.bridge]
         suspension = Suspension(
             stage.operator, lambda: [robot], lambda: bridges, robot.step, robot.now, replayed=stage.replayed
         )
-        robot.between = StopAttendant(stage.operator, robot, stack.enter_context(suspension).attend).attend
+        suspending = stack.enter_context(suspension)
+        robot.between = OnlookerAttendant(stage.operator, lambda: [robot], suspending.attend).attend
         tell = stage.tell
         if tell is not None:
             _tell_pace(robot.bridge, tell)
@@ -257,6 +295,7 @@ def open_watch(
                 opener_of=stage.opener_of,
             )
             stack.enter_context(robots)
+        stage.connected()
         members, bridges = robots.members, robots.networks.bridges
         suspension = Suspension(
             stage.operator,
@@ -266,7 +305,11 @@ def open_watch(
             robots.now,
             replayed=stage.replayed,
         )
-        robots.between = stack.enter_context(suspension).attend
+        suspending = stack.enter_context(suspension)
+        onlooker = OnlookerAttendant(
+            stage.operator, lambda: list(members.values()), suspending.attend, robots.call_emergency_stop
+        )
+        robots.between = onlooker.attend
         if stage.tell is not None:
             bridge = next(iter(bridges.values()))
             _tell_pace(bridge, stage.tell)

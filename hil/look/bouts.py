@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from firmware_protocol.messages import RefereeState
     from hil.look.scene import Lane
+    from hil.mcaplog.records import EventRecord
 
 OUTCOMES: Final = {
     BoutOutcome.WIN: "won",
@@ -25,6 +27,10 @@ OUTCOMES: Final = {
 }
 LATELY: Final = 0.5
 """What happened within so long before the end of a bout, in s, led to it."""
+LONGEST: Final = 1e6
+"""No bout lasts longer, in s."""
+UNNAMED: Final = "an opponent that nobody has named"
+_BY_WORD: Final = {"win": BoutOutcome.WIN, "loss": BoutOutcome.LOSS, "draw": BoutOutcome.DRAW}
 ARMS: Final = int(SensorFlag.ARM_LEFT | SensorFlag.ARM_RIGHT)
 
 Told = list[tuple[float, "RefereeState"]]
@@ -113,6 +119,34 @@ class Bouts:
             return ""
         at = int(np.searchsorted(lane.begin, end - 0.05)) - 1
         return lane.meanings[int(lane.code[at])].partition(" (")[0] if at >= 0 and lane.end[at] >= end - LATELY else ""
+
+
+def judged(told: list[tuple[float, EventRecord]], series: list[tuple[float, str]]) -> list[Chapter]:
+    """Bouts of which no referee has seen anything: as a person has judged them.
+
+    Args:
+        told: The events that end bouts, with log times.
+        series: When each series of bouts began, and its title.
+
+    Returns:
+        The bouts, in order, numbered from 1 in each series.
+    """
+    found: list[Chapter] = []
+    for end, event in told:
+        try:
+            fields = json.loads(event.fields)
+        except ValueError:
+            continue
+        said = fields if isinstance(fields, dict) else {}
+        outcome, lasted = _BY_WORD.get(str(said.get("outcome"))), said.get("time")
+        if outcome is None or not isinstance(lasted, int | float) or not 0.0 <= lasted <= LONGEST:
+            continue
+        title = next((title for time, title in reversed(series) if time <= end), "")
+        number = 1 + sum(chapter.series == title for chapter in found)
+        word = OUTCOMES[outcome]
+        story = f"{word.capitalize()} after {lasted:.1f} s, by the word of the person who judged."
+        found.append(Chapter(f"Bout {number}", title, end - lasted, end, word, UNNAMED, story))
+    return found
 
 
 def _side(place: tuple[float, ...]) -> str:

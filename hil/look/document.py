@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from hil.look.scene import BodyShape, Lane, LearningCurves, Scene, TimeCurves, Track
+    from hil.look.scene import BodyShape, Lane, LearningCurves, Scene, Terrain, TimeCurves, Track
 
 VERSION: Final = 1
 STEPS: Final = {"x": 1e-4, "y": 1e-4, "heading": 1e-3, "radius": 1e-3}
@@ -88,9 +88,7 @@ def document_of(scene: Scene, scale: TimeScale | None = None, since: float | Non
         "about": [[_short(name), _short(value)] for name, value in scene.about],
         "begin": scale.tell(scene.begin),
         "end": scale.tell(scene.end),
-        "terrain": None
-        if scene.terrain is None
-        else [str(scene.terrain.ground), _number(scene.terrain.width), _number(scene.terrain.height), scene.terrain.wall],
+        "terrain": None if scene.terrain is None else _terrain(scene.terrain),
         "shapes": [_shape(shape) for shape in shapes],
         "tracks": tracks,
         "traces": [_trace(trace, columns, scale) for trace in scene.traces],
@@ -146,6 +144,11 @@ def _table(table: dict[str, NDArray[np.float64]], columns: Columns, scale: TimeS
         else columns.add(values, STEPS.get(name, 1e-3 if name[0] == "r" else 1.0))
         for name, values in table.items()
     }
+
+
+def _terrain(place: Terrain) -> list[object]:
+    obstacles = [[[_number(x), _number(y)] for x, y in outline] for outline in place.obstacles]
+    return [str(place.ground), _number(place.width), _number(place.height), place.wall, obstacles]
 
 
 def _shape(shape: BodyShape) -> dict[str, Any]:

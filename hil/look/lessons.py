@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus, spelled_out
 from hil.doors import DocumentError, parse_json
 from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
 from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundGenerationRecord, SurroundStateRecord, TrialRecord
@@ -146,9 +146,7 @@ def _lesson(entry: AdviceEntry) -> LearntManeuver:
     when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
     steps = tuple(step_of(action) for action in entry.actions)
     times = "once" if entry.evaluations == 1 else f"{entry.evaluations:,} times"
-    return LearntManeuver(
-        when, steps, ", then ".join(step.meaning for step in steps), f"worth {entry.fitness:.2f}, tried {times}"
-    )
+    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}")
 
 
 def rules_of(text: str) -> tuple[list[LearntManeuver], list[str]]:

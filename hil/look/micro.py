@@ -16,7 +16,7 @@ from simdevice.swarm.profile import MicroProfile
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from hil.look.scene import Scene
+    from hil.look.scene import Points, Scene
     from hil.mcaplog.reading.reader import LogEntry
 
 TOPICS: Final = (
@@ -27,6 +27,8 @@ FARTHEST: Final = 100.0
 """Positions farther away are none, in m: the wire can carry 33 m."""
 MOST_ROBOTS: Final = 2000
 LEAST_TABLE: Final = 0.5
+ROOMS: Final = ("default", "narrow", "mixed")
+"""Rooms that every emulated table knows, by their numbers from 1; what stands in others, a log does not say."""
 Robot = tuple[int, int]
 """Number of its network, from 0, and its system."""
 
@@ -110,6 +112,8 @@ class MicroPart:
         rows = rows[np.isfinite(rows[:, :5]).all(axis=1) & (np.abs(rows[:, 2:4]) < FARTHEST).all(axis=1)]
         rows = rows[np.lexsort((rows[:, 1], rows[:, 0]))]
         scene.terrain = self._place(rows)
+        if self._table is not None and self._table.map > len(ROOMS):
+            scene.notes.append(f"Obstacles stood on the table, of its room {self._table.map}: the log does not say where.")
         shape = BodyShape(radius=MicroProfile().radius, sectors=min(self._sectors, MAX_SECTORS))
         several = len(self._networks) > 1
         numbers = rows[:, 0]
@@ -154,7 +158,7 @@ class MicroPart:
     def _place(self, rows: NDArray[np.float64]) -> Terrain:
         if self._table is not None and all(LEAST_TABLE / 10 < side < FARTHEST for side in self._table.size):
             width, height = self._table.size
-            return Terrain(Ground.TABLE, width, height, bool(self._table.wall))
+            return Terrain(Ground.TABLE, width, height, bool(self._table.wall), _obstacles(self._table))
         width, height = 2.2 * np.abs(rows[:, 2:4]).max(axis=0)
         return Terrain(Ground.TABLE, max(LEAST_TABLE, float(width)), max(LEAST_TABLE, float(height)))
 
@@ -201,6 +205,20 @@ class MicroPart:
             when, counts = np.array(self._missing, dtype=np.float64).T
             found.append(TimeCurves("Robots without an answer", "", ("missing or refusing",), when, (counts,), stepped=True))
         return found
+
+
+def _obstacles(table: TableReset) -> tuple[Points, ...]:
+    """Outlines of what stands on a table, as far as that is known."""
+    if table.kind != TableKind.OBSTACLES or not 0 < table.map <= len(ROOMS):
+        return ()
+    from simdevice.swarm.rooms import built_in  # noqa: PLC0415 - images are read where there are obstacles only
+
+    outlines: list[list[tuple[float, float]]] = []
+    for x, y, next_x, next_y in built_in(ROOMS[table.map - 1]).walls:
+        if not outlines or outlines[-1][-1] != (x, y):
+            outlines.append([(x, y)])
+        outlines[-1].append((next_x, next_y))
+    return tuple(tuple(outline) for outline in outlines)
 
 
 def _run_name(number: int, state: SurroundStateRecord) -> str:

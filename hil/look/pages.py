@@ -44,13 +44,14 @@ def page_of(scene: Scene, largest: int = LARGEST) -> bytes:
     return _filled(thinned(scene, text_of, room)).encode()
 
 
-def live_page(*, lockstep: bool) -> bytes:
+def live_page(*, lockstep: bool, robot_side: bool = False) -> bytes:
     """The page of a run that goes on: it is told everything by the server that it comes from, and asks nobody else.
 
     Args:
         lockstep: The run goes as fast as the machine can, and what is over is shown at a speed to watch.
+        robot_side: It is emulated robots that are served, which have no stop.
     """
-    return _filled(json.dumps({"live": {"lockstep": lockstep}}), live=True).encode()
+    return _filled(json.dumps({"live": {"lockstep": lockstep, "robotSide": robot_side}}), live=True).encode()
 
 
 def _filled(scene: str, *, live: bool = False) -> str:

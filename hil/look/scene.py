@@ -34,12 +34,14 @@ class Terrain:
         width: Along x, in m.
         height: Along y, in m.
         wall: A wall runs round it.
+        obstacles: Closed outlines of what stands on it, in m.
     """
 
     ground: Ground
     width: float
     height: float
     wall: bool = False
+    obstacles: tuple[Points, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,9 +18,10 @@ from firmware_protocol.messages import (
     RobotSession,
 )
 from firmware_protocol.messages.junior import SensorFlag
-from firmware_protocol.vocabulary import Action, Outcome
-from hil.look.bouts import Bouts
+from firmware_protocol.vocabulary import Action, Outcome, spelled_out
+from hil.look.bouts import Bouts, judged
 from hil.look.scene import Beam, BodyShape, Ground, Lane, Spot, Terrain, TimeCurves, Track
+from hil.mcaplog.records import EventRecord
 from hil.recording.protagonist import Protagonist
 from hil.recording.scene import junior_outline, opponent_outline, ring_size
 from simdevice.junior.profile import JuniorProfile
@@ -60,12 +62,15 @@ _ARMS: Final = SensorFlag.ARM_LEFT | SensorFlag.ARM_RIGHT
 
 
 def spoken(actions: list[int] | tuple[int, ...]) -> str:
-    """Actions by their meanings, as `forward, left turn, stop`.
+    """Actions by their meanings, as `forward; left turn, twice; stop`.
 
     Args:
         actions: Action codes; unknown ones are said to be.
     """
-    return ", ".join(Action(code).spec.meaning if code in set(Action) else f"action {code}" for code in actions)
+    known = set(Action)
+    runs = groupby(actions, key=lambda code: code in known)
+    parts = (spelled_out(map(Action, run)) if there else "; ".join(f"action {code}" for code in run) for there, run in runs)
+    return "; ".join(parts)
 
 
 def letters(actions: list[int] | tuple[int, ...]) -> str:
@@ -117,6 +122,7 @@ class SumoPart:
         self._results: dict[tuple[int, int], tuple[float, int]] = {}
         self._threshold = THRESHOLD
         self._series: list[tuple[float, str]] = []
+        self._judged: list[tuple[float, EventRecord]] = []
 
     def series(self, time: float, title: str) -> None:
         """A series of bouts begins.
@@ -149,6 +155,8 @@ class SumoPart:
                 self._states.setdefault(system, []).append((time, value))
             case JuniorManeuverResult():
                 self._results.setdefault((system, value.sequence), (time, value.outcome))
+            case EventRecord(kind="bout"):
+                self._judged.append((time, value))
             case ParamValue():
                 if value.param_id == "EYE_L_ON":
                     self._threshold = value.param_value
@@ -182,6 +190,7 @@ class SumoPart:
             scene.terrain = Terrain(Ground.NONE, 1.2, 0.9)
             still = {"t": np.array([scene.begin]), "x": np.zeros(1), "y": np.zeros(1), "heading": np.full(1, np.pi / 2)}
             scene.tracks.append(Track("junior", "Junior", "junior", junior_shape(), still, senses))
+            scene.chapters += judged(self._judged, self._series)
         if maneuvers is not None:
             scene.lanes.append(maneuvers)
         self._sensed(scene, heard)

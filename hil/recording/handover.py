@@ -11,14 +11,15 @@ from collections.abc import Callable
 from dataclasses import fields
 from operator import attrgetter, index, itemgetter
 from types import NoneType
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 
 from firmware_protocol.errors import LinkError, bare_text
 from firmware_protocol.events import Received, Rejected, RejectReason
-from firmware_protocol.messages import MESSAGES, SetupSigning
+from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, MESSAGES, SetupSigning
 from firmware_protocol.wire.batch import Arrivals, Batch
+from firmware_protocol.wire.codec import open_codec
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.rows import ROWS
 from hil.bridge.operator import OperatorInput
@@ -28,7 +29,9 @@ from hil.mcaplog.records import RECORDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.wire.codec import Codec
     from firmware_protocol.wire.fields import Message
+    from firmware_protocol.wire.rows import Rows
     from hil.bridge.taps import Tap
     from hil.recording.recorder import Recorder
 
@@ -38,8 +41,9 @@ Item = tuple[Any, ...]
 STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD, REPORT = (
     range(16)
 )
-ARRIVED, SENT_ROWS = range(16, 18)
+ARRIVED, SENT_ROWS, HEARD, AWAITED = range(16, 20)
 """Kinds of items."""
+_OVERHEARD: Final = frozenset({RECEIVED, SENT, ARRIVED, SENT_ROWS})
 
 PIECE_SIZE: Final = 1 << 18
 """An attachment is handed over in pieces of so many bytes at most."""
@@ -149,25 +153,54 @@ def _met(item: Item) -> Circumstances:
     )
 
 
+class Overhearing(Protocol):
+    """Is told of messages as the recorder is; see `Tap`."""
+
+    def received(self, event: Received | Rejected) -> None:
+        """A message was decoded, or input rejected."""
+        ...
+
+    def arrived(self, came: Arrivals) -> None:
+        """Likewise, many at once."""
+        ...
+
+    def sent(self, time: float, message: Message) -> None:
+        """A message of the host was sent."""
+        ...
+
+    def sent_rows(self, time: float, message: type[Message], rows: Rows) -> None:
+        """Many messages of the host, all of a kind, were sent."""
+        ...
+
+
 class Playback:
     """Makes the recorder's calls again of the items that are handed over.
 
     Args:
         recorder: Writes the log.
+        overhearing: Is told of the messages, too; None: nobody is.
         answer: Says to the control process that something has been done: `flushed`.
         report: Draws the report of a log that is closed, into a folder.
+        awaited: Is told that a browser is being started that will look on.
 
     Attributes:
         recorder: As given.
     """
 
     def __init__(
-        self, recorder: Recorder, answer: Callable[[str], None], report: Callable[[str], None] = lambda _: None
+        self,
+        recorder: Recorder,
+        answer: Callable[[str], None],
+        report: Callable[[str], None] = lambda _: None,
+        overhearing: Overhearing | None = None,
+        awaited: Callable[[], None] = lambda: None,
     ) -> None:
         self.recorder = recorder
+        self._listeners: list[Overhearing] = [recorder] if overhearing is None else [recorder, overhearing]
         self._answer = answer
         self._networks: list[Tap] = []
         self._pieces: list[bytes] = []
+        self._codecs: dict[tuple[int, int], Codec] = {}
         self._calls: dict[int, Callable[..., None]] = {
             STEP: self._step,
             RX: recorder.wire_rx,
@@ -187,6 +220,8 @@ class Playback:
             CLOSE: recorder.close,
             DISCARD: recorder.discard,
             REPORT: report,
+            HEARD: self._heard,
+            AWAITED: awaited,
         }
 
     def take(self, items: Sequence[Item]) -> None:
@@ -199,15 +234,39 @@ class Playback:
         for item in items:
             calls[item[0]](*item[1:])
 
+    def overhear(self, items: Sequence[Item]) -> None:
+        """The log is written no further: tell the messages of a batch to who overhears, and nobody else.
+
+        Args:
+            items: What was handed over, in order.
+        """
+        self._listeners = [one for one in self._listeners if one is not self.recorder]
+        self.take([item for item in items if self._listeners and item[0] in _OVERHEARD])
+
     def _step(self, time: float, chunks: Sequence[tuple[float, bytes]], met: Item | None = None) -> None:
         self.recorder.step(time, chunks, NOTHING if met is None else _met(met))
 
+    def _heard(self, number: int, way: int, wire: str, time: float, data: bytes) -> None:
+        """Decode what has passed on a line that is not a bridge's, one way."""
+        codec = self._codecs.get((number, way))
+        if codec is None:
+            codec = self._codecs[number, way] = open_codec(wire, system=HOST_SYSTEM, component=HOST_COMPONENT)
+        tap: Tap = self.recorder if number < 0 else self._networks[number]
+        tap.step(time, (), NOTHING)
+        for event in codec.receive(data, time):
+            if isinstance(event, Received) and type(event.message) is not SetupSigning:
+                tap.received(event)
+
     def _received(self, time: float, number: int, values: Item, *sender: int) -> None:
         system, component, sequence = sender
-        self.recorder.received(Received(_message(number, values), system, component, sequence, time, b""))
+        event = Received(_message(number, values), system, component, sequence, time, b"")
+        for listener in self._listeners:
+            listener.received(event)
 
     def _sent(self, time: float, number: int, values: Item) -> None:
-        self.recorder.sent(time, _message(number, values))
+        message = _message(number, values)
+        for listener in self._listeners:
+            listener.sent(time, message)
 
     def _arrived(self, batches: Sequence[Item], others: Sequence[Item], refused: Sequence[Item]) -> None:
         events: list[tuple[int, Received | Rejected]] = [
@@ -220,11 +279,13 @@ class Playback:
         came = Arrivals(
             {batch.message: batch for batch in found}, [event for _, event in events], [place for place, _ in events]
         )
-        self.recorder.arrived(came)
+        for listener in self._listeners:
+            listener.arrived(came)
 
     def _sent_rows(self, time: float, number: int, rows: bytes) -> None:
         kind = MESSAGES[number]
-        self.recorder.sent_rows(time, kind, np.frombuffer(rows, ROWS[kind]))
+        for listener in self._listeners:
+            listener.sent_rows(time, kind, np.frombuffer(rows, ROWS[kind]))
 
     def _record(self, topic: str, number: int, values: Item, time: float) -> None:
         self.recorder.record(topic, RECORDS[number](*values), time)

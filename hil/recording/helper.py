@@ -11,10 +11,11 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, Final, cast
 
+from firmware_protocol.errors import HilError
 from hil.files.outputs import Output
 from hil.mcaplog.writing.writer import CUT, LogWriter
 from hil.recording.handover import CLOSE, DISCARD, Playback, unpack
-from hil.recording.pipe import frame, read_frame
+from hil.recording.pipe import FOXGLOVE, frame, read_frame
 from hil.recording.recorder import Recorder
 from hil.recording.wire_log import FLUSH
 
@@ -23,9 +24,11 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
     from hil.look.live.showing import Showing
+    from hil.look.viewers.live import LiveViewers
     from hil.mcaplog.writing.sink import LogSink
     from hil.recording.handover import Item
     from hil.report.listening import ListeningRecorder
+    from hil.sharing.sharing import Sharing
 
 SYNC_REAL_TIME: Final = 1.0
 """Log time between two times that the disk is made to have what was written, in s; in lock-step only the end is."""
@@ -60,7 +63,8 @@ class _Helper:
         self._outgoing = outgoing
         self._failed = False
         self._answering = Lock()
-        self._showing: Showing | None = None
+        self._showing: Showing | LiveViewers | None = None
+        self._sharing: Sharing | None = None
 
     def serve(self, incoming: BinaryIO) -> None:
         """Write the log.
@@ -91,6 +95,8 @@ class _Helper:
             output=Output.taken_over(path, Path(beside) if beside else None) if settings["begun"] else None,
         )
         sink = writer if settings["live"] is None else self._show(writer, settings["live"])
+        if settings["share"] is not None:
+            self._share(settings["share"])
         kind: Callable[..., Recorder] = Recorder
         if settings["listens"]:
             from hil.report.listening import ListeningRecorder  # noqa: PLC0415 - only where a report may be wanted
@@ -107,23 +113,49 @@ class _Helper:
             writer=sink,
         )
 
-    def _show(self, writer: LogWriter, live: dict[str, bool]) -> LogSink:
+    def _show(self, writer: LogWriter, live: dict[str, Any]) -> LogSink:
         """Show what is written while it is; where that can't be, the log is written all the same."""
-        from hil.look.live.showing import Showing  # noqa: PLC0415 - only where somebody looks on
-
-        settings = self._settings
         try:
-            self._showing = Showing(
-                writer, settings["run"], partial(self._answer, "asked"), lockstep=settings["lockstep"], **live
-            )
-        except OSError as error:
+            self._showing = self._viewed(writer) if live["viewer"] == FOXGLOVE else self._page(writer, live)
+        except (OSError, HilError) as error:
             self._answer("serving", "", str(error))
             return writer
         self._answer("serving", self._showing.url, "")
         return self._showing.sink
 
+    def _ask(self, what: str) -> None:
+        """Pass on what is asked for on the page, of all robots."""
+        self._answer("asked", what, "")
+
+    def _share(self, share: dict[str, Any]) -> None:
+        """Share the link with programs that look on."""
+        from hil.sharing.sharing import Sharing  # noqa: PLC0415 - only where somebody may
+
+        try:
+            self._sharing = Sharing(**share, ask=partial(self._answer, "asked"))
+        except OSError as error:
+            self._answer("sharing", 0, error.strerror or str(error))
+        else:
+            self._answer("sharing", self._sharing.port, "")
+
+    def _page(self, writer: LogWriter, live: dict[str, Any]) -> Showing:
+        from hil.look.live.showing import Showing  # noqa: PLC0415 - only where somebody looks on
+
+        settings, how = self._settings, {name: value for name, value in live.items() if name != "viewer"}
+        return Showing(writer, settings["run"], self._ask, lockstep=settings["lockstep"], **how)
+
+    def _await_browser(self) -> None:
+        """A browser is being started that will look on."""
+        if self._showing is not None:
+            self._showing.await_browser()
+
+    def _viewed(self, writer: LogWriter) -> LiveViewers:
+        from hil.look.viewers.live import LiveViewers  # noqa: PLC0415 - likewise; it needs an extra
+
+        return LiveViewers(writer, self._ask)
+
     def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
-        playback = Playback(recorder, self._answer, partial(self._report, recorder))
+        playback = Playback(recorder, self._answer, partial(self._report, recorder), self._sharing, self._await_browser)
         last, taken, ended = -1, 0, False
         while (batch := read_frame(incoming)) is not None:
             number, first, packed = batch
@@ -132,16 +164,22 @@ class _Helper:
             new = packed[max(0, taken - first) :]  # what was sent before it was interrupted has been taken
             taken = max(taken, first + len(packed))
             items: list[Item] = list(chain.from_iterable(map(unpack, new)))
-            if not self._failed:
+            if self._failed:
+                playback.overhear(items)
+            else:
                 self._play(playback, items)
             if items and items[-1][0] in {CLOSE, DISCARD}:
                 ended = True
+                if self._sharing is not None:
+                    self._sharing.finish()
                 if self._showing is not None:
                     self._showing.finish()
                 self._answer("closed")
         if not ended:
             recorder.metadata(CUT, {"why": "the program that was recorded has ended without closing its log"})
             recorder.close()
+            if self._sharing is not None:
+                self._sharing.finish(died=True)
             if self._showing is not None:
                 self._showing.finish(died=True)
 

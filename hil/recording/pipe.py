@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 FRAME: Final = Struct("<I")
 """What stands before each batch and answer: its length."""
+FOXGLOVE: Final = "foxglove"
+"""What a run is shown by that is somebody else's."""
 _ROOM: Final = 1 << 20
 """A batch is sent in halves if it has more bytes than this."""
 _START: Final = "import gc, sys; gc.disable(); sys.path[:] = sys.argv[1:]; from hil.recording.helper import main; main()"
@@ -85,14 +87,14 @@ class HelperPipe:
     Args:
         settings: What it begins with.
         lockstep: Time stands still while it is waited for.
-        asked: Is told, by a thread, what somebody who looks on asks for.
+        asked: Is told, by a thread, what somebody who looks on asks for, and of which robot (empty: of all).
 
     Raises:
         OSError: It can't be started.
     """
 
     def __init__(
-        self, settings: Mapping[str, object], *, lockstep: bool, asked: Callable[[str], None] = lambda _: None
+        self, settings: Mapping[str, object], *, lockstep: bool, asked: Callable[[str, str], None] = lambda *_: None
     ) -> None:
         self._asked = asked
         flags = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
@@ -189,7 +191,7 @@ class HelperPipe:
         with cast("IO[bytes]", self._process.stdout) as stdout:
             while (answer := read_frame(stdout)) is not None:
                 if answer[0] == "asked":
-                    self._asked(answer[1])
+                    self._asked(*answer[1:])
                     continue
                 if answer[0] == "failed":
                     self.news = answer

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from os import fspath
 from typing import TYPE_CHECKING, Final
 
+from firmware_protocol.errors import LinkOpenError
 from firmware_protocol.events import Rejected
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM
 from hil.bridge.taps import NOTHING
@@ -42,14 +43,33 @@ class Live:
     """How a run is shown while it goes on.
 
     Attributes:
-        asked: Is told, by a thread, what somebody asks for who looks on.
+        asked: Is told, by a thread, what somebody asks for who looks on, and of which robot (empty: of all).
         public: Others on the network may look on.
-        awaited: A browser is being started that will: where the run is over sooner, it is waited for.
+        robot_side: It is emulated robots that are served, and what is asked for is done to them by hand.
+        viewer: By what: a page of our own, or `hil.recording.pipe.FOXGLOVE`.
     """
 
-    asked: Callable[[str], None]
+    asked: Callable[[str, str], None]
     public: bool = False
-    awaited: bool = False
+    robot_side: bool = False
+    viewer: str = "page"
+
+
+@dataclass(frozen=True)
+class LinkSharing:
+    """How the link of a run is shared with programs that look on.
+
+    Attributes:
+        asked: Is told, by a thread, what one of them asks for, and of which robot (empty: of all).
+        host: Address of this machine at which they come.
+        port: Port; 0: any that is free.
+        driver: Name of the verb that drives.
+    """
+
+    asked: Callable[[str, str], None]
+    host: str
+    port: int
+    driver: str
 
 
 class RecorderProcess(Recorder):
@@ -77,14 +97,17 @@ class RecorderProcess(Recorder):
         listens: A report may be asked for when the log is closed: the other process gathers it meanwhile, and stays until
             `end`.
         live: Shows the run in a browser while it goes on; None: nobody looks on.
+        share: Shares the link with other programs; None: there are none.
 
     Attributes:
         lost: Entries that were lost so far.
         feed: Hands over.
         page: Address of the page that shows it; empty where none does.
         unseen: Why it can't be shown; empty where it is, or need not be.
+        shared: Address at which the link is shared; empty where it is not.
 
     Raises:
+        LinkOpenError: The link can't be shared at that address.
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created, or no process started.
     """
@@ -104,9 +127,10 @@ class RecorderProcess(Recorder):
         on_loss: Callable[[str], None] | None = None,
         listens: bool = False,
         live: Live | None = None,
+        share: LinkSharing | None = None,
     ) -> None:
         self.path = path
-        self.page = self.unseen = ""
+        self.page = self.unseen = self.shared = ""
         self._listens = listens
         self.lost = 0
         self._network = _HandedNetwork(self, link, OWN)
@@ -124,19 +148,25 @@ class RecorderProcess(Recorder):
             "path": fspath(path), "begun": output is not None, "beside": None if beside is None else fspath(beside),
             "run": dict(run), "config": dict(config), "link": link, "lockstep": lockstep,
             "system": system, "component": component, "overwrite": overwrite, "listens": listens,
-            "live": None if live is None else {"public": live.public, "awaited": live.awaited},
+            "live": None if live is None else _shown(live),
+            "share": None if share is None else {"host": share.host, "port": share.port, "driver": share.driver},
         }  # fmt: skip
+        asker = live or share
         try:
-            self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda _: None) if live is None else live.asked)
+            self._pipe = HelperPipe(settings, lockstep=lockstep, asked=(lambda *_: None) if asker is None else asker.asked)
         except OSError as error:
             if output is not None:
                 output.discard()
             raise LogError(f"cannot write the log {path}: no process for it can be started: {error.strerror}") from error
         if live is not None:
             self._see_served()
+        refused = None if share is None else self._see_shared(share)
         if output is None:
             self._see_opened()
         self.feed: Feed = LockstepFeed(self._pipe.send) if lockstep else RealTimeFeed(self._pipe.send, self._lose)
+        if refused is not None:
+            self.discard()
+            raise refused
 
     @property
     def pid(self) -> int:
@@ -155,6 +185,10 @@ class RecorderProcess(Recorder):
         """See `Recorder.step`."""
         feed = self.begin_step(time, chunks)
         feed.add((kinds.STEP, time, chunks) if met is NOTHING else (kinds.STEP, time, chunks, circumstances(met)))
+
+    def await_browser(self) -> None:
+        """A browser is being started that will look on: where the run is over sooner, it is waited for."""
+        self.feed.keep((kinds.AWAITED,))
 
     def begin_step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> Feed:
         """A step begins, whose item is to be handed over next.
@@ -300,6 +334,19 @@ class RecorderProcess(Recorder):
         else:
             _, self.page, self.unseen = answer
 
+    def _see_shared(self, share: LinkSharing) -> LinkOpenError | None:
+        """Wait until the other process shares the link; why it can't."""
+        answer = self._pipe.wait_for("sharing")
+        host = f"[{share.host}]" if ":" in share.host else share.host
+        url = f"tcp://{host}:{share.port}"
+        if answer is None:
+            return LinkOpenError(url, "the link can't be shared: the process that was to do so has ended")
+        _, port, why = answer
+        if why:
+            return LinkOpenError(url, f"the link can't be shared there: {why}", "Choose another port; 0 is any that is free")
+        self.shared = f"tcp://{host}:{port}"
+        return None
+
     def _see_opened(self) -> None:
         """Wait until the other process has opened what is no regular file."""
         if self._pipe.wait_for("opened") is not None:
@@ -374,6 +421,11 @@ class _HandedNetwork(Network):
         self._recorder.feed.add((kinds.OF_NETWORK, self._number, kinds.TX, time, data))
 
 
+def _shown(live: Live) -> dict[str, bool | str]:
+    """How it is shown, for the other process."""
+    return {"public": live.public, "robot_side": live.robot_side, "viewer": live.viewer}
+
+
 def _begin(path: Path, *, overwrite: bool) -> Output:
     try:
         return Output(path, overwrite=overwrite)
@@ -394,6 +446,7 @@ def begin_log(
     listens: bool = False,
     beside: bool = True,
     live: Live | None = None,
+    share: LinkSharing | None = None,
 ) -> Recorder:
     """Begin a log, written by a process of its own; by this one where it is asked to, or can't be started once more.
 
@@ -410,12 +463,14 @@ def begin_log(
         on_loss: Likewise.
         listens: Likewise.
         live: As of `RecorderProcess`; it needs a process of its own, and is left out where there is none.
+        share: Likewise.
         beside: A process of its own is to write it: where there is a core for that, and it is worth the time that it takes to
             start.
 
     Raises:
         OutputExistsError: There is a file already, and it may not be replaced.
         LogError: The file cannot be created, or no process started.
+        LinkOpenError: The link can't be shared at that address.
     """
     if not (beside and can_start()):
         return Recorder(path, run=run, config=config, link=link, lockstep=lockstep, overwrite=overwrite, on_failure=on_failure)
@@ -430,4 +485,5 @@ def begin_log(
         on_loss=on_loss,
         listens=listens,
         live=live,
+        share=share,
     )

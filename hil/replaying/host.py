@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Any, Final
 from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from firmware_protocol.faults.spec import FaultSpec
-from hil.connecting.swarm_address import networks_of
+from hil.connecting.network_address import networks_of
 from hil.jobs.bout import BoutJob
 from hil.jobs.check import CheckJob
 from hil.jobs.coach import CoachJob
 from hil.jobs.deploy import DeployJob
+from hil.jobs.duel import DuelJob
 from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
 from hil.jobs.team import TeamJob
+from hil.jobs.watch import WatchJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
 from hil.replaying.again import why_not_again
@@ -38,7 +40,20 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Job
 
 JOBS: Final[dict[str, type[Job]]] = {
-    job.VERB: job for job in (BoutJob, CheckJob, CoachJob, DeployJob, EvolveJob, MonitorJob, ParamJob, SurroundJob, TeamJob)
+    job.VERB: job
+    for job in (
+        BoutJob,
+        CheckJob,
+        CoachJob,
+        DeployJob,
+        DuelJob,
+        EvolveJob,
+        MonitorJob,
+        ParamJob,
+        SurroundJob,
+        TeamJob,
+        WatchJob,
+    )
 }
 """Verbs whose logs can be replayed."""
 UNLINKED: Final = frozenset((EvolveJob.VERB, TeamJob.VERB))

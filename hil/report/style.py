@@ -163,8 +163,10 @@ def svg(drawn: Figure, name: str) -> str:
 
     buffer = StringIO()
     write: Callable[..., None] = FigureCanvasSVG(drawn).print_svg
+    dpi = drawn.dpi
     with mpl.rc_context({"svg.hashsalt": name}):
         write(buffer, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+    drawn.dpi = dpi  # which `print_svg` leaves at 72
     return _TAG.sub(_tidied, _NOT_DRAWN.sub("", buffer.getvalue()))
 
 

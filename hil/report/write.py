@@ -5,11 +5,11 @@ from __future__ import annotations
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import partial
-from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome
 from hil.files.outputs import write_output
+from hil.look.viewers.layouts import JUNIOR, SWARM, layout_of
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import lifted
 from hil.report.bout_figures import choose, times_to_win, trajectories
@@ -46,7 +46,6 @@ if TYPE_CHECKING:
     from hil.report.run_data import RunData
 
 PAGE = "report.html"
-LAYOUT = "junior.layout.json"
 EARLY: Final = frozenset({"maneuvers", "fitness", "learning", "wins", "trajectories"})
 """Pictures of the coaching alone."""
 
@@ -139,18 +138,19 @@ def write_pages(data: RunData, folder: Path, pictures: Pictures = Pictures()) ->
     title = title_of(data)
     footer = f"Made by {_program(data)} from {data.path.name}."
     page = render(title, _subtitle(data), said, numbers=_numbers(data), sections=sections, footer=footer)
+    layout = layout_of(SWARM if data.surround or data.evaluations else JUNIOR)
     drawn = {name: content for section in sections for picture in section.pictures for name, content in picture.files().items()}
     try:
         for name, content in drawn.items():
             write_output(folder / name, content, overwrite=True)
-        write_output(folder / LAYOUT, files("hil.mcaplog").joinpath(LAYOUT).read_bytes(), overwrite=True)
+        write_output(folder / layout.name, layout.read_bytes(), overwrite=True)
         write_output(folder / PAGE, page.encode(), overwrite=True)  # the last: where it is, the report is whole
     except OSError as error:
         with suppress(OSError):
             folder.rmdir()  # where nothing is in it
         raise LogError(f"cannot write the report to {folder}: {error.strerror}") from error
     paths = tuple(folder / name for name in drawn)
-    return ReportFiles(folder / PAGE, paths, folder / LAYOUT, title, tuple(said), "" if data.whole else data.health)
+    return ReportFiles(folder / PAGE, paths, folder / layout.name, title, tuple(said), "" if data.whole else data.health)
 
 
 def _sections(data: RunData, pictures: Pictures) -> list[Section]:

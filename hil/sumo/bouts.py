@@ -10,6 +10,7 @@ from firmware_protocol.errors import PeerGoneError, PeerLostError, RefusedError
 from firmware_protocol.messages import BoutOutcome, Reason
 from firmware_protocol.vocabulary import Outcome
 from hil.statistics import Rate
+from hil.sumo.controllers import Driver
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -30,7 +31,7 @@ class Bout:
         seed: Seed of the start poses.
         outcome: How it ended, for Junior.
         time: Time it took, in s.
-        maneuvers: Maneuvers performed.
+        maneuvers: Maneuvers performed; none where the wheels were set.
     """
 
     number: int
@@ -113,12 +114,12 @@ def check_encounter(encounter: Encounter) -> None:
         raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
 
 
-def play(ring: Ring, controller: Controller, seeds: Sequence[int], first: int = 1) -> Iterator[Bout]:
+def play(ring: Ring, controller: Controller | Driver, seeds: Sequence[int], first: int = 1) -> Iterator[Bout]:
     """Play bouts, one after the other. A bout in which the robot was lost is played again, and counts once.
 
     Args:
         ring: Where; it has a referee, or a bout would not end.
-        controller: Chooses the maneuvers.
+        controller: Chooses the maneuvers, or sets the wheels.
         seeds: One per bout.
         first: Number of the first bout.
 
@@ -147,9 +148,11 @@ def play(ring: Ring, controller: Controller, seeds: Sequence[int], first: int = 
         yield bout
 
 
-def _play_one(ring: Ring, controller: Controller, number: int, seed: int) -> Bout:
+def _play_one(ring: Ring, controller: Controller | Driver, number: int, seed: int) -> Bout:
     """One bout, from its start to its end."""
     current = ring.begin(seed)
+    if isinstance(controller, Driver):
+        return Bout(number, seed, *ring.steer(controller), maneuvers=0)
     previous = None
     maneuvers = 0
     while True:

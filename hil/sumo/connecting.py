@@ -104,8 +104,9 @@ def connect_all(
     """Connect to all Juniors on a link, or on several. They are stopped and disarmed by that, and so is who joins later.
 
     Args:
-        *urls: Addresses as for `connect`; each is a network of its own. `sim://junior?count=10` are ten emulated robots;
-            `?system=` takes this robot of its network only.
+        *urls: Addresses as for `connect`; each is a network of its own. `sim://junior?count=10` are ten emulated robots,
+            `sim://junior?networks=2` two in one ring, each on a network of its own; `?system=` takes this robot of its network
+            only.
         settle: The wait is over when no further robot was heard for this long, in s.
         expect: How many, or which, are expected: the wait is over when they are there, and no sooner. Of others none is
             taken where they are named by id. Emulated robots in this process are counted by themselves.

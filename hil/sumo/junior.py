@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
 
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.maneuver_fields import ManeuverReport, to_report
@@ -19,11 +19,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from firmware_protocol.events import Received
-    from firmware_protocol.messages import JuniorManeuverResult
+    from firmware_protocol.messages import JuniorManeuverResult, RobotAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.peer.peer import Peer
     from firmware_protocol.peer.role import Role
     from hil.bridge.bridge import Bridge
+
+T = TypeVar("T")
 
 REFEREE_WAIT = 0.5
 """A referee speaks 20 times a second: who is silent for ten periods is not there, bad line or slow emulator, in s."""
@@ -182,6 +184,22 @@ class Junior(RobotHandle):
         self.finish(drive(self.peer, *sent))
         return sent
 
+    def steer(self, left: float, right: float, duration: float = 0.25) -> Ticket[RobotAck]:
+        """As `drive`, without waiting for the answer; of two the newer counts, and the older ticket fails if it is still open.
+
+        Args:
+            left: As for `drive`.
+            right: Likewise.
+            duration: Likewise.
+
+        Returns:
+            Done when the robot has answered.
+
+        Raises:
+            ValueError: A value is not a finite number.
+        """
+        return drive(self.peer, *self.limits.wheels(left, right, duration))
+
     def perform(
         self,
         maneuver: Maneuver | Iterable[Action | str],
@@ -226,9 +244,21 @@ class Junior(RobotHandle):
             if until is not None and not broken_off and not ticket.done and until():
                 drive(self.peer, 0.0, 0.0, 0.0)
                 broken_off = True
+        return to_report(self.answer(ticket))
+
+    def answer(self, ticket: Ticket[T]) -> T:
+        """What came of something that it was asked to do.
+
+        Args:
+            ticket: What one was given for it; it is done.
+
+        Raises:
+            RefusedError: It refused.
+            PeerError: It is gone, did not answer, or was lost and is back since it was armed.
+        """
         if ticket.reason is Reason.DISARMED and self._armed_in not in {None, self.peer.session}:
             raise PeerLostError(f"robot {self.peer.system} was lost since it was armed, and is back: it is disarmed")
-        return to_report(ticket.value())
+        return ticket.value()
 
     def start(self, maneuver: Maneuver | Iterable[Action | str], *, period: float = 0.25) -> Ticket[JuniorManeuverResult]:
         """Have a maneuver performed, and do not wait for it; `to_report` makes a report of what comes.

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Final, Protocol
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
 from firmware_protocol.near import did_you_mean
+from hil.sumo.driving import drive_until
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
     from firmware_protocol.messages import JuniorManeuverResult
     from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.vocabulary import Maneuver, Stimulus
+    from hil.sumo.controllers import Driver
     from hil.sumo.junior import Junior
     from hil.sumo.referee import RefereeHandle
 
@@ -87,6 +89,23 @@ class Ring(Protocol):
         """
         ...
 
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """Let a driver have the wheels until the bout is over.
+
+        Args:
+            driver: Says what to do at every reading.
+
+        Returns:
+            Outcome, and the time that the bout took, in s.
+
+        Raises:
+            RingError: Nobody says when it is over.
+            RefusedError: The robot does not drive: it is not armed, or is stopped.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
+        """
+        ...
+
     def recover(self) -> None:
         """Wait for a robot that was lost, and arm it; the bout it was lost in has to be begun again.
 
@@ -144,11 +163,17 @@ class RefereedRing:
         progress = self._clearance - state.clearance
         self._clearance = state.clearance
         outcome = BoutOutcome(state.outcome)
-        return Encounter(report, report.after, outcome, state.elapsed, progress, _lasted(ticket))
+        return Encounter(report, report.after, outcome, state.elapsed, progress, lasted(ticket))
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """Let a driver have the wheels until the bout is over; see `Ring.steer`."""
+        drive_until(self._junior, driver, lambda: self._referee.latest.phase == Phase.OVER)
+        state = self._referee.latest
+        return BoutOutcome(state.outcome), state.elapsed
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
-        _recover(self._junior)
+        recover(self._junior)
 
 
 class OpenRing:
@@ -172,11 +197,15 @@ class OpenRing:
         """Have a maneuver performed; see `Ring.engage`."""
         ticket = self._junior.start(maneuver)
         report = self._junior.follow(ticket)
-        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, _lasted(ticket))
+        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket))
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:  # noqa: ARG002 - as `Ring.steer`
+        """There is no end to it; see `Ring.steer`."""
+        raise RingError("who sets the wheels plays until somebody says that the bout is over, and nobody does here")
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""
-        _recover(self._junior)
+        recover(self._junior)
 
 
 def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
@@ -189,15 +218,23 @@ def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
     return OpenRing(junior, opponent) if junior.referee is None else RefereedRing(junior, junior.referee, opponent)
 
 
-def _recover(junior: Junior) -> None:
+def recover(junior: Junior) -> None:
+    """Wait for a lost robot, and arm it; see `Ring.recover`.
+
+    Args:
+        junior: The robot.
+    """
     junior.wait_until_back()
     junior.arm()
 
 
-def _lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
+def lasted(ticket: Ticket[JuniorManeuverResult]) -> float:
     """From the step that sent a maneuver to the stamp of what brought its result, in s.
 
     To the microsecond: the difference of two clock readings has a rounding that depends on the hour.
+
+    Args:
+        ticket: Of the maneuver, which is over.
     """
     assert ticket.asked_at is not None
     assert ticket.answered_at is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, spelled_out
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -138,6 +138,7 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
         times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
         worth = f"Worth {entry.fitness:.1f}, tried {times}."
         lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
+        lines.append(f"      {spelled_out(entry.actions)}")
     lines.append("")
     if tally is None:
         lines.append("How it plays was not tried: there were no held-out bouts.")
@@ -150,6 +151,8 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
     lines.append("")
     kinds = ("advice", "report", "log", "checkpoint")
     lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
+    if files.get("log"):
+        lines.append(f"{'Look at it:':12}hil view {files['log']}")
     if tally is not None and files.get("advice"):
         lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
     return lines

@@ -33,6 +33,7 @@ class KernelLibrary(Protocol):
     KERNEL_SAID: int
     KERNEL_DUE: int
     KERNEL_NOISE: int
+    KERNEL_SECOND: int
 
     def kernel_asked(self, loop: object, rx: bytes, rx_len: int) -> int:
         """Something may be meant for a referee."""
@@ -197,7 +198,7 @@ class Arrays:
                 return self._unpack(self._words, length)  # type: ignore[no-any-return]
             if not why & self._noise:
                 return b""
-            self._draw()
+            self.draw()
             if lived := why >> _LIVED & MANY:
                 periods -= lived
                 inbound = b""
@@ -208,7 +209,7 @@ class Arrays:
         most = min([periods, *[one.begin() for one in attended]])
         why = self.run(self.loop, inbound, len(inbound), most)
         while not (lived := why >> _LIVED & MANY):  # without noise nobody has lived at all
-            self._draw()
+            self.draw()
             why = self.run(self.loop, inbound, len(inbound), most)
         for one in attended:
             one.skip(lived)
@@ -226,7 +227,7 @@ class Arrays:
         if answers > self._room:
             self._make_room(answers)
 
-    def _draw(self) -> None:
+    def draw(self) -> None:
         """Draw noise where it has been used up."""
         for number in self._stopped(self.lib.KERNEL_NOISE):
             self.rings[number].draw()

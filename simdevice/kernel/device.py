@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from simdevice.boards import Board
 from simdevice.junior.device import VirtualDevice
+from simdevice.junior.faults import DeviceFaults
 from simdevice.kernel.arrays import MANY
 
 if TYPE_CHECKING:
@@ -13,6 +15,19 @@ if TYPE_CHECKING:
     from simdevice.junior.faults import Battery
     from simdevice.junior.hardware import JuniorHardware
     from simdevice.kernel.ring import KernelRing
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A robot as it was once: what it had in its memories, and how long it had been on.
+
+    Attributes:
+        memory: Its working memory, EEPROM and drivers: the struct `host_robot`.
+        micros: Time since power-on, in us.
+    """
+
+    memory: bytes
+    micros: int
 
 
 class KernelDevice(VirtualDevice):
@@ -40,6 +55,7 @@ class KernelDevice(VirtualDevice):
     ) -> None:
         self._ring = ring
         self._piece = piece
+        self._spec = faults
         self.faulty = faults is not None and bool(faults.of_device)
         super().__init__(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
         assert isinstance(self._board, Board)
@@ -105,6 +121,25 @@ class KernelDevice(VirtualDevice):
         """Give the power back, if there is none: it boots."""
         super().switch_on()
         self.set_running(running=True)
+
+    def moment(self) -> Moment:
+        """The robot as it is now; `return_to` brings it back."""
+        return Moment(self._ring.memory(self._piece), self._ring.devices.micros[self._piece])
+
+    def return_to(self, moment: Moment) -> None:
+        """Be as it was once, with wheels and encoders at rest. What befalls it befalls it anew, from now on.
+
+        Args:
+            moment: When; of this very robot, since its memory knows where it lies.
+        """
+        self.powered = True
+        self._ring.power_on(self._piece)
+        self._ring.remember(self._piece, moment.memory, moment.micros)
+        self.set_running(running=True)
+        if self.faulty and self._spec is not None:
+            self.feed(None)
+            self._faults = DeviceFaults(self._spec, self, self._robot.body.period)
+            self._ring.befall(self._piece, self._faults)
 
     def begin(self) -> int:
         """Control periods begin: faults befall it.

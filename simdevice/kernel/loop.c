@@ -111,8 +111,10 @@ static uint8_t live(kernel_loop *loop, uint32_t ring, uint32_t *at)
     for (piece = first; piece < first + loop->world->pieces; piece++) {
         if (!loop->devices->running[piece]) {
             loop->devices->rx_len[piece] = 0;
-        } else if (tick(loop, piece, held_up) && piece == first) { /* nobody listens to a second Junior */
+        } else if (tick(loop, piece, held_up) && piece == first) {
             stop |= KERNEL_REBOOTED;
+        } else if (piece != first && loop->hosted[ring] && loop->devices->robot[piece]->io.tx_len > 0) {
+            stop |= KERNEL_SECOND; /* nobody listens to one that has no host */
         }
     }
     if (world_step(loop->world, ring)) {

@@ -2,20 +2,15 @@
 #include "referee.h"
 
 #include <math.h>
-#include <string.h>
 
+#include "frame.h"
 #include "order.h"
-#include "core/wire.h"
 
-enum { HEADER = 10, CHECKSUM = 2, SIGNATURE = 13, RECORD = 16, MARKER = 0xFD, SIGNED = 1 };
+enum { RECORD = 16 };
 enum { IDLE, RUNNING, OVER };
 
 static const double TURN = 6.283185307179586;
-
-static uint32_t number_of(const uint8_t *frame)
-{
-    return frame[7] | (uint32_t)frame[8] << 8 | (uint32_t)frame[9] << 16;
-}
+static const frame_kind STATE = {MAVLINK_MSG_ID_REFEREE_STATE, MAVLINK_MSG_ID_REFEREE_STATE_LEN, MAVLINK_MSG_ID_REFEREE_STATE_CRC};
 
 static uint8_t is_mine(uint32_t number)
 {
@@ -47,10 +42,10 @@ uint8_t referees_asked(const kernel_referees *referees, uint32_t ring, const uin
     while (at < length) {
         const uint8_t *frame = rx + at;
 
-        if (length - at < HEADER || frame[0] != MARKER || is_mine(number_of(frame))) {
+        if (length - at < FRAME_HEADER || frame[0] != FRAME_MARKER || is_mine(frame_number(frame))) {
             return 1;
         }
-        at += (uint32_t)(HEADER + frame[1] + CHECKSUM + (frame[2] & SIGNED ? SIGNATURE : 0));
+        at += frame_length(frame);
     }
     return at != length;
 }
@@ -100,35 +95,14 @@ static uint8_t fill(
 uint32_t referees_report(kernel_referees *referees, const kernel_world *world, uint32_t ring, double now, uint8_t *frame)
 {
     mavlink_referee_state_t state;
-    uint32_t length = MAVLINK_MSG_ID_REFEREE_STATE_LEN, number = MAVLINK_MSG_ID_REFEREE_STATE, i;
-    uint16_t crc = 0xFFFF;
 
     if (!fill(&state, referees, world, ring, now)) {
         return 0;
     }
-    memcpy(frame + HEADER, &state, length);
-    while (length > 1 && frame[HEADER + length - 1] == 0) {
-        length--;
-    }
-    frame[0] = MARKER;
-    frame[1] = (uint8_t)length;
-    frame[2] = frame[3] = 0;
-    frame[4] = referees->sequence[ring]++;
-    frame[5] = referees->system[ring];
-    frame[6] = referees->component;
-    for (i = 0; i < 3; i++) {
-        frame[7 + i] = (uint8_t)(number >> (8 * i));
-    }
-    for (i = 1; i < HEADER + length; i++) {
-        crc = wire_crc(crc, frame[i]);
-    }
-    crc = wire_crc(crc, MAVLINK_MSG_ID_REFEREE_STATE_CRC);
-    frame[HEADER + length] = (uint8_t)crc;
-    frame[HEADER + length + 1] = (uint8_t)(crc >> 8);
     if (referees->countdown[ring] <= 0) {
         referees->countdown[ring] = (int32_t)referees->every[ring];
     }
     referees->decided[ring] = world->outcome[ring];
     referees->reported[ring] = referees->bout[ring];
-    return HEADER + length + CHECKSUM;
+    return frame_make(frame, STATE, &state, referees->sequence[ring]++, referees->system[ring], referees->component);
 }

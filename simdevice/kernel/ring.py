@@ -99,6 +99,14 @@ class KernelRing:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
+    def hold_up(self, periods: int) -> None:
+        """Hold the robots up.
+
+        Args:
+            periods: For so many control periods.
+        """
+        self._world.lifted[self.number] = periods
+
     def take_robots(self) -> None:
         """Take over the same, and how far the robots' wheels have come, their bodies, and what is gone from their batteries."""
         world, match = self._world, self._match
@@ -241,6 +249,13 @@ class KernelRing:
         self.devices.rx[piece] = self._kept["rx", piece] = self._ffi.from_buffer("uint8_t[]", data)
         self.devices.rx_len[piece] = len(data)
 
+    def said_by_second(self) -> bytes:
+        """What a second Junior that has a host of its own has said in the last control period."""
+        if not self._arrays.loop.stop[self.number] & self.lib.KERNEL_SECOND:
+            return b""
+        io = self.devices.robot[self.first + 1].io
+        return bytes(self._ffi.buffer(io.tx, io.tx_len))
+
     def answer(self, data: bytes) -> None:
         """Let its referee answer in the next control period."""
         loop = self._arrays.loop
@@ -275,3 +290,12 @@ class KernelRing:
         self.devices.micros[piece] = 0
         self.devices.fresh[piece] = 1
         self.lib.world_power_on(self._world, piece)
+
+    def memory(self, piece: int) -> bytes:
+        """What a robot has in its memories: the struct `host_robot`."""
+        return bytes(self._ffi.buffer(self.devices.robot[piece]))
+
+    def remember(self, piece: int, memory: bytes, micros: int) -> None:
+        """Give a robot back what it had in its memories, and its time since power-on in us."""
+        self._ffi.memmove(self.devices.robot[piece], memory, len(memory))
+        self.devices.micros[piece], self.devices.fresh[piece] = micros, 0

@@ -15,6 +15,8 @@ from simdevice.kernel.ring import KernelRing
 from simdevice.sumo.world import World
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from firmware_protocol.links.memory import Stamped
     from firmware_protocol.wire.signing import Signing
     from simdevice.junior.hardware import JuniorHardware
@@ -91,13 +93,27 @@ class KernelWorld(World):
         super()._placed()
         self._ring.take()
         if isinstance(self._second, KernelDevice):
-            self._second.set_running(running=self._keeper.playing)
+            self._second.set_running(running=self._second_plays)
+            self.arrays.loop.hosted[self.number] = self.networks > 1
             self._attend()
 
     def _attend(self) -> None:
         """Have the loop ask before control periods, where faults befall Junior or a second one has a keeper."""
-        if (self.device.faulty or self._second is not None) and self not in self.arrays.attended:
+        if (self.device.faulty or (self._second is not None and self.networks == 1)) and self not in self.arrays.attended:
             self.arrays.attended.append(self)
+
+    def begin_bout(self, seed: int, opponent: str | None = None) -> None:
+        """Put everybody at a fresh start pose, as its referee does when asked.
+
+        Args:
+            seed: Seed of the bout.
+            opponent: Another opponent; None keeps the present one.
+
+        Raises:
+            ValueError: There is no opponent of this name.
+        """
+        self._match.reset(seed, opponent)
+        self._placed()
 
     def now(self) -> float:
         """Time of the emulation, in s."""
@@ -114,6 +130,19 @@ class KernelWorld(World):
             periods = MANY
         said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
         return [(self._clock[self.number] * self.period, said)] if said else []
+
+    def _hold_up(self, periods: int) -> None:
+        """Hold the robots up for so many control periods."""
+        super()._hold_up(periods)
+        self._ring.hold_up(periods)
+
+    def run_networks(self, inbound: Sequence[bytes], periods: int) -> list[bytes]:
+        """Live for at most so many control periods, until something is sent on a network; see `World.run_networks`."""
+        junior, *second = inbound
+        if heard := b"".join(second):
+            self._ring.receive(self._ring.first + 1, heard)
+        said = b"".join([data for _, data in self.run(junior, periods)])
+        return [said, self._ring.said_by_second()]
 
     def _not_alone(self, _inbound: bytes, _periods: int) -> bytes:
         """What shares its arrays lives with the others."""

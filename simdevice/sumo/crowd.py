@@ -8,19 +8,15 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, ROBOT_COMPONENT, ParamSet
 from firmware_protocol.wire.can.layout import LAST_NODE
 from firmware_protocol.wire.fields import CAN
-from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.boards import NVM_SIZE
 from simdevice.emulation import check_periods, run_single_periods
-from simdevice.junior.device import VirtualDevice
 from simdevice.kernel.arrays import MANY, Arrays
 from simdevice.kernel.world import KernelWorld
-from simdevice.sumo.match import Match
+from simdevice.sumo.eeprom import NEW_SYSTEM, image_of
 from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
 
@@ -31,14 +27,10 @@ if TYPE_CHECKING:
 
 LAST_SYSTEM: Final = 254
 """Greatest system id of a robot on a MAVLink network."""
-NEW_SYSTEM: Final = 1
-"""System id of a new robot."""
 _STAGGER: Final = 37
 _STAGGER_WITHIN: Final = 200
 """Robot n is switched on 37 n control periods after the first, modulo a second: nobody switches ten on in one instant, and
 their heartbeats and streams do not come in one burst for ever after."""
-_WRITING: Final = 80
-"""Control periods in which a parameter is surely in the EEPROM."""
 
 
 @dataclass
@@ -56,24 +48,6 @@ class Member:
     world: World
     begins: int
     plugged: bool = True
-
-
-@cache
-def image_of(system: int) -> bytes:
-    """The EEPROM of a new robot that was given a system id, the way a person does it: SYS_ID set over the wire.
-
-    Args:
-        system: The id, 1..254.
-
-    Returns:
-        An image of the EEPROM.
-    """
-    device = VirtualDevice(Match().robot, uid=1)
-    host = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
-    device.step(host.encode(ParamSet(NEW_SYSTEM, ROBOT_COMPONENT, "SYS_ID", float(system))))
-    for _ in range(_WRITING):
-        device.step(b"")
-    return device.nvm
 
 
 class Crowd:
@@ -219,3 +193,15 @@ class Crowd:
     def switch_on(self, system: int) -> None:
         """Give a robot its power back: it boots; see `switch_off`."""
         self._orders.append(self.members[system].world.switch_on)
+
+    def lift(self, system: int) -> None:
+        """Hold a robot up, and who is in the ring with it; see `World.lift`.
+
+        Args:
+            system: The id it was made with.
+        """
+        self._orders.append(self.members[system].world.lift)
+
+    def put_down(self, system: int) -> None:
+        """Put it back; see `lift`."""
+        self._orders.append(self.members[system].world.put_down)

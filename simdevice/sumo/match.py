@@ -38,9 +38,11 @@ _OPPONENT_MARGIN: Final = 0.08
 """The opponent's centre likewise."""
 _APART: Final = 0.02
 """Least distance between the circles about both bodies, in m."""
-_LIFTED: Final = 4
+PUT_DOWN: Final = 4
 """Control periods that a reset takes: meanwhile a robot is held up and senses nothing, so that thresholds with hysteresis
 and debounced switches forget the bout before."""
+HELD_UP: Final = 1 << 30
+"""Control periods that outlast everybody's patience."""
 
 
 class Purpose(IntEnum):
@@ -176,7 +178,7 @@ class Match:
         self.robot.begin(stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS))
         if self.second is not None:
             self.second.begin(stream(seed, Purpose.OPPONENT_MOTORS), stream(seed, Purpose.OPPONENT_SENSORS))
-        self.lifted = _LIFTED
+        self.lifted = PUT_DOWN
         self.steps = 0
         self.outcome = BoutOutcome.UNDECIDED
 

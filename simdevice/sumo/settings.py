@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.wire.fields import MAVLINK
 from simdevice.arena import CONTROL_PERIOD
 from simdevice.junior.profile import JuniorProfile
+from simdevice.sumo.opponents import JUNIOR_OPPONENT
 
 if TYPE_CHECKING:
     from firmware_protocol.faults.spec import FaultSpec
@@ -32,9 +33,10 @@ class WorldSettings:
         signing_key: Key that Junior and the referee sign with; None: Junior has the one in `nvm`, if any.
         start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
         period: One control period, in s. The firmware is made for 5 ms.
+        hosted: The opponent, a second Junior, has a host of its own on a second network, and no keeper.
 
     Raises:
-        ValueError: The period takes no time.
+        ValueError: The period takes no time, or an opponent that is no robot is to have a host.
     """
 
     opponent: str = "flat-light"
@@ -49,7 +51,10 @@ class WorldSettings:
     signing_key: SigningKey | None = None
     start_held: bool = False
     period: float = CONTROL_PERIOD
+    hosted: bool = False
 
     def __post_init__(self) -> None:
         if not self.period > 0.0:
             raise ValueError(f"a control period is longer than 0 s, not {self.period:g} s")
+        if self.hosted and self.opponent != JUNIOR_OPPONENT:
+            raise ValueError(f"only a second Junior has a host of its own, and the opponent is {self.opponent}")

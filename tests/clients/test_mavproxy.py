@@ -12,7 +12,7 @@ from firmware_protocol.parameters import JUNIOR_PARAMETERS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from client_fixtures import Served
+    from client_fixtures import Served, Sharer
 
 pytest_plugins = ["client_fixtures"]
 pytestmark = pytest.mark.clients
@@ -65,3 +65,18 @@ def test_a_session_right_after_a_coaching(clients: Path, coached: Served, tmp_pa
 def test_a_session_over_a_serial_port(clients: Path, pty: Served, tmp_path: Path) -> None:
     with mavproxy(clients, tmp_path, f"--master={pty.device}", "--baudrate=115200") as program:
         session(program, pty)
+
+
+def test_it_looks_on_while_pal_coaches_and_may_stop_and_no_more(clients: Path, sharer: Sharer, tmp_path: Path) -> None:
+    with mavproxy(clients, tmp_path, f"--master=tcp:127.0.0.1:{sharer.port}") as program:
+        program.until("watching, coach drives")
+        program.until("Detected vehicle 1:1")
+        program.until(f"Received {len(JUNIOR_PARAMETERS)} parameters")
+        program.say("wp list")
+        program.until("Requesting 0 waypoints")
+        program.say("disarm")
+        program.until("COMPONENT_ARM_DISARM: DENIED")
+        program.say("long DO_FLIGHTTERMINATION 1")
+        program.until("DO_FLIGHTTERMINATION: ACCEPTED")
+    sharer.program.until("emergency stop")
+    assert sharer.program.end() == 1

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from firmware_protocol.vocabulary import spelled_out
 from hil.cli.app import run
 from hil.cli.running import ActiveRun
 from hil.mcaplog import LogReader, differences
@@ -50,6 +51,8 @@ def test_the_main_job_leaves_advice_log_report_and_checkpoint(capsys: pytest.Cap
         assert path in said
         assert Path(path).stat().st_size > 1000
     learnt = load_advice(Path(advice))
+    for entry in learnt.entries:
+        assert f"\n      {spelled_out(entry.actions)}\n" in said
     assert (learnt.opponent, learnt.seed, learnt.settings.budget) == ("flat-light", 1, 60)
     saved = load_checkpoint(Path(checkpoint))
     assert saved.pal.finished

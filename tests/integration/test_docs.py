@@ -7,8 +7,24 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from doc_pages import PAGES, ROOT, TOOLS, Block, blocks, commands, execute, execute_python, output_of, parse, shape, terminal
+from doc_pages import (
+    PAGES,
+    ROOT,
+    TOOLS,
+    Block,
+    blocks,
+    commands,
+    execute,
+    execute_python,
+    films,
+    output_of,
+    parse,
+    shape,
+    shown_by,
+    terminal,
+)
 
+from hil.cli.app import run
 from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
@@ -128,3 +144,27 @@ def test_python_runs(name: str, pytester: pytest.Pytester, capsys: pytest.Captur
     if tests:
         result = pytester.runpytest_inprocess(*STRICT)
         assert result.ret == 0
+
+
+GALLERY = ROOT / "docs" / "gallery.md"
+FILMS = films(GALLERY)
+
+
+@pytest.mark.parametrize("figure", [figure for figure, _ in FILMS], ids=lambda figure: figure.stem)
+def test_an_animation_shows_what_its_twin_tells(figure: Path) -> None:
+    assert shown_by(figure) == figure.with_suffix(".csv").read_text(encoding="utf-8")
+    assert figure.stat().st_size < 500_000
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("figure", "film"), FILMS, ids=lambda path: path.stem)
+def test_an_animation_is_what_the_page_s_commands_draw(figure: Path, film: Path, tmp_path: Path) -> None:
+    run_folder = film.parent.as_posix()
+    made = [line for block in blocks(GALLERY) if block.use == "shown" for line in commands(block)]
+    (setting_up,) = [line for line in made if line[-2:] == ["--out", run_folder]]
+    (drawing,) = [line for line in made if line[:2] == ["view", run_folder]]
+    with contextlib.chdir(tmp_path):
+        assert run([*setting_up, "--no-report", "--quiet"]) == 0
+        assert run([*drawing, "--quiet"]) == 0
+        shown = shown_by(film)
+    assert shown == figure.with_suffix(".csv").read_text(encoding="utf-8"), "run tests/support/doc_pages.py docs/gallery.md"

@@ -19,6 +19,7 @@ import pytest
 from firmware_protocol.messages import PROTOCOL_MAJOR, PROTOCOL_MINOR, JuniorSensors
 from firmware_protocol.vocabulary import Action
 from firmware_protocol.wire.mavlink_layout import crc_extra, payload_length
+from hil.policies import load_policy
 
 if TYPE_CHECKING:
     from hil.pytest_plugin import ServedJunior
@@ -42,7 +43,7 @@ def run(name: str, *arguments: str) -> str:
 
 def test_every_example_is_tested() -> None:
     here = {"perform.py", "own_controller.py", "plain_pymavlink.py", "pymavlink_session.py", "test_my_robot_program.py"}
-    here |= {"swarm_circle.py", "fake_camera.py"}
+    here |= {"swarm_circle.py", "fake_camera.py", "train_policy.py"}
     tested = here | {"ci-recipe.yml"} | {"mavsdk_drive.py", "node_mavlink_drive.mjs"}  # the last two by tests/clients
     assert {path.name for path in EXAMPLES.iterdir() if path.is_file()} == tested
 
@@ -53,6 +54,20 @@ def test_perform() -> None:
     assert "EYE_HYST was 20, is 25 now" in lines
     assert any(line.startswith("maneuver: completed, 4 actions done") for line in lines)
     assert lines[-1] == "stopped and disarmed"
+
+
+@pytest.mark.slow
+def test_train_policy(tmp_path: Path) -> None:
+    short = ("curved-light", "--population", "8", "--steps", "60", "--generations", "3", "--bouts", "4")
+    policies = []
+    for workers in ("1", "2"):
+        path = tmp_path / f"of{workers}.json"
+        lines = run("train_policy.py", *short, "--workers", workers, "--out", str(path)).splitlines()
+        assert lines[0].startswith("generation 3: ")
+        assert re.match(r"against curved-light: won \d of 4 held-out bouts", lines[1])
+        policies.append(load_policy(path))
+    assert policies[0].opponent == "curved-light"
+    np.testing.assert_array_equal(policies[0].weights, policies[1].weights)
 
 
 @pytest.mark.slow

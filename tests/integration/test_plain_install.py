@@ -20,10 +20,10 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 def test_what_draws_is_an_extra_and_part_of_the_developers() -> None:
     plain = {requirement.partition(">")[0] for requirement in PROJECT["dependencies"]}
     assert {"python-can", "msgpack", "pyserial", "mcap"} <= plain
-    assert not plain & {"matplotlib", "foxglove-sdk"}
+    assert not plain & {"matplotlib", "foxglove-sdk", "gymnasium"}
     extras = PROJECT["optional-dependencies"]
     assert f"pip install '{extras['report'][0]}'" == INSTALL
-    assert "junior-hil[report]" in extras["dev"]
+    assert "junior-hil[foxglove,gym,report]" in extras["dev"]
     assert extras["distributed"] == ["distributed>=2024.12"], "the message in hil.working.cluster names it"
 
 

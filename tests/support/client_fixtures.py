@@ -73,10 +73,10 @@ class Served:
         self.start = (body.x, body.y)
 
 
-def coach(served: Served, folder: Path, *options: str) -> Program:
+def coach(served: Served, folder: Path, *options: str, log: bool = False) -> Program:
     """`hil coach` of a served robot, as a program of its own: a host that opens a session and leaves it open."""
     start = [sys.executable, "-c", "import hil.cli; hil.cli.main()", "coach", served.url]
-    return Program([*start, "--held-out", "0", "--no-log", "--no-report", *options], folder)
+    return Program([*start, "--held-out", "0", *([] if log else ["--no-log"]), "--no-report", *options], folder)
 
 
 def _serve(link: str) -> Iterator[Served]:
@@ -122,3 +122,24 @@ def abandoned(tcp: Served, tmp_path: Path) -> Served:
 def pty() -> Iterator[Served]:
     """A robot on a serial port at 115200 baud."""
     yield from _serve("pty")
+
+
+@dataclass
+class Sharer:
+    """A `hil coach` that goes on, and shares its link.
+
+    Attributes:
+        program: It.
+        port: TCP port at which others look on.
+    """
+
+    program: Program
+    port: int
+
+
+@pytest.fixture
+def sharer(tcp: Served, tmp_path: Path) -> Iterator[Sharer]:
+    """A robot on a TCP port that is being coached, and a port at which others look on."""
+    with coach(tcp, tmp_path, "--budget", "100000", "--share", "tcp://127.0.0.1:0", log=True) as program:
+        program.until("Pal coaches it")
+        yield Sharer(program, int(program.text.partition("Shared: tcp://127.0.0.1:")[2].split()[0]))

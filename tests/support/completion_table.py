@@ -42,7 +42,7 @@ def _row(parameter: Any, context: Any) -> dict[str, object]:  # noqa: ANN401 - t
             row["flag"] = True
     if parameter.nargs != 1 or getattr(parameter, "multiple", False):
         row["many"] = True
-    if getattr(parameter, "metavar", None) == completion.LINKS:
+    if completion.LINKS in str(getattr(parameter, "metavar", "")).split("|"):
         row["words"] = completion.LINKS
     elif words := [item.value for item in parameter.shell_complete(context, "") if item.type == "plain"]:
         row["words"] = words

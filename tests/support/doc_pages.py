@@ -11,8 +11,9 @@ The word after a block's language says what it is:
     python robot    needs a robot or a second shell: only compiled
     python avr      as python, but needs an optional tool, whose marker the page's test bears; likewise node, browser
 
-Blocks of a page run in order, in one folder of the page's own. A picture `figures/RUN-NAME.png` is NAME.png of the report
-that the page's commands make of runs/RUN.
+Blocks of a page run in order, in one folder of the page's own. A picture `figures/RUN-NAME.png` is NAME.png of runs/RUN, or of
+the report that the page's commands make of it; another page may make it. `figures/RUN-NAME.gif` is NAME.gif that they leave in
+runs/RUN, and what it shows is put beside it, to be read.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer.main
+from PIL import Image
 
 from hil.cli.app import app, run
 
@@ -189,13 +191,34 @@ def refresh(page: Path) -> None:
             elif block.language == "text" and block.use == "output":
                 outputs.append((block, printed))
         for figure, made, name in re.findall(r"\]\((figures/([\w-]+)-(\w+)\.png)\)", text):
-            picture = Path("runs") / made / "report" / f"{name}.png"
+            folder_of_run = Path("runs") / made
+            if not folder_of_run.exists():
+                continue  # another page's commands make it
+            picture = folder_of_run / f"{name}.png"
+            if not picture.exists():
+                picture = folder_of_run / "report" / f"{name}.png"
             if not picture.exists():
                 run(["report", str(picture.parent.parent), "--png", "--quiet"])
             shutil.copyfile(picture, page.parent / figure)
+        for figure, film in films(page):
+            shutil.copyfile(film, figure)
+            figure.with_suffix(".csv").write_text(shown_by(film), encoding="utf-8")
     for block, new in reversed(outputs):
         text = text[: block.start] + new + text[block.start + len(block.text) :]
     page.write_text(text, encoding="utf-8")
+
+
+def shown_by(picture: Path) -> str:
+    """What an animation says that it shows (`hil.look.film.course.twin_of`)."""
+    with Image.open(picture) as image:
+        comment: bytes = image.info["comment"]
+    return comment.decode()
+
+
+def films(page: Path) -> list[tuple[Path, Path]]:
+    """Each animation in a page, and where the page's commands leave it in the folder they are run in."""
+    found = re.findall(r"\]\((figures/([\w-]+)-(\w+)\.gif)\)", page.read_text(encoding="utf-8"))
+    return [(page.parent / figure, Path("runs") / made / f"{name}.gif") for figure, made, name in found]
 
 
 if __name__ == "__main__":

@@ -15,13 +15,10 @@ from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
     AckResult,
-    Command,
-    CommandLong,
     Heartbeat,
     RobotAck,
     RobotStatus,
     SwarmMove,
-    SwarmObservation,
 )
 from firmware_protocol.wire.codec import open_codec
 from hil.bridge.clock import MonotonicClock
@@ -54,7 +51,6 @@ class ServedSwarm(SwarmWorld):
         urls: Where each network is served.
         heard: Time of the last bytes from any host, in s of the robots' time.
         rolled: The last time at which a wheel was commanded to turn, likewise.
-        asked: Of whom observations were asked, by network and system; 0 are all of them.
         told: Moves that have reached a robot, and how often.
         accepted: Moves that robots have accepted.
         begun: How many moves each has begun by its own count, as it said last, by network and system.
@@ -67,7 +63,6 @@ class ServedSwarm(SwarmWorld):
         self.urls: list[str] = []
         self.heard = self.rolled = 0.0
         self.lived: Callable[[], None] = lambda: None
-        self.asked: list[tuple[int, int]] = []
         self.told: Counter[Numbered] = Counter()
         self.accepted: set[Numbered] = set()
         self.begun: dict[tuple[int, int], int] = {}
@@ -98,8 +93,6 @@ class ServedSwarm(SwarmWorld):
                 if not isinstance(event, Received):
                     continue
                 match event.message:
-                    case CommandLong(command=Command.REQUEST_MESSAGE, param1=SwarmObservation.ID) as question:
-                        self.asked.append((network, question.target_system))
                     case SwarmMove() as move:
                         self.told[network, move.target_system, move.session, move.sequence] += 1
                     case RobotAck(message=SwarmMove.ID, result=AckResult.ACCEPTED) as ack:

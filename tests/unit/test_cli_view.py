@@ -156,3 +156,41 @@ def test_where_nothing_can_be_written(log: Path, tmp_path: Path, capsys: pytest.
 def test_a_disk_that_is_full_is_exit_4(log: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["view", str(log), "-o", "/dev/full"]) == 4
     assert "cannot write the page /dev/full: No space left on device" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("word", "status", "said"),
+    [
+        ("sim://junior", 2, "hil coach --live"),
+        ("replay:///run.mcap", 2, "name the log itself"),
+        ("tpc://127.0.0.1:5760", 2, "Did you mean tcp://127.0.0.1:5760?"),
+        ("ttyACM0", 2, "Did you mean /dev/ttyACM0?"),
+        ("127.0.0.1:5760", 2, "Did you mean tcp://127.0.0.1:5760?"),
+        ("tcp://127.0.0.1:1", 3, "tcp://127.0.0.1:1"),
+        ("juniper", 2, "there is no log juniper"),
+    ],
+)
+@pytest.mark.usefixtures("folder")  # runs go below it
+def test_what_is_no_link_to_robots(word: str, status: int, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["view", word]) == status
+    assert said in capsys.readouterr().err
+
+
+def test_a_file_that_is_called_like_a_link_is_a_file(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(log.parent)
+    log.rename("auto")
+    assert run(["view", "auto", "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["log.mcap", "--duration", "3"], "--duration goes with a LINK"),
+        (["log.mcap", "--public"], "--public goes with a LINK"),
+        (["tcp://127.0.0.1:1", "--robot", "3"], "--robot goes with a log"),
+        (["tcp://127.0.0.1:1", "--max-chunk", "3"], "--max-chunk goes with a log"),
+    ],
+)
+def test_options_of_a_log_and_of_a_link(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["view", *words]) == 2
+    assert said in capsys.readouterr().err

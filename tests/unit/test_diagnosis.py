@@ -63,6 +63,7 @@ class Case:
     key: str = ""
     farewell: str = ""
     swept: bool = False
+    shared: str = ""
     seen: Seen = field(init=False)
 
     def __post_init__(self) -> None:
@@ -79,9 +80,8 @@ class Case:
                 witness.saw(event)
         for event in ears.flush(self.seconds):
             witness.saw(event)
-        self.seen = Seen(
-            self.url, witness, self.wire, self.seconds, self.wanted, self.unusable, self.key, self.farewell, self.swept
-        )
+        told = (self.wanted, self.unusable, self.key, self.farewell, self.swept, self.shared)
+        self.seen = Seen(self.url, witness, self.wire, self.seconds, *told)
 
 
 def robot(*messages: Message, system: int = 1) -> list[tuple[int, int, Message]]:
@@ -134,6 +134,7 @@ def judged(case: Case) -> Diagnosis:
         (Case(robot(AutopilotVersion(0, 1, 1)), wire=CAN), Kind.BUS, "there are frames on the bus, but no robot's"),
         (Case(robot(STATUS), key="it signs"), Kind.KEY, "a robot is there, but does not answer: it signs"),
         (Case(robot(STATUS), farewell="held"), Kind.TURNED_AWAY, "at the other end it was said: held. Close the program"),
+        (Case(robot(STATUS), shared="coach drives"), Kind.SHARED, "(coach drives). Look on by hil monitor"),
     ],
 )
 def test_what_is_the_matter(case: Case, kind: Kind, words: str) -> None:

@@ -149,11 +149,13 @@ def test_who_comes_late_is_told_what_there_was(served: Served) -> None:
         assert stream.read() == b""
 
 
-def test_a_part_that_stands_alone_is_all_that_is_kept(served: Served) -> None:
-    for number in range(5):
-        served.broadcast.commit(str(number), alone=True)
+def test_of_parts_that_stand_instead_of_each_other_the_last_is_kept(served: Served) -> None:
+    for number in range(6):
+        served.broadcast.commit(str(number), instead=number not in {0, 3})
     with served.stream() as stream:
-        assert [event(stream) for _ in range(2)] == [("begin", "{}"), ("part", "4")]
+        assert [event(stream) for _ in range(3)] == [("begin", "{}"), ("part", "2"), ("part", "5")]
+        served.broadcast.commit("6", instead=True)
+        assert event(stream) == ("part", "6")
 
 
 def test_the_fifth_stream_is_told_that_there_is_no_room_and_the_stop_goes_through(served: Served) -> None:
@@ -176,5 +178,17 @@ def test_somebody_who_has_gone_makes_room(served: Served) -> None:
 def test_the_live_page_may_ask_its_own_server_and_nobody_else() -> None:
     page = live_page(lockstep=True).decode()
     assert "default-src 'none'; connect-src 'self'; script-src" in page
-    assert '{"live": {"lockstep": true}}' in page
+    assert '{"live": {"lockstep": true, "robotSide": false}}' in page
     assert 'id="stop"' in page
+
+
+def test_what_is_asked_for_now_is_told_to_who_comes_late_and_when_it_changes(served: Served) -> None:
+    served.broadcast.ask('{"text": "one"}')
+    with served.stream() as stream:
+        assert [event(stream) for _ in range(2)] == [("begin", "{}"), ("asked", '{"text": "one"}')]
+        served.broadcast.commit("{}")
+        served.broadcast.ask('{"text": "two"}')
+        told = [event(stream)]
+        while told[-1] != ("asked", '{"text": "two"}'):
+            told.append(event(stream))
+        assert told.count(("asked", '{"text": "one"}')) == 0

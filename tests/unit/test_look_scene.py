@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
@@ -32,14 +33,17 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.messages.junior import SensorFlag
 from firmware_protocol.messages.robot import AckResult, Reason, State
-from firmware_protocol.messages.table import TableReset
+from firmware_protocol.messages.table import TableKind, TableReset
 from firmware_protocol.vocabulary import Action, Outcome
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
+from hil.look import micro
+from hil.look.document import text_of
 from hil.look.pages import page_of
 from hil.look.reading import read_scene
 from hil.look.scene import Ground, Terrain
 from hil.mcaplog.errors import LogError, UnreadableLogError
+from simdevice.swarm.rooms import NAMES, built_in
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -119,14 +123,14 @@ def test_how_a_bout_was_lost_is_said_in_words(tmp_path: Path, *, arms: bool, bac
     assert story.startswith("Lost after 1.0 s: Junior left the ring on the left")
     assert f"driving {'backward' if backward else 'forward'}" in story
     assert ("an arm touching the opponent" if arms else "its arms touching nothing") in story
-    assert story.endswith("It was performing: fast backward, left turn.")
+    assert story.endswith("It was performing: fast backward; left turn.")
 
 
 def test_maneuvers_are_a_band_whose_words_say_how_they_ended(tmp_path: Path) -> None:
     lost_bout(tmp_path / "l.mcap", arms=False, backward=True)
     band = lane(read_scene(tmp_path / "l.mcap"), "Maneuver")
     assert said(band) == ["FB L · replaced"]
-    assert band.meanings == ("fast backward, left turn (replaced by another command)",)
+    assert band.meanings == ("fast backward; left turn (replaced by another command)",)
     assert (band.begin[0], band.end[0]) == pytest.approx((0.0, 1.0))
 
 
@@ -220,11 +224,11 @@ def observation(place: tuple[float, float], flags: int = 0) -> SwarmObservation:
     )  # fmt: skip
 
 
-def swarm_log(path: Path) -> None:
+def swarm_log(path: Path, kind: TableKind = TableKind.PLAIN, room: int = 0) -> None:
     """Two networks with a robot 1 and a robot 2 each, one of which measures ranges."""
     with open_recorder(path) as recorder:
         networks = [recorder.of_network(name) for name in ("a", "b")]
-        recorder.sent(0.0, TableReset(1, 7, 1, (2.0, 1.5), 254, 25, 1, 0, 0, 0))
+        recorder.sent(0.0, TableReset(1, 7, 1, (2.0, 1.5), 254, 25, 1, kind, 0, room))
         recorder.sent(0.0, SwarmSense(7, 1, 0.2, 0.05, 65.535, 1, 1, 8, 4))
         for network in networks:
             for system in (1, 2):
@@ -241,6 +245,26 @@ def swarm_log(path: Path) -> None:
             ranges = (0.5, None, 0.3, 0.4, *(0.0,) * 28)
             message = SwarmRanges(0.0, 0b0100, 7, 1, (0.1, 0.2), 0.5, ranges, 4)
             networks[1].received(Received(message, 2, 1, 2, now, FRAME))
+
+
+def test_obstacles_of_a_room_that_every_table_knows_stand_on_the_table(tmp_path: Path) -> None:
+    assert micro.ROOMS == NAMES
+    for number, name in enumerate(NAMES, 1):
+        log = tmp_path / f"{name}.mcap"
+        swarm_log(log, TableKind.OBSTACLES, number)
+        terrain = read_scene(log).terrain
+        assert terrain is not None
+        drawn = {(*start, *end) for outline in terrain.obstacles for start, end in pairwise(outline)}
+        assert drawn == set(built_in(name).walls)
+        assert all(outline[0] == outline[-1] for outline in terrain.obstacles)
+        assert f'"terrain":["table",2.0,1.5,true,[[[{terrain.obstacles[0][0][0]}'[:40] in text_of(read_scene(log))
+
+
+def test_obstacles_that_the_log_does_not_tell_are_said_to_be_there(tmp_path: Path) -> None:
+    swarm_log(tmp_path / "s.mcap", TableKind.OBSTACLES, len(NAMES) + 1)
+    scene = read_scene(tmp_path / "s.mcap")
+    assert scene.terrain == Terrain(Ground.TABLE, 2.0, 1.5, wall=True)
+    assert any("Obstacles stood on the table" in note for note in scene.notes)
 
 
 def test_robots_of_several_networks_are_told_apart(tmp_path: Path) -> None:

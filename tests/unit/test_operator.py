@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from hil.bridge.operator import CONTINUE, INTERRUPT, INTERRUPTED, SUSPEND, Operator, OperatorInput
+from hil.bridge.operator import CONTINUE, GUEST_STOP, INTERRUPT, INTERRUPTED, PARAMETERS, STOP, SUSPEND, Operator, OperatorInput
 
 
 def test_nothing_is_asked_for_at_first() -> None:
@@ -130,3 +130,23 @@ def test_nothing_is_lost_that_other_threads_ask_for() -> None:
     for name in "abcd":
         assert [one.robot for one in taken if one.what == f"key {name}"] == [str(number) for number in range(500)]
     assert operator.pressed() == taken
+
+
+def test_a_stop_is_one_whoever_asks_for_it() -> None:
+    for what in (STOP, GUEST_STOP):
+        operator = Operator()
+        operator.ask(what)
+        assert not operator.stops()
+        operator.take()
+        assert operator.stops()
+        assert not operator.stops()
+
+
+def test_parameters_are_read_of_the_robots_that_were_named() -> None:
+    operator = Operator()
+    for robot in ("3", "9", "3"):
+        operator.ask(PARAMETERS, robot)
+    assert operator.unread() == frozenset()
+    operator.take()
+    assert operator.unread() == {"3", "9"}
+    assert operator.unread() == frozenset()

@@ -106,7 +106,10 @@ def test_a_program_that_has_a_port_is_named() -> None:
 
 
 def test_what_to_do_about_a_busy_port() -> None:
-    assert busy_remedy("/dev/ttyACM0", ["screen (process 9)"]) == "Close screen (process 9)"
+    closed = busy_remedy("/dev/ttyACM0", ["screen (process 9)"])
+    assert closed.startswith("Close screen (process 9). Or, to look on:")
+    assert "--share tcp://127.0.0.1:5770" in closed
+    assert "--share tcp://127.0.0.1:5770" in busy_remedy("/dev/ttyACM0", [])
     assert "ModemManager" in busy_remedy("/dev/ttyACM0", ["ModemManager (process 700)"])
     assert "systemctl disable" in busy_remedy("/dev/ttyACM0", ["ModemManager (process 700)"])
     assert "sudo fuser -v /dev/ttyACM0" in busy_remedy("/dev/ttyACM0", [])

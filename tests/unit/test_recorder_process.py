@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from guest import Guest
 from recordings import ABOUT, last_time, step
 
 import hil
 from firmware_protocol.errors import LinkClosedError, LinkTimeoutError
 from firmware_protocol.events import LinkNews, PeerFound, PeerLost, Received
-from firmware_protocol.messages import Command, CommandLong, JuniorSensors, JuniorWheels, SetupSigning
+from firmware_protocol.messages import Command, CommandLong, JuniorSensors, JuniorWheels, RobotAlive, SetupSigning
 from firmware_protocol.wire.signing import SigningKey
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances, Opening
@@ -29,7 +30,7 @@ from hil.mcaplog import LogError, LogReader
 from hil.recording import feeds
 from hil.recording.feeds import LockstepFeed
 from hil.recording.handover import unpack
-from hil.recording.process import RecorderProcess, begin_log
+from hil.recording.process import LinkSharing, RecorderProcess, begin_log
 from hil.recording.recorder import Recorder
 from pal_advisor.maneuvers import GenerationRecord
 
@@ -295,6 +296,23 @@ def test_a_full_disk_is_told_once() -> None:
     assert kept is None
     with pytest.raises(LogError, match="No space left on device"):
         RecorderProcess(Path("/dev/full"), **ABOUT, lockstep=True).close()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_guests_are_told_when_the_log_is_written_no_further() -> None:
+    told: list[str] = []
+    share = LinkSharing(lambda *_: None, "127.0.0.1", 0, "coach")
+    recorder = RecorderProcess(
+        Path("/dev/full"), **ABOUT, lockstep=True, on_failure=lambda text, _: told.append(text), share=share
+    )
+    with Guest(int(recorder.shared.rpartition(":")[2])) as guest:
+        for number in range(400):
+            step(recorder, number)
+        assert told
+        recorder.close()
+        guest.to_the_end()
+    assert len(guest.of_kind(JuniorSensors)) == 400
+    assert len(guest.of_kind(RobotAlive)) == 100
 
 
 def test_a_batch_that_was_interrupted_is_taken_once() -> None:

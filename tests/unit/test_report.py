@@ -23,7 +23,7 @@ from hil.report.link import LinkWatcher
 from hil.report.link_figures import MOST_POINTS, link_quality, sensors_over_time, with_extremes
 from hil.report.page import Pictures, Section, render
 from hil.report.run_data import BoutPath, RunData
-from hil.report.style import EYE_STYLES, figure, png, styled
+from hil.report.style import EYE_STYLES, figure, png, styled, svg
 from hil.report.words import bout_table, effort_table, learnt_table, link_table, summary
 from pal_advisor.maneuvers import GenerationRecord
 
@@ -392,7 +392,10 @@ def test_many_categories_have_a_row_of_panels_for_what_the_eyes_see(tmp_path: Pa
         drawn, over = fitness_by_generation(data), fitness_by_maneuvers(data)
         assert drawn is not None
         assert over is not None
-        assert png(drawn).startswith(PNG)
+        pixels = png(drawn)
+        assert pixels.startswith(PNG)
+        svg(drawn, "fitness")
+        assert png(drawn) == pixels, "a drawing changes the picture"
         assert png(over).startswith(PNG)
     assert len(drawn.axes) == 8
     assert len(over.axes) == 4

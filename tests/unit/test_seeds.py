@@ -43,5 +43,6 @@ def test_branches_keep_their_numbers() -> None:
         "START_PLACES": 8,
         "SEARCH": 9,
         "VALIDATION": 10,
-        "RUNS": 11,
+        "TOURNAMENT": 11,
+        "RUNS": 12,
     }

@@ -12,7 +12,8 @@ from firmware_protocol.errors import AddressError, LinkClosedError
 from firmware_protocol.links.memory import SharedLink, SharedTime
 from firmware_protocol.wire.fields import CAN
 from hil.connecting.connecting import AddressOpener, AddressOpeners
-from hil.connecting.swarm_address import networks_of, robots_of, swarm_settings
+from hil.connecting.network_address import networks_of
+from hil.connecting.swarm_address import robots_of, swarm_settings
 from simdevice.swarm.world import SwarmWorld
 
 if TYPE_CHECKING:

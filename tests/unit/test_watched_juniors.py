@@ -209,3 +209,18 @@ def test_a_stop_waits_for_nothing_that_was_asked_for_before(stop: str, told: int
         assert [message.speed for message in after if isinstance(message, JuniorWheels)] == [(0.0, 0.0)]
     else:
         assert told in {message.command for message in after if isinstance(message, CommandLong)}
+
+
+def test_where_another_program_drives_keys_stop_and_do_nothing_else(three: Watched) -> None:
+    for bridge in three.robots.networks.bridges.values():
+        bridge.acquaintances.shared = "watching, coach drives"
+    three.press("a^ nb")
+    assert three.taken == set()
+    assert three.wheels(1) == three.wheels(2) == []
+    assert "robot 1 is another program's (watching, coach drives)" in three.told
+    picture = three.watch.picture()
+    assert picture.state == "robot 2: disarmed, watching, coach drives"
+    assert {word for _, word in picture.keys} == {"choose", "emergency stop", "emergency stop of all"}
+    three.press("e")
+    assert three.told[-1] == "robot 2 has stopped, and says so: emergency stop"
+    assert three.watch.picture().state == "robot 2: EMERGENCY STOP, watching, coach drives"

@@ -76,11 +76,12 @@ PosesOption = Annotated[
     ),
 ]
 YesOption = Annotated[
-    bool, typer.Option("--yes", help="Ask nothing: take what auto has found, move robots that no table is with.")
+    bool, typer.Option("--yes", help="Ask nothing: take what auto has found, move robots that stand on no emulated table.")
 ]
 NoInputOption = Annotated[bool, typer.Option("--no-input", help="Ask nothing: what would have to be asked ends the run.")]
 NoFenceOption = Annotated[
-    bool, typer.Option("--no-fence", help="Robots that no table is with need no fence, though there is no wall either.")
+    bool,
+    typer.Option("--no-fence", help="Robots that stand on no emulated table need no fence, even without a wall."),
 ]
 SeedsOption = Annotated[int, typer.Option("--seeds", min=1, max=100_000, help="Number of seeds, from --seed on.")]
 ResumeOption = Annotated[

@@ -15,6 +15,7 @@ from firmware_protocol.errors import AddressError
 from hil import runs
 from hil.cli import common
 from hil.cli import live as live_options
+from hil.cli import share as share_options
 from hil.cli.links import all_settled
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -57,7 +58,8 @@ def surround(
     links: options.LinksArgument = None,
     *,
     case: Annotated[
-        str, typer.Option("--case", help=f"Conditions by the book's name; what is left out is as in {CASE}.", show_default=CASE)
+        str,
+        typer.Option("--case", help=f"Conditions by the book's name; the rest is as in {CASE}.", show_default=False),
     ] = "",
     steps: Annotated[int, typer.Option("--steps", min=0, max=MOST_STEPS, help="Steps.")] = DEFAULTS.steps,
     order: Annotated[Order, typer.Option("--order", help="Who moves at once.")] = DEFAULTS.order,
@@ -87,7 +89,7 @@ def surround(
         float, typer.Option("--eta", min=1e-3, max=MOST_LENGTH, help="A RANGER's step, as a share of it.")
     ] = DEFAULTS.eta,
     dr: Annotated[
-        float, typer.Option("--dr", min=0, max=MOST_LENGTH, help="By which the radius grows, in units.")
+        float, typer.Option("--dr", min=0, max=MOST_LENGTH, help="How much a radius grows at a time, in units.")
     ] = DEFAULTS.dr,
     gain: Annotated[float, typer.Option("--gain", min=0, max=MOST_GAIN, help="c of the increment C1.")] = DEFAULTS.gain,
     wild_step: Annotated[
@@ -102,7 +104,7 @@ def surround(
     table_out: Annotated[
         Path | None,
         typer.Option(
-            "--table-out", metavar="FILE", help="Where to what was learnt goes, instead of tables.toml in the run's folder."
+            "--table-out", metavar="FILE", help="Where what was learnt goes, instead of tables.toml in the run's folder."
         ),
     ] = None,
     require: Annotated[
@@ -144,6 +146,8 @@ def surround(
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
     public: live_options.PublicOption = False,
+    share: share_options.ShareOption = None,
+    viewer: live_options.ViewerOption = None,
     yes: options.YesOption = False,
     no_input: options.NoInputOption = False,
     reconnect: common.ReconnectOption = common.RECONNECT,
@@ -168,11 +172,12 @@ def surround(
 
     Examples: hil swarm surround; hil swarm surround --case B2D3 --seeds 8 --workers 2; hil swarm surround tcp://127.0.0.1:5760
     """
-    page = live_options.live_page(live, open_page, public=public, no_log=no_log)
+    page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     console = common.consoles(as_json=as_json, quiet=quiet)
     options.check_side_by_side(links, workers=workers, scheduler=scheduler, place=place, poses=poses, signing_key=signing_key)
     if evolve is None:
         links = all_settled(links, yes=yes, quiet=quiet, signing_key=signing_key)
+    shared = share_options.shared_address(share, links, "surround", no_log=no_log)
     settings = _settings(
         case=case,
         steps=steps,
@@ -276,6 +281,7 @@ def surround(
             options=config,
             reports=files.report is not None,
             page=page,
+            share=shared,
             gather=GATHER,
         )
         with closing(stage):

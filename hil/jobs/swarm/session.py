@@ -9,7 +9,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.bridge.operator import KEY
-from hil.jobs.session import attach, begin_log, nothing_said
+from hil.jobs.session import attach, begin_log, nothing_said, read_parameters
 from hil.jobs.stage import keys_taken_in
 from hil.swarm.connecting import connect_swarm
 from hil.swarm.poses import PoseFeed, PoseFixes
@@ -36,11 +36,12 @@ class SwarmStoppedError(RefusedError):
 
     Args:
         said: Who has said that it is stopped, and who has not.
+        by: By what, or whom.
     """
 
-    def __init__(self, said: str) -> None:
+    def __init__(self, said: str, by: str) -> None:
         super().__init__("to go on", said)
-        self.args = (f"emergency stop by key: {said}",)
+        self.args = (f"emergency stop by {by}: {said}",)
 
 
 class SwarmSession:
@@ -126,6 +127,7 @@ class SwarmKeys:
         """
         self._attend()
         self._fixes.take(self._operator.poses())
+        read_parameters(self._operator, self._swarm.members.values())
         if self._stopping:  # stopping takes steps too
             return
         pressed = {one.what.removeprefix(KEY) for one in self._operator.pressed()}
@@ -138,7 +140,7 @@ class SwarmKeys:
             if silent:
                 named = ", ".join(map(str, silent[:SHOWN]))
                 said += f"; {len(silent)} have not, look after them: {named}{', ...' if len(silent) > SHOWN else ''}"
-            raise SwarmStoppedError(said)
+            raise SwarmStoppedError(said, "key" if pressed & STOP_KEYS else "who looks on")
 
 
 @contextmanager
@@ -181,6 +183,7 @@ def open_swarm(
                     opener_of=stage.opener_of,
                 )
             )
+        stage.connected()
         members, bridges = swarm.members, swarm.networks.bridges
         suspension = Suspension(
             stage.operator,

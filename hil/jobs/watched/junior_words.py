@@ -21,6 +21,8 @@ _BODY: Final = 0.05
 """Radius that a robot of the sumo ring is drawn with, in m."""
 _COUNTS: Final = 1023.0
 """Greatest count of an eye or a floor sensor."""
+ONLY_WATCHED: Final = "only watched"
+"""Of a robot that is not ours, as long as no key takes it."""
 
 
 def cells(junior: Junior) -> tuple[str, ...]:
@@ -111,15 +113,16 @@ def state(junior: Junior) -> tuple[str, Tone]:
     Args:
         junior: The robot.
     """
+    shared = junior.bridge.acquaintances.shared
     if junior.bridge.lost is not None:
         return "LINK LOST, trying to open it again", Tone.ALARM
     if not junior.peer.ready:
         return "NOT HEARD", Tone.ALARM
     if junior.state is State.STOPPED:
-        return "EMERGENCY STOP: d releases it, then a arms", Tone.ALARM
+        return f"EMERGENCY STOP{f', {shared}' if shared else ': d releases it, then a arms'}", Tone.ALARM
     if junior.armed:
-        return f"{junior.state.name} (armed)", Tone.WARNING
-    return f"{junior.state.name.lower()}{'' if junior.peer.taken else ', only watched'}", Tone.CALM
+        return f"{junior.state.name} (armed){f', {shared}' if shared else ''}", Tone.WARNING
+    return f"{junior.state.name.lower()}{'' if junior.peer.taken else f', {shared or ONLY_WATCHED}'}", Tone.CALM
 
 
 def facts(junior: Junior) -> tuple[Fact, ...]:

@@ -32,6 +32,9 @@ OLD_HOLD: Final = 0.3
 """For how long a key drove in logs of before, in s, measured from when the robot was told."""
 HELP: Final = (("a", "arm"), ("arrows", "drive"), ("space", "stop"), ("e", "emergency stop"), ("d", "disarm"))
 HELP_MANY: Final = (("n p", "choose"), *HELP, ("E", "emergency stop of all"))
+HELP_SHARED: Final = (("e", "emergency stop"),)
+"""Where another program drives, and shares its link."""
+HELP_SHARED_MANY: Final = (("n p", "choose"), *HELP_SHARED, ("E", "emergency stop of all"))
 HELP_BOUT: Final = (("b", "new bout"),)
 _TRAIL: Final = 200
 """Places that are remembered of where a robot has been."""
@@ -253,6 +256,8 @@ class JuniorsWatch:
         state, tone = junior_words.state(junior)
         many = len(members) > 1
         keys = (*(HELP_MANY if many else HELP), *(HELP_BOUT if junior.referee is not None else ()))
+        if junior.bridge.acquaintances.shared:
+            keys = HELP_SHARED_MANY if many else HELP_SHARED
         return Snapshot(
             title=f"{len(members)} Juniors on {next(iter(self._robots.networks.bridges))}" if many else junior.description,
             now=now,

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import NoRobotError, RefusedError
 from firmware_protocol.events import Received
-from firmware_protocol.messages import State, TableState
+from firmware_protocol.messages import State, SwarmObservation, TableState
 from firmware_protocol.roles.swarm import longest_time, move, observe
 from firmware_protocol.vocabulary import Move, MoveOption, RobotClass
+from hil.bridge.networks import RobotAddress
 from hil.cockpit.snapshot import Body, Fact, Figure, PlanView, Row, Snapshot, Tone
 from hil.connecting.handle import answered
+from hil.jobs.watched.junior_words import ONLY_WATCHED
 from hil.jobs.watched.orders import OrderQueue, taken
 from hil.jobs.watched.quality import Quality
 
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
 
     from firmware_protocol.errors import HilError
     from firmware_protocol.events import Event
-    from firmware_protocol.messages import SwarmObservation
     from firmware_protocol.peer.exchanges.exchange import Ticket
     from hil.connecting.handles import RobotHandles
     from hil.swarm.robot import MicroRobot
@@ -49,6 +50,8 @@ HELP: Final = (
     ("E", "emergency stop of all"),
 )  # fmt: skip
 HELP_MANY: Final = (("n p", "choose"), *HELP)
+HELP_SHARED: Final = (("n p", "choose"), ("e", "emergency stop"), ("E", "emergency stop of all"))
+"""Where another program drives, and shares its link."""
 _BODY, _BOX = 0.02, 0.08
 """Radius that a robot and the box are drawn with, in m."""
 _FIGURES: Final = {RobotClass.RANGER: Figure.RANGER, RobotClass.WILD: Figure.WILD}
@@ -98,10 +101,16 @@ class MicroRobotsWatch:
             self._chosen = by_name[which]
         robots.listen(self._hear)
 
-    def _hear(self, _network: str, event: Event) -> None:
-        """Take in what is said of the table."""
-        if isinstance(event, Received) and type(event.message) is TableState:
+    def _hear(self, network: str, event: Event) -> None:
+        """Take in what is said of the table, and to others."""
+        if not isinstance(event, Received):
+            return
+        if type(event.message) is TableState:
             self._table = event.message
+        elif type(event.message) is SwarmObservation:  # on a shared link it is another program that asks for them
+            robot = self._robots.members.get(RobotAddress(network, event.system))
+            if robot is not None and robot.bridge.acquaintances.shared:
+                self._seen[robot] = event.message
 
     # --- who is there ------------------------------------------------------------------------------------------------
 
@@ -202,7 +211,7 @@ class MicroRobotsWatch:
         if (now := self._robots.now()) >= self._due:
             self._due = now + EVERY
             for robot in self.shown:
-                if robot not in self._asked and robot.peer.ready:
+                if robot not in self._asked and robot.peer.ready and not robot.bridge.acquaintances.shared:
                     self._asked[robot] = observe(robot.peer)
         self._go_on()
 
@@ -246,7 +255,7 @@ class MicroRobotsWatch:
             heads=_HEADS if many else (),
             rows=tuple(Row(self._cells(each), _doing(each)[1]) for each in members) if many else (),
             chosen=members.index(robot),
-            keys=HELP_MANY if many else HELP,
+            keys=HELP_SHARED if robot.bridge.acquaintances.shared else HELP_MANY if many else HELP,
         )
 
     def _ground(self) -> PlanView | None:
@@ -349,11 +358,12 @@ def _doing(robot: MicroRobot) -> tuple[str, Tone]:
     """What it is doing, and how much that matters."""
     if not robot.peer.ready:
         return "NOT HEARD", Tone.ALARM
+    shared = robot.bridge.acquaintances.shared
     if robot.state is State.STOPPED:
-        return "EMERGENCY STOP: d releases it, then a arms", Tone.ALARM
+        return f"EMERGENCY STOP{f', {shared}' if shared else ': d releases it, then a arms'}", Tone.ALARM
     if robot.armed:
-        return f"{robot.state.name} (armed)", Tone.WARNING
-    return f"{robot.state.name.lower()}{'' if robot.peer.taken else ', only watched'}", Tone.CALM
+        return f"{robot.state.name} (armed){f', {shared}' if shared else ''}", Tone.WARNING
+    return f"{robot.state.name.lower()}{'' if robot.peer.taken else f', {shared or ONLY_WATCHED}'}", Tone.CALM
 
 
 def _kind(robot: MicroRobot) -> str:

@@ -61,12 +61,24 @@ class Ground {
       context.lineTo(left + wide, Math.round(at) + 0.5);
     }
     context.stroke();
+    this.drawObstacles(context, place.obstacles);
     context.strokeStyle = color("--edge");
     context.lineWidth = place.ground === "ring" ? 4 : place.wall ? 4 : 1.5;
     context.setLineDash(place.ground === "table" && !place.wall ? [6, 5] : []);
     context.strokeRect(left, top, wide, high);
     context.setLineDash([]);
     this.drawScale(context, grid);
+  }
+
+  // What stands in the way; an outline within another is a hole in it.
+  drawObstacles(context, outlines) {
+    context.beginPath();
+    for (const outline of outlines) {
+      outline.forEach(([x, y], corner) => (corner ? context.lineTo(...this.at(x, y)) : context.moveTo(...this.at(x, y))));
+      context.closePath();
+    }
+    context.fillStyle = this.colors("--obstacle");
+    context.fill("evenodd");
   }
 
   drawScale(context, grid) {

@@ -1,0 +1,1 @@
+"""Robots against robots: who enters, who meets whom, how strong each is, and which bouts were surprises."""

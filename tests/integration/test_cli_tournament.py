@@ -1,0 +1,167 @@
+"""`hil tournament` from beginning to end."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from processes import Hil
+
+import hil.cli.tournament
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from hil.cli.app import run
+from hil.files.outputs import replace_file
+from hil.look.reading import read_scene
+from hil.mcaplog.checking import check_log
+from hil.policies import Policy, save_policy
+from hil.replaying.host import replay
+from hil.sumo.advice_file import save_advice
+from hil.sumo.tournament.checkpoint import load_checkpoint
+from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FIELD = ["tournament", "chase", "hobby", "random", "--bouts", "4", "--seed", "3"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def played(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+    capsys.readouterr()
+    assert run([*arguments, "--json", "--quiet"]) == 0
+    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return document
+
+
+def without_places(document: dict[str, Any]) -> dict[str, Any]:
+    kept = {key: value for key, value in document.items() if key not in {"run", "picture", "checkpoint", "upsets"}}
+    return {**kept, "upsets": [{key: value for key, value in upset.items() if key != "log"} for upset in document["upsets"]]}
+
+
+@pytest.mark.slow
+def test_the_result_is_the_same_for_any_number_of_workers(capsys: pytest.CaptureFixture[str]) -> None:
+    one = played(capsys, *FIELD, "--workers", "1", "--out", "one")
+    two = played(capsys, *FIELD, "--workers", "2", "--out", "two")
+    assert without_places(one) == without_places(two)
+    assert one["bouts"] == 12
+    assert Path("one/checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()
+    assert Path("one/tournament.svg").read_text().startswith("<svg")
+    record = json.loads(Path("one/run.json").read_text())
+    assert record["state"] == "done"
+    assert record["result"]["summary"].endswith("is the strongest of 3")
+
+
+@pytest.mark.slow
+def test_an_upset_is_recorded_as_it_was_played_and_can_be_replayed_and_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
+    document = played(capsys, "tournament", "chase", "chase2", "hobby", "--bouts", "20", "--workers", "2", "--upsets", "2")
+    assert len(document["upsets"]) == 2
+    for upset in document["upsets"]:
+        log = Path(upset["log"])
+        report = replay(log, strict=True)
+        assert report.same
+        assert check_log(log).passed
+        scene = read_scene(log)
+        assert [track.key for track in scene.tracks] == ["opponent", "junior"]
+        (chapter,) = scene.chapters
+        assert chapter.outcome == ("won" if upset["winner_seat"] == "home" else "lost")
+        assert chapter.against == "junior"
+        assert upset["winner"] in chapter.series
+    assert run(["view", document["run"]]) == 2
+    assert f"name one of them, as {document['upsets'][0]['log']}" in capsys.readouterr().err
+
+
+def cut(after: int) -> Callable[[Path, bytes], None]:
+    """Writes so many checkpoints, then the operator presses Ctrl-C."""
+    written = 0
+
+    def replace(path: Path, data: bytes) -> None:
+        nonlocal written
+        replace_file(path, data)
+        written += path.name == "checkpoint.json"
+        if written == after:
+            raise KeyboardInterrupt
+
+    return replace
+
+
+@pytest.mark.slow
+def test_one_that_was_cut_goes_on_and_comes_to_the_same(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = played(capsys, *FIELD, "--workers", "1")
+    with monkeypatch.context() as patched:
+        patched.setattr(hil.cli.tournament, "replace_file", cut(3))
+        assert run([*FIELD, "--workers", "2", "--out", "runs/cut"]) == 130
+    told = capsys.readouterr().out
+    assert "The 8 bouts that were played are in runs/cut/checkpoint.json" in told
+    assert "hil tournament --resume-from runs/cut" in told
+    assert len(load_checkpoint(Path("runs/cut/checkpoint.json")).bouts) == 8
+    again = played(capsys, "tournament", "--resume", "--workers", "1")
+    assert without_places(again) == without_places(whole)
+    assert run(["tournament", "--resume"]) == 2
+    assert "that did not finish" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_learnt_advice_enters_by_a_host_and_from_memory(capsys: pytest.CaptureFixture[str]) -> None:
+    entries = (AdviceEntry(ANY_STIMULUS, 0, (Action.L,) * 2, 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF,) * 2, 1.0, 5))
+    save_advice(Advice(PalSettings(actions=2, period=0.1), entries), Path("charge.advice.toml"))
+    save_policy(Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3), Path("driver.json"))
+    field = ["charge.advice.toml", "memory:charge.advice.toml", "random", "driver.json"]
+    document = played(capsys, "tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
+    kinds = {row["name"]: row["kind"] for row in document["table"]}
+    assert kinds == {"charge": "advice", "charge+memory": "memory", "random": "random", "driver": "policy"}
+    assert all(row["won"] + row["drawn"] + row["lost"] == 12 for row in document["table"])
+    for upset in document["upsets"]:
+        assert replay(Path(upset["log"]), strict=True).same
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["chase"], "2 to 64 entrants, not 1"),
+        ([], "2 to 64 entrants, not 0"),
+        (["chase", "chase"], "two entrants are called chase"),
+        (["chase", "hobby", "--bouts", "5"], "even number of bouts"),
+        (["chase", "hobbi"], "there is no entrant 'hobbi'"),
+        (["chase", "hobbi"], "Did you mean hobby?"),
+        (["chase", "--resume"], "did not finish"),
+    ],
+)
+def test_a_mistake_is_said_in_words(arguments: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["tournament", *arguments]) == 2
+    assert told in capsys.readouterr().err
+    assert not Path("runs").exists()
+
+
+@pytest.mark.slow
+def test_what_a_resumed_one_was_begun_with_can_not_be_changed(capsys: pytest.CaptureFixture[str]) -> None:
+    played(capsys, *FIELD, "--workers", "2", "--out", "first")
+    assert run(["tournament", "--resume-from", "first", "chase", "random"]) == 2
+    assert "leave them out" in capsys.readouterr().err
+    assert run(["tournament", "--resume-from", "first", "--bouts", "6"]) == 2
+    assert "begun with bouts 4, not 6" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals")
+def test_ctrl_c_stops_all_processes_and_says_how_to_go_on(folder: Path) -> None:
+    asked = ("chase", "chase2", "hobby", "random", "--bouts", "200", "--workers", "2", "--out", "cut")
+    with Hil(folder, "tournament", *asked) as program:
+        program.until("/1200 bouts")
+        program.send(signal.SIGINT)
+        assert program.end() == 130  # and no worker holds its output
+    saved = load_checkpoint(folder / "cut" / "checkpoint.json")
+    assert 120 <= len(saved.bouts) < 1200
+    assert f"The {len(saved.bouts)} bouts that were played are in cut/checkpoint.json" in program.text
+    assert json.loads((folder / "cut" / "run.json").read_text())["state"] == "interrupted"
