@@ -15,16 +15,20 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
+from hil.cli.coach_team import Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
+from hil.jobs.team import MOST_RUNS, TeamJob
 from hil.mcaplog import LogError
+from hil.seeds import run_seed
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
+from hil.working.processes import MOST_WORKERS
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
@@ -58,8 +62,31 @@ def coach(
         ),
     ] = None,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, max=10_000_000, help="Maneuvers to be performed.")
-    ] = DEFAULTS.budget,
+        str,
+        typer.Option(
+            "--budget", metavar="N|MINUTESmin|SECONDSs", help="Maneuvers to be performed, or robot time: 1600, 15min, 900s."
+        ),
+    ] = str(DEFAULTS.budget),
+    team: Annotated[
+        int,
+        typer.Option(
+            "--runs",
+            min=1,
+            max=MOST_RUNS,
+            metavar="K",
+            help="Coach K emulated robots apart, each with the whole budget, and put one advice together by whole bouts.",
+        ),
+    ] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            min=1,
+            max=MOST_WORKERS,
+            metavar="N",
+            help="With --runs: processes that share the work; the same result for every N [default: one a core].",
+        ),
+    ] = None,
     objective: Annotated[
         Objective | None,
         typer.Option("--objective", help="What a good maneuver is; outcome where there is a referee, else contact."),
@@ -130,10 +157,39 @@ def coach(
     if opponent is not None:
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
+    team_begun = None
+    if link is None and checkpoint is None:
+        team_begun = begun_team(resume=resume, resume_from=resume_from, opponent=opponent)
+    if team > 1 or team_begun is not None:
+        check_team(context, link, team_begun)
     clock = MonotonicClock()
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
+    if team_begun is not None or team > 1:
+        if team_begun is None:
+            opponent = opponent or "flat-light"
+            together = TeamJob(
+                settings=_settings(objective, budget, phases, period, pairs=pairs, mirror=mirror),
+                opponent=opponent,
+                urls=tuple(common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)),
+                held_out=held_out,
+                seed=seed,
+            )
+        else:
+            together = team_begun.job
+        return coach_team(
+            together,
+            workers=workers,
+            require=require,
+            advice_out=advice_out,
+            report=report,
+            console=console,
+            places=Places(out, log, no_log=no_log, overwrite=overwrite, options=config),
+            as_json=as_json,
+            quiet=quiet,
+            begun=team_begun,
+        )
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
@@ -220,12 +276,14 @@ def coach(
 
 
 def _settings(
-    objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool, mirror: bool | None
+    objective: Objective | None, budget: str, phases: PhasesName, period: float, *, pairs: bool, mirror: bool | None
 ) -> PalSettings:
+    maneuvers, robot_time = budget_of(budget)
     try:
         return PalSettings(
             objective=objective or Objective.OUTCOME,
-            budget=budget,
+            budget=maneuvers,
+            robot_time=robot_time,
             phases=phases.value,
             pairs=pairs,
             mirror=mirror is not False,
@@ -361,9 +419,13 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     Raises:
         UsageError: Something else is asked for.
     """
-    begun: dict[str, object] = {**saved.pal.settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent}
+    settings = saved.pal.settings
+    budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
+    begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
     for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "period"):
         wanted = context.params[name]
+        if name == "budget" and budget_of(wanted) == budget_of(budget):
+            continue
         if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(
                 f"the run to be resumed was begun with {name} {begun[name]}, not {wanted}: leave that out, or begin anew "

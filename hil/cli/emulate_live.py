@@ -151,7 +151,7 @@ def shown(page: LivePage | None, robots: Handled, endpoints: Sequence[Endpoint],
         "started": datetime.fromtimestamp(time.time(), UTC).isoformat(),
     }
     networks = [(endpoint.url, endpoint.wire) for endpoint in endpoints]
-    side = RobotSide(robots, networks, about, public=page.public, awaited=page.opened, failed=common.complain)
+    side = RobotSide(robots, networks, about, public=page.public, failed=common.complain)
     page.announce(side.recorder, console)
 
     def stopped() -> bool:

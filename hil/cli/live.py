@@ -78,7 +78,7 @@ class LivePage:
         Args:
             operator: Asks for what is asked for on the page.
         """
-        return Live(operator.ask, public=self.public, awaited=self.opened, viewer=self._viewer.value)
+        return Live(operator.ask, public=self.public, viewer=self._viewer.value)
 
     def announce(self, recorder: Recorder, console: Console) -> None:
         """Say where it is, and start the browser.
@@ -87,18 +87,18 @@ class LivePage:
             recorder: Writes the log.
             console: Where to say so.
         """
-        page, why = "", "this Python can't be started once more"
-        if isinstance(recorder, RecorderProcess):
-            page, why = recorder.page, recorder.unseen
-        if not page:
+        if not isinstance(recorder, RecorderProcess) or not recorder.page:
+            why = recorder.unseen if isinstance(recorder, RecorderProcess) else "this Python can't be started once more"
             common.complain(f"the run can't be shown while it goes on: {why}; hil view shows it afterwards")
             return
+        page = recorder.page
         console.print(f"Live: {page}", markup=False, soft_wrap=True)
         if self._viewer is ViewerName.FOXGLOVE:
             console.print("Open a connection to it in Foxglove; docs/viewers.md says how, and how to stop from there.")
         elif self.public:
             show_qr(page, console)
         if self.opened:
+            recorder.await_browser()
             browse(_door(page).as_uri(), page)
 
 

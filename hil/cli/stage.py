@@ -188,10 +188,6 @@ class LiveStage(Stage):
             share=None if self._share is None else self._share.served(self.operator),
         )
         self._recorder = recorder
-        if self._page is not None:
-            self._page.announce(recorder, self.console)
-        if self._share is not None:
-            self._share.announce(recorder, self.say)
         files = job.files()
         if address is not None and (faults := fault_file(address)) is not None:
             files["faults.toml"] = faults
@@ -200,6 +196,15 @@ class LiveStage(Stage):
         for name, data in files.items():
             recorder.attachment(f"{BEGUN_WITH}{name}", data, media_type=media_type_of(name))
         return recorder
+
+    def connected(self) -> None:
+        """Robots are there: say where the run can be looked at."""
+        if self._recorder is None:
+            return
+        if self._page is not None:
+            self._page.announce(self._recorder, self.console)
+        if self._share is not None:
+            self._share.announce(self._recorder, self.say)
 
     def report(self, log: Path, folder: Path) -> Path:
         """Draw the report of the log, which is closed: by the process that wrote it, which has listened; else by this one.

@@ -198,6 +198,7 @@ def open_session(
                 opener=stage.opener_of(address),
             )
             stack.enter_context(robot)
+        stage.connected()
         if robot.uid and address.scheme != "sim":  # one of this process has an id that says nothing
             stage.describe(robot=robot.uid)
         bridges = [robot.bridge]
@@ -294,6 +295,7 @@ def open_watch(
                 opener_of=stage.opener_of,
             )
             stack.enter_context(robots)
+        stage.connected()
         members, bridges = robots.members, robots.networks.bridges
         suspension = Suspension(
             stage.operator,

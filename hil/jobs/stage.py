@@ -149,6 +149,10 @@ class Stage(ABC):
         """Inside, a display is open; None where there is none."""
         yield None
 
+    @abstractmethod
+    def connected(self) -> None:
+        """Links are open and robots are there: there is something to look at from now on."""
+
     def pace(self, now: float) -> None:
         """Wait until as much time has passed as an emulated robot has lived through; where nobody looks on, never.
 

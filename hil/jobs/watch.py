@@ -9,7 +9,7 @@ from firmware_protocol.address import parse_address
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from hil.connecting.swarm_address import is_swarm
-from hil.jobs.monitor import LONGEST, OfOneRole
+from hil.jobs.monitor import LONGEST, OfOneRole, shared
 from hil.jobs.options import DAY, none_or
 from hil.jobs.session import open_watch
 from hil.jobs.watched.juniors import JuniorsWatch
@@ -68,6 +68,8 @@ class WatchJob:
             if stage.tell is not None:
                 who = f"{len(robots)} robots on {stage.url}" if len(robots) > 1 else next(iter(robots)).description
                 stage.tell(f"Watching {who}. Ctrl-C ends it.")
+                if said := shared(robots):
+                    stage.tell(f"{stage.url}: {said}")
             end = float("inf") if self.duration is None else robots.now() + self.duration
             while robots.now() < end:
                 robots.step()

@@ -41,7 +41,7 @@ Item = tuple[Any, ...]
 STEP, RX, TX, RECEIVED, SENT, RECORD, NOTE, METADATA, PIECE, ATTACHMENT, FLUSH, NETWORK, OF_NETWORK, CLOSE, DISCARD, REPORT = (
     range(16)
 )
-ARRIVED, SENT_ROWS, HEARD = range(16, 19)
+ARRIVED, SENT_ROWS, HEARD, AWAITED = range(16, 20)
 """Kinds of items."""
 _OVERHEARD: Final = frozenset({RECEIVED, SENT, ARRIVED, SENT_ROWS})
 
@@ -181,6 +181,7 @@ class Playback:
         overhearing: Is told of the messages, too; None: nobody is.
         answer: Says to the control process that something has been done: `flushed`.
         report: Draws the report of a log that is closed, into a folder.
+        awaited: Is told that a browser is being started that will look on.
 
     Attributes:
         recorder: As given.
@@ -192,6 +193,7 @@ class Playback:
         answer: Callable[[str], None],
         report: Callable[[str], None] = lambda _: None,
         overhearing: Overhearing | None = None,
+        awaited: Callable[[], None] = lambda: None,
     ) -> None:
         self.recorder = recorder
         self._listeners: list[Overhearing] = [recorder] if overhearing is None else [recorder, overhearing]
@@ -219,6 +221,7 @@ class Playback:
             DISCARD: recorder.discard,
             REPORT: report,
             HEARD: self._heard,
+            AWAITED: awaited,
         }
 
     def take(self, items: Sequence[Item]) -> None:

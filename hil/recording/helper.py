@@ -144,13 +144,18 @@ class _Helper:
         settings, how = self._settings, {name: value for name, value in live.items() if name != "viewer"}
         return Showing(writer, settings["run"], self._ask, lockstep=settings["lockstep"], **how)
 
+    def _await_browser(self) -> None:
+        """A browser is being started that will look on."""
+        if self._showing is not None:
+            self._showing.await_browser()
+
     def _viewed(self, writer: LogWriter) -> LiveViewers:
         from hil.look.viewers.live import LiveViewers  # noqa: PLC0415 - likewise; it needs an extra
 
         return LiveViewers(writer, self._ask)
 
     def _record(self, recorder: Recorder, incoming: BinaryIO) -> None:
-        playback = Playback(recorder, self._answer, partial(self._report, recorder), self._sharing)
+        playback = Playback(recorder, self._answer, partial(self._report, recorder), self._sharing, self._await_browser)
         last, taken, ended = -1, 0, False
         while (batch := read_frame(incoming)) is not None:
             number, first, packed = batch

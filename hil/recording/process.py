@@ -45,14 +45,12 @@ class Live:
     Attributes:
         asked: Is told, by a thread, what somebody asks for who looks on, and of which robot (empty: of all).
         public: Others on the network may look on.
-        awaited: A browser is being started that will: where the run is over sooner, it is waited for.
         robot_side: It is emulated robots that are served, and what is asked for is done to them by hand.
         viewer: By what: a page of our own, or `hil.recording.pipe.FOXGLOVE`.
     """
 
     asked: Callable[[str, str], None]
     public: bool = False
-    awaited: bool = False
     robot_side: bool = False
     viewer: str = "page"
 
@@ -187,6 +185,10 @@ class RecorderProcess(Recorder):
         """See `Recorder.step`."""
         feed = self.begin_step(time, chunks)
         feed.add((kinds.STEP, time, chunks) if met is NOTHING else (kinds.STEP, time, chunks, circumstances(met)))
+
+    def await_browser(self) -> None:
+        """A browser is being started that will look on: where the run is over sooner, it is waited for."""
+        self.feed.keep((kinds.AWAITED,))
 
     def begin_step(self, time: float, chunks: Sequence[tuple[float, bytes]]) -> Feed:
         """A step begins, whose item is to be handed over next.
@@ -421,7 +423,7 @@ class _HandedNetwork(Network):
 
 def _shown(live: Live) -> dict[str, bool | str]:
     """How it is shown, for the other process."""
-    return {"public": live.public, "awaited": live.awaited, "robot_side": live.robot_side, "viewer": live.viewer}
+    return {"public": live.public, "robot_side": live.robot_side, "viewer": live.viewer}
 
 
 def _begin(path: Path, *, overwrite: bool) -> Output:

@@ -55,6 +55,9 @@ class ReplayStage(Stage):
         """Signals are those of the log; what is sent to this process ends it as ever."""
         return nullcontext()
 
+    def connected(self) -> None:
+        """Nobody looks on."""
+
     @contextmanager
     def keys(self) -> Iterator[Callable[[], str] | None]:
         """Keys are those of the log."""

@@ -9,11 +9,13 @@ from firmware_protocol.messages import BoutOutcome
 from hil.bridge.operator import DRAWN, LOST, PAUSE, READY, RESUME, WON
 from hil.connecting.serving import WAIT
 from hil.sumo.contest import COUNTDOWN
+from hil.sumo.driving import drive_until
 from hil.sumo.ring import UNKNOWN, Encounter, lasted
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.questions import Questions
+    from hil.sumo.controllers import Driver
     from hil.sumo.junior import Junior
     from hil.sumo.ring import Ring
 
@@ -94,6 +96,11 @@ class JudgedRing:
         elapsed = self._junior.now() - self._begun
         return Encounter(report, report.after, self._outcome, elapsed, None, lasted(ticket))
 
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """Let a driver have the wheels until the person says how the bout has ended; see `Ring.steer`."""
+        drive_until(self._junior, driver, self._over)
+        return self._outcome, self._junior.now() - self._begun
+
     def _over(self) -> bool:
         """Whether the person has said how the bout has ended."""
         if self._outcome is BoutOutcome.UNDECIDED and (verdict := self._questions.answer()):
@@ -142,6 +149,10 @@ class PausedRing:
         if not self.refereed:
             self._pause()
         return self._ring.engage(maneuver)
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """See `Ring.steer`."""
+        return self._ring.steer(driver)
 
     def recover(self) -> None:
         """See `Ring.recover`."""

@@ -25,7 +25,9 @@ MOST_BROOD: Final = 100
 """No more children are bred for a place."""
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
-BEFORE: Final[Mapping[str, Any]] = {"mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False}
+BEFORE: Final[Mapping[str, Any]] = {
+    "mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False, "robot_time": 0.0,
+}  # fmt: skip
 """How it was coached before there were these settings: what is saved without them went on so."""
 _SINCE: Final = {*BEFORE, "curiosity"}
 _KINDS: Final = {int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
@@ -49,6 +51,8 @@ class PalSettings:
     Attributes:
         objective: What a good maneuver is.
         budget: Maneuvers performed in all.
+        robot_time: Time that the robot performs in all, in s, instead of so many maneuvers; 0: the budget counts. Where a
+            maneuver may end early, by `end_on_change`, a budget of maneuvers is none of time.
         phases: Which phases of learning.
         phase_share: Share of the learning (the budget less the exam) that phase 1 gets.
         exam_share: Share of the budget spent at the end on testing the best again.
@@ -99,6 +103,7 @@ class PalSettings:
 
     objective: Objective = Objective.OUTCOME
     budget: int = 1600
+    robot_time: float = 0.0
     phases: Phases = "multi"
     phase_share: float = 0.5
     exam_share: float = 0.2

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import http.client
+import json
 import os
 import re
 import signal
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING, Final
+from urllib.parse import urlsplit
 
 import pytest
 from guest import Guest
@@ -147,10 +150,31 @@ def test_hil_monitor_looks_on_and_takes_nothing(tmp_path: Path) -> None:
             guest.wait_for(RobotAlive)
         host.program.send(signal.SIGINT)
         host.program.end()
-    sent = {entry.topic for entry in LogReader(tmp_path / "watched" / "log.mcap").entries(["/mavlink/robot_session"])}
+    sent = {entry.topic for entry in LogReader(tmp_path / "watched" / "log.mcap").entries(["/robot/session"])}
     assert not sent
     assert hil.replay(tmp_path / "watched" / "log.mcap").difference is None
     assert [what for what, _ in host.inputs()] == ["interrupt"]
+
+
+def test_hil_view_looks_on_and_stops(tmp_path: Path) -> None:
+    view = ("view", "--duration", "3", "--no-open", "--reconnect", "0", "--out", "watched")
+    with (
+        served(TCP) as url,
+        sharing(tmp_path, "coach", url, *LONG) as host,
+        Hil(tmp_path, *view, host.url) as watcher,
+    ):
+        page = urlsplit(watcher.until("Live: ").split()[1])
+        watcher.until("watching, coach drives")
+        with closing(http.client.HTTPConnection(page.netloc, timeout=60)) as connection:
+            connection.request("POST", f"{page.path}stop", headers={"Origin": f"http://{page.netloc}"})
+            assert json.load(connection.getresponse()) == {"confirmed": True, "robots": 1, "missing": 0}
+        assert host.program.end() == 1
+        watcher.end()
+    assert ("guest stop", "") in host.inputs()
+    host.check_replay()
+    log = tmp_path / "watched" / "log.mcap"
+    assert not list(LogReader(log).entries(["/robot/session"]))
+    assert hil.replay(log).difference is None
 
 
 def test_who_would_drive_is_told_that_another_does(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import stat
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,6 +53,20 @@ def test_a_judge_is_there_and_is_needed(words: list[str], said: str, capsys: pyt
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("verb", [["view"], ["coach", "--live"], ["swarm", "surround", "--live"]])
+def test_nothing_is_shown_of_a_link_that_is_not_there(
+    verb: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("webbrowser.open", pytest.fail)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+    assert run([*verb, "--open", "--reconnect", "0", f"tcp://127.0.0.1:{port}"]) == 3
+    said = capsys.readouterr()
+    assert "Live" not in said.out
+    assert "nothing listens" in said.err
+
+
 def test_nothing_is_asked_for_by_default() -> None:
     assert live.live_page(live=False, open_page=None, public=False, no_log=True) is None
     with pytest.raises(UsageError):
@@ -70,12 +85,14 @@ def test_the_browser_s_command_line_does_not_have_the_token(
     recorder: RecorderProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     opened: list[str] = []
+    awaited: list[bool] = []
 
     def take(url: str) -> bool:
         opened.append(url)
         return True
 
     monkeypatch.setattr("webbrowser.open", take)
+    monkeypatch.setattr(recorder, "await_browser", lambda: awaited.append(True))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     page = live.LivePage(opened=True, public=False)
     with (tmp_path / "said").open("w") as said:
@@ -84,6 +101,7 @@ def test_the_browser_s_command_line_does_not_have_the_token(
     assert len(token) == 22
     assert (tmp_path / "said").read_text() == f"Live: {recorder.page}\n"
     (url,) = opened
+    assert awaited == [True]
     assert url.startswith("file:")
     assert token not in url
     door = Path(urlsplit(url).path)

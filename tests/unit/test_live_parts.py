@@ -8,11 +8,15 @@ import zlib
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from report_logs import bout_log, coaching_log, driving_log
+from report_logs import bout_log, coaching_log, driving_log, open_recorder
 from scenes import unpacked
 
-from firmware_protocol.messages import BoutOutcome, Heartbeat
+from firmware_protocol.events import Received
+from firmware_protocol.messages import BoutOutcome, Heartbeat, ParamValue, SwarmObservation
 from firmware_protocol.messages.robot import State
+from firmware_protocol.vocabulary import RobotClass
+from firmware_protocol.wire.fields import MAVLINK
+from hil.bridge.taps import NOTHING, Opening
 from hil.look.document import document_of
 from hil.look.live.overhearing import Overheard, OverhearingSink
 from hil.look.live.showing import StopWatch
@@ -130,6 +134,22 @@ def test_a_bout_that_goes_on_has_not_ended(tmp_path: Path) -> None:
     assert ends == [["won", ""], ["won", "broken off"]]
 
 
+def test_a_part_says_how_many_bouts_there_were_and_what_shows_all_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    coaching_log(path, budget=60)
+    entries = overheard(path)
+    unfolding = Unfolding()
+    over = unfolding.hear(entries)
+    assert unfolding.going is not None
+    document = json.loads(unfolding.part(unfolding.going))
+    played = sum(one.topic == "/events" and one.entry().value.kind == "bout" for one in entries)
+    assert (document["played"], document["all"]) == (played, "")
+    assert played > 1
+    assert over[0].series == "coaching"
+    unfolding.about({"run": {"log": "a run/log.mcap"}})
+    assert json.loads(unfolding.part(unfolding.going))["all"] == "hil view 'a run/log.mcap'"
+
+
 def test_a_run_without_bouts_is_told_in_stretches(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     driving_log(path, seconds=35.0)
@@ -142,6 +162,31 @@ def test_a_run_without_bouts_is_told_in_stretches(tmp_path: Path) -> None:
     over = unfolding.hear(entries)
     assert len(over) == 3
     assert max(len(unfolding.part(stretch)) for stretch in over) < 0.6 * len(json.dumps(document_of(read_scene(path))))
+
+
+def test_robots_of_several_networks_keep_their_classes(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    networks = ("tcp://127.0.0.1:5760", "tcp://127.0.0.1:5761")
+    seen = SwarmObservation(
+        0.0, 7, 1, (0.1, 0.2), 0.5, 0.0, 0.2, 0.2, (1, 0), (1, 2), None, None, None, 0.0, (1, 1), (0, 0), 0, 1, 0
+    )
+    with open_recorder(path) as recorder:
+        taps = [recorder.of_network(name) for name in networks]
+        for name, tap in zip(networks, taps, strict=True):
+            tap.opened(Opening(name, name, MAVLINK, lockstep=False, clock=0.0))
+        for number in range(60):
+            time = 0.5 * number
+            for tap, kind in zip(taps, RobotClass, strict=True):
+                tap.step(time, [], NOTHING)
+                if number == 1:
+                    tap.received(Received(ParamValue("CLASS", float(kind), 9, 1, 0), 1, 1, 0, time, b""))
+                tap.received(Received(seen, 1, 1, 0, time, b""))
+    unfolding = Unfolding()
+    over = unfolding.hear(overheard(path))
+    assert len(over) >= 2
+    for stretch in over:
+        tracks = json.loads(unfolding.part(stretch))["tracks"]
+        assert {track["key"]: track["kind"] for track in tracks} == {"1.1": "ranger", "2.1": "wild"}
 
 
 def test_what_is_written_is_overheard(tmp_path: Path) -> None:

@@ -80,7 +80,7 @@ def hands() -> Hands:
 
 @pytest.fixture
 def side(hands: Hands) -> Iterator[RobotSide]:
-    made = RobotSide(hands, [("memory:", MAVLINK)], {}, public=False, awaited=False, failed=pytest.fail)
+    made = RobotSide(hands, [("memory:", MAVLINK)], {}, public=False, failed=pytest.fail)
     with closing(made):
         yield made
 

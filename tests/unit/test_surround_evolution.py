@@ -95,6 +95,9 @@ class PretendingStage(Stage):
             recorder.attachment(f"begun-with/{name}", data)
         return recorder
 
+    def connected(self) -> None:
+        pass
+
     def interrupts(self) -> AbstractContextManager[None]:
         return nullcontext()
 

@@ -183,6 +183,7 @@ def open_swarm(
                     opener_of=stage.opener_of,
                 )
             )
+        stage.connected()
         members, bridges = swarm.members, swarm.networks.bridges
         suspension = Suspension(
             stage.operator,

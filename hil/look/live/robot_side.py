@@ -11,6 +11,7 @@ from collections import deque
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from hil.bridge.taps import Opening
 from hil.look.live.choices import LIFT, POWER_OFF, POWER_ON, PUT_DOWN
 from hil.questions import ASKED
 from hil.recording.handover import HEARD
@@ -52,7 +53,6 @@ class RobotSide:
         networks: Address and wire of each line.
         about: What differs between two runs of the same command: command line, time of the start.
         public: Others on the network may look on.
-        awaited: A browser is being started that will look on.
         failed: Is told, in words, that the page is not served any further.
 
     Attributes:
@@ -69,7 +69,6 @@ class RobotSide:
         about: dict[str, str],
         *,
         public: bool,
-        awaited: bool,
         failed: Callable[[str], None],
     ) -> None:
         self._robots = robots
@@ -83,11 +82,11 @@ class RobotSide:
             link=networks[0][0],
             lockstep=False,
             on_failure=lambda text, _: failed(text),
-            live=Live(lambda what, _robot: self._asked.append(what), public=public, awaited=awaited, robot_side=True),
+            live=Live(lambda what, _robot: self._asked.append(what), public=public, robot_side=True),
         )
         if len(networks) > 1:
-            for url, _ in networks:
-                self.recorder.of_network(url)
+            for url, wire in networks:
+                self.recorder.of_network(url).opened(Opening(url, url, wire, lockstep=False, clock=0.0))
         self._tell()
 
     def overheard(self, endpoint: Endpoint, number: int = 0) -> Endpoint:

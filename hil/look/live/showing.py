@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections import deque
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.messages import HOST_SYSTEM
@@ -25,7 +26,7 @@ from hil.look.live.unfolding import TOPICS, Unfolding
 from hil.look.pages import live_page
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from hil.look.live.overhearing import Overheard
     from hil.look.live.unfolding import Episode
@@ -67,7 +68,6 @@ class Showing:
         ask: Is told what is asked for on the page, in whatever thread.
         lockstep: Time passes as fast as the machine can.
         public: Others on the network may look on.
-        awaited: A browser is being started that will look on.
         robot_side: It is emulated robots that are served: what may be asked for is done to them by hand, and nothing else.
 
     Attributes:
@@ -86,19 +86,19 @@ class Showing:
         *,
         lockstep: bool,
         public: bool = False,
-        awaited: bool = False,
         robot_side: bool = False,
     ) -> None:
         self.sink = OverhearingSink(sink, TOPICS)
         self.sink.records["run"] = run
         self._lockstep = lockstep
-        self._awaited = awaited
+        self._awaited = False
         self._unfolding = Unfolding()
         self._broadcast = Broadcast()
         self._stops = StopWatch(ask)
         self._leaving = threading.Event()
         self._heard: deque[Overheard] = deque(maxlen=MOST_WAITING)
         self._shown = -1
+        self._series: str | None = None
         self._choices = Choices(ask, self._broadcast.ask, OF_ROBOT_SIDE if robot_side else CHOICES)
         inputs = self._choices.inputs if robot_side else {STOP: self._stops.stop, **self._choices.inputs}
         page = live_page(lockstep=lockstep, robot_side=robot_side)
@@ -109,6 +109,10 @@ class Showing:
         self._thread = threading.Thread(target=self._run, name="what is shown", daemon=True)
         self._listener.start()
         self._thread.start()
+
+    def await_browser(self) -> None:
+        """A browser is being started that will look on: the end waits for it."""
+        self._awaited = True
 
     def finish(self, *, died: bool = False) -> None:
         """The run is over: tell everybody who looks on.
@@ -154,14 +158,24 @@ class Showing:
         return self._unfolding.hear([heard.popleft() for _ in range(len(heard))])
 
     def _tell(self, over: list[Episode], *, last: bool) -> None:
-        """Tell of what is over, and how the rest stands; in lock-step, of what was over last."""
+        """Tell of what is over, and how the rest stands; in lock-step, of what was over last, of each series of bouts."""
         unfolding, broadcast = self._unfolding, self._broadcast
         unfolding.about(dict(self.sink.records))
-        for stretch in over[-1:] if self._lockstep else over:
-            broadcast.commit(unfolding.part(stretch), alone=self._lockstep)
+        for stretch in last_of_each_series(over) if self._lockstep else over:
+            broadcast.commit(unfolding.part(stretch), instead=self._lockstep and stretch.series == self._series)
+            self._series = stretch.series
         if unfolding.going is not None and unfolding.version != self._shown and (last or not self._lockstep):
             self._shown = unfolding.version
             broadcast.show(unfolding.part(unfolding.going, unfinished=not last))
+
+
+def last_of_each_series(over: Sequence[Episode]) -> list[Episode]:
+    """Of stretches that are over those after which another series of bouts begins, and the last.
+
+    Args:
+        over: The stretches, in order.
+    """
+    return [one for one, after in zip_longest(over, over[1:]) if after is None or after.series != one.series]
 
 
 def give_way() -> None:

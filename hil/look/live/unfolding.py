@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,7 +25,7 @@ from hil.look.micro import MicroPart
 from hil.look.scene import Chapter, Ground, Scene, Terrain
 from hil.look.sumo import SumoPart
 from hil.look.timeline import Timeline
-from hil.mcaplog.records import SERIES, BridgeOpening, BridgeStep, EventRecord, SurroundStateRecord
+from hil.mcaplog.records import SERIES, BridgeOpening, EventRecord, SurroundStateRecord
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -66,12 +68,14 @@ class Episode:
         until: Its last entry's time.
         entries: The entries, with those of the time before that are gathered with them.
         bout: It ends with a bout.
+        series: What the last bout that is over by then belongs to; empty where there is none.
     """
 
     since: float
     until: float
     entries: list[Overheard]
     bout: bool = False
+    series: str = ""
 
 
 class Unfolding:
@@ -91,7 +95,8 @@ class Unfolding:
         self._last = -math.inf
         self._kept: list[LogEntry] = []
         self._networks: set[str] = set()
-        self._stepped: set[str] = set()
+        self._step: Overheard | None = None
+        self._kept_of = ""
         self._surround: SurroundStateRecord | None = None
         self._learner = LearningPart()
         self._learnt: tuple[int, Scene] = (-1, Scene())
@@ -132,8 +137,8 @@ class Unfolding:
             stretch.until = self._last
             if one.topic in _SETTING:
                 stretch.bout = self._set(one.entry()) or stretch.bout
-            elif one.topic == "/bridge/step" and len(self._stepped) < max(1, len(self._networks)):
-                self._keep_step(one.entry())
+            elif one.topic == "/bridge/step":
+                self._step = one
             lasted = self._last - stretch.since
             if one.topic == "/referee/state" and lasted > LONGEST:
                 stretch.bout = stretch.bout or one.entry().value.phase != Phase.RUNNING
@@ -148,6 +153,7 @@ class Unfolding:
         stretch = self.going
         assert stretch is not None, "an entry begins the first"
         since = round(self._last - self._zero, 3) + STEP + self._zero
+        stretch.series = self._played[-1].series if self._played else ""
         self._due = False
         context = [one for one in stretch.entries if one.time >= since - LEAD][-MOST_ENTRIES // 2 :]
         first = next((at for at, one in enumerate(context) if one.topic == "/bridge/step"), 0)
@@ -174,14 +180,19 @@ class Unfolding:
             case ParamValue():
                 kept = value.param_id in {"EYE_L_ON", "CLASS"}
         if kept and len(self._kept) < MOST_KEPT:
-            self._kept.append(entry)
+            self._keep(entry)
         return False
 
-    def _keep_step(self, entry: LogEntry) -> None:
-        """Keep the first step of each network: by their order networks are told apart."""
-        if isinstance(entry.value, BridgeStep) and entry.value.network not in self._stepped:
-            self._stepped.add(entry.value.network)
-            self._kept.append(entry)
+    def _keep(self, entry: LogEntry) -> None:
+        """Keep an entry; of several networks behind a step of the one that it came on: it does not say so itself."""
+        if isinstance(entry.value, BridgeOpening):
+            self._kept_of = entry.value.network
+        elif len(self._networks) > 1 and self._step is not None:
+            step = self._step.entry()
+            if step.value.network != self._kept_of:
+                self._kept_of = step.value.network
+                self._kept.append(step)
+        self._kept.append(entry)
 
     def _bout(self, time: float, event: EventRecord) -> bool:
         """Note a bout that is over, as the one who plays tells of it; whether it is."""
@@ -218,10 +229,9 @@ class Unfolding:
         first = stretch.entries[0].time if stretch.entries else stretch.since
         for time, title in self._series:
             junior.series(time, title)
-        for entry in self._kept:
-            if entry.time < first:
-                for part in gatherers:
-                    part.take(entry)
+        for entry in takewhile(lambda kept: kept.time < first, self._kept):
+            for part in gatherers:
+                part.take(entry)
         for one in stretch.entries:
             entry = one.entry()
             for part in gatherers:
@@ -257,7 +267,10 @@ class Unfolding:
             lanes=[_since_lane(lane, since) for lane in scene.lanes],
             marks=[mark for mark in scene.marks if mark.time >= first],
         )
-        return json.dumps(document_of(part, TimeScale(self._zero, STEP), since), allow_nan=False, separators=(",", ":"))
+        document = document_of(part, TimeScale(self._zero, STEP), since)
+        log = self._metadata.get("run", {}).get("log", "")
+        document |= {"played": len(self._played), "all": f"hil view {shlex.quote(log)}" if log else ""}
+        return json.dumps(document, allow_nan=False, separators=(",", ":"))
 
     def _all_chapters(self) -> list[Chapter]:
         """Every chapter so far; of bouts that nobody was shown no more than how they ended."""

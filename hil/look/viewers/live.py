@@ -158,6 +158,9 @@ class LiveViewers:
             services=[stop_service(self._stop)],
         )
 
+    def await_browser(self) -> None:
+        """None is started for viewers."""
+
     def finish(self, *, died: bool = False) -> None:
         """The run is over: tell everybody who looks on.
 
