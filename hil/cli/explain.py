@@ -12,7 +12,6 @@ from rich.table import Table
 from firmware_protocol.near import did_you_mean
 from firmware_protocol.vocabulary import Stimulus, spelled_out
 from hil.cli import common
-from hil.explaining import explain as explained
 from hil.explaining import learning_of
 from hil.explaining.words import codes, plain, reasons, when, with_error
 from hil.sumo.summary import label
@@ -60,7 +59,7 @@ def explain(
     console = common.consoles(as_json=as_json, quiet=quiet)
     learning = learning_of(advice)
     entries = _chosen(learning, situation or [])
-    explanations = explained(entries, learning.pal, learning.history)
+    explanations = learning.explained(entries)
     if as_json:
         common.print_json(_document(learning, explanations))
         return

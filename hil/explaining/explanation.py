@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from hil.explaining.history import LearningHistory, Performed
+    from hil.mcaplog.records import TeamVerdictRecord
     from pal_advisor.maneuvers import AdviceEntry, Origin, Pal
     from pal_advisor.maneuvers.population import Category, Genome, Population
 
@@ -78,6 +79,9 @@ class Explanation:
         shared: The situation and its mirror image share what is known.
         folded: The situation is its own mirror image, and a maneuver and its mirror image are one in it.
         caution: Standard errors that the value of a maneuver is lessened by when maneuvers are ordered.
+        runs: Coachings that are known, of those that the advice was put together from; 0 where it is of one.
+        run: Number of the one of them that all this is of, from 1; 0 where that is not known, or it is of one.
+        verdicts: What the team exam found out about whole advices, and about this situation, in order.
     """
 
     entry: AdviceEntry
@@ -94,6 +98,9 @@ class Explanation:
     shared: bool = False
     folded: bool = False
     caution: float = 0.0
+    runs: int = 0
+    run: int = 0
+    verdicts: tuple[TeamVerdictRecord, ...] = ()
 
 
 def explain(entries: Iterable[AdviceEntry], pal: Pal | None, history: LearningHistory | None = None) -> list[Explanation]:

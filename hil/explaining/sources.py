@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import HilError
 from hil import runs
+from hil.explaining.explanation import explain
 from hil.explaining.history import TOPICS, LearningHistory
+from hil.explaining.team import TeamMember, explain_team
 from hil.mcaplog.attachments import ENDED_WITH
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.reading.reader import LogReader
@@ -17,13 +20,20 @@ from hil.sumo.advice_file import AdviceFileError, advice_of, load_advice
 from hil.sumo.coaching import CheckpointError, checkpoint_of, load_checkpoint
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
+    from hil.explaining.explanation import Explanation
     from hil.mcaplog.attachments import LogAttachment
+    from hil.mcaplog.records import TeamVerdictRecord
     from hil.runs import Run
-    from pal_advisor.maneuvers import Advice, Pal
+    from pal_advisor.maneuvers import Advice, AdviceEntry, Pal
 
 MCAP: Final = ".mcap"
+TEAM: Final = "team.json"
+"""In the folder of a coaching of several runs: which belong together."""
+VERDICTS: Final = "/pal/verdict"
+_MEMBER: Final = re.compile(r"run-([1-9]\d{0,3})\.(?:json|mcap)")
+"""A run's checkpoint or log there."""
 
 
 class ExplainError(HilError):
@@ -41,6 +51,8 @@ class Learning:
         log: The log that was read; None where there is none.
         pal: The learner as it was at the end; None where that is not known.
         history: What the log tells; None where there is none.
+        members: The runs that the advice was put together from; empty where it is of one.
+        verdicts: What the team exam of these found out, in order.
         unknown: What can't be told, and what to do about it, a sentence an item.
     """
 
@@ -50,7 +62,19 @@ class Learning:
     log: Path | None = None
     pal: Pal | None = None
     history: LearningHistory | None = None
+    members: list[TeamMember] = field(default_factory=list)
+    verdicts: list[TeamVerdictRecord] = field(default_factory=list)
     unknown: list[str] = field(default_factory=list)
+
+    def explained(self, entries: Iterable[AdviceEntry]) -> list[Explanation]:
+        """Say why maneuvers of the advice are there.
+
+        Args:
+            entries: Those entries of it that are to be explained.
+        """
+        if self.members:
+            return explain_team(entries, self.members, self.verdicts)
+        return explain(entries, self.pal, self.history)
 
 
 def learning_of(given: Path | None) -> Learning:
@@ -88,7 +112,10 @@ def learning_of(given: Path | None) -> Learning:
         )
         return learning
     learning.run = run.folder
-    _read_run(learning, run)
+    if (run.folder / TEAM).is_file():
+        _read_team(learning, run)
+    else:
+        _read_run(learning, run)
     return learning
 
 
@@ -101,6 +128,34 @@ def _run_of(advice: Path) -> Run | None:
         if isinstance(named, str) and named and Path(named).absolute() == advice.absolute():
             return run
     return None
+
+
+def _read_team(learning: Learning, run: Run) -> None:
+    """Take the runs that an advice was put together from, and how that was done, as far as they can be read."""
+    if run.log.is_file():
+        try:
+            learning.verdicts = [entry.value for entry in LogReader(run.log).entries(frozenset((VERDICTS,)))]
+            learning.log = run.log
+        except LogError as error:
+            learning.unknown.append(f"The log of the team exam can't be read: {error}.")
+    else:
+        learning.unknown.append(f"There is no log {run.log}, so that it is not known how the team exam went.")
+    made = {_MEMBER.fullmatch(path.name) for path in run.folder.glob("run-*")}
+    for number in sorted({int(name[1]) for name in made if name is not None}):
+        checkpoint, log = run.folder / f"run-{number}.json", run.folder / f"run-{number}.mcap"
+        history, pal = None, None
+        if log.is_file():
+            with contextlib.suppress(LogError):
+                history, attachments = _history_of(log)
+                pal = pal_of(attachments)
+        with contextlib.suppress(CheckpointError):
+            pal = load_checkpoint(checkpoint).pal
+        if pal is None:
+            learning.unknown.append(f"Neither {checkpoint} nor {log} tells what run {number} had learnt.")
+        else:
+            learning.members.append(TeamMember(number, pal, history))
+    if not learning.members:
+        learning.unknown.append(f"No checkpoint of a run is in {run.folder}, so that no more can be told than the advice says.")
 
 
 def _read_run(learning: Learning, run: Run) -> None:

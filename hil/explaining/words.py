@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.vocabulary import ANY_STIMULUS
@@ -31,12 +32,17 @@ def reasons(one: Explanation) -> list[str]:
     Args:
         one: The explanation.
     """
+    if one.runs and not one.run:
+        return [
+            "None of the runs that are known here has learnt this: the advice was edited, or its run is gone.",
+            *_from_the_file(one),
+        ]
     if not one.known:
         return _from_the_file(one)
     if one.chosen is None:
         return ["This maneuver was never tried in this situation in this run: the advice was edited, or it is another run's."]
     chosen = one.chosen
-    found = (_tried(one, chosen), _bred(one, chosen), _foretold(chosen), _beaten(one, chosen), _mirror(one))
+    found = (_team(one), _tried(one, chosen), _bred(one, chosen), _foretold(chosen), _beaten(one, chosen), _mirror(one))
     return [text for text in found if text]
 
 
@@ -47,6 +53,24 @@ def _from_the_file(one: Explanation) -> list[str]:
     else:
         bred = f"It arose in phase {entry.phase}; no parents are given."
     return [f"Worth {entry.fitness:.1f}; performed {_times(entry.evaluations)}.", bred]
+
+
+def _team(one: Explanation) -> str:
+    """Which run it comes from, and what the team exam found out."""
+    if not one.run:
+        return ""
+    here = [verdict for verdict in one.verdicts if verdict.current]
+    whole = next((verdict for verdict in one.verdicts if verdict.kept and not verdict.current), None)
+    kept = next((verdict for verdict in reversed(here) if verdict.kept), None)
+    text = f"It comes from run {one.run}"
+    if kept is not None and kept.run == one.run:
+        text += f": with it the advice won {kept.wins} of {kept.trials} bouts of the team exam, and did better than without."
+    elif whole is not None and whole.run == one.run:
+        text += f", whose advice did best in the team exam: it won {whole.wins} of {whole.trials} bouts."
+    else:
+        text += "."
+    others = [f"run {verdict.run}, {verdict.wins} of {verdict.trials}" for verdict in here if not verdict.kept]
+    return f"{text} Tried in its place, and not kept: what was learnt here by {'; '.join(others)}." if others else text
 
 
 def _tried(one: Explanation, chosen: Candidacy) -> str:
@@ -221,6 +245,8 @@ def plain(one: Explanation) -> dict[str, object]:
         "chosen": None if one.chosen is None else _plain(one.chosen),
         "parents": [_plain(parent) for parent in one.parents],
         "rivals": [_plain(rival) for rival in one.rivals],
+        "run": one.run or None,
+        "verdicts": [asdict(verdict) for verdict in one.verdicts],
         "reasons": reasons(one),
     }
 

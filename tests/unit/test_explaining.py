@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from report_logs import coaching_log
+from report_logs import coaching_log, open_recorder
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, ActionTally
 from hil import runs
@@ -18,8 +18,8 @@ from hil.cli.app import run
 from hil.explaining import Explanation, Learning, explain, learning_of
 from hil.explaining.words import reasons
 from hil.mcaplog.reading.reader import LogReader
-from hil.sumo.advice_file import load_advice, save_advice
-from pal_advisor.maneuvers import Origin, Pal, PalSettings, Performance
+from hil.sumo.advice_file import advice_of, load_advice, save_advice
+from pal_advisor.maneuvers import Origin, Pal, PalSettings, Performance, TeamScore, TeamVerdict
 from pal_advisor.maneuvers.mirror import reflected
 
 if TYPE_CHECKING:
@@ -258,6 +258,62 @@ def test_origins_and_parents_are_those_of_the_archive(coached: Path) -> None:
         assert tuple(" ".join(action.name for action in parent) for parent in one.chosen.parents) == one.entry.parents
         origins.update(each.origin for each in (one.chosen, *one.rivals))
     assert Origin.UNKNOWN not in origins
+
+
+# --- several runs ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def team(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of two coachings: the advice is that of the second, but for what the first does when both eyes see."""
+    folder = tmp_path_factory.mktemp("team") / "run"
+    folder.mkdir()
+    advices = []
+    for number in (1, 2):
+        log = folder / f"run-{number}.mcap"
+        coaching_log(log, budget=60, seed=number)
+        reader = LogReader(log)
+        assert list(reader.raw_entries())
+        (folder / f"run-{number}.json").write_bytes(reader.attachments[f"end/{runs.CHECKPOINT}"].data)
+        advices.append(advice_of(reader.attachments[f"end/{runs.ADVICE}"].data))
+    first, second = advices
+    entries = [one for one in second.entries if one.current != 3] + [one for one in first.entries if one.current == 3]
+    save_advice(replace(second, entries=tuple(entries)), folder / runs.ADVICE)
+    with open_recorder(folder / runs.LOG) as recorder:
+        for run_number, category, wins, kept in (
+            (1, None, 40, False), (2, None, 41, True), (1, (ANY_STIMULUS, 1), 12, False), (1, (ANY_STIMULUS, 3), 55, True),
+        ):  # fmt: skip
+            recorder.team_verdict(TeamVerdict(run_number, category, TeamScore(wins, 60, 100.0), kept))
+    (folder / "team.json").write_text("{}")
+    (folder / runs.RECORD).write_text(json.dumps(RECORD))
+    return folder
+
+
+def test_an_entry_of_several_runs_is_explained_by_its_own(team: Path) -> None:
+    learning = learning_of(team)
+    assert not learning.unknown
+    found = {one.entry.current: one for one in learning.explained(learning.advice.entries)}
+    assert [found[current].run for current in range(4)] == [2, 2, 2, 1]
+    for number, current in ((2, 0), (2, 2), (1, 3)):
+        alone = explained(learning_of(team / f"run-{number}.mcap"))[current]
+        assert replace(found[current], runs=0, run=0, verdicts=()) == alone
+    said = {current: reasons(one)[0] for current, one in found.items()}
+    assert said[0] == "It comes from run 2, whose advice did best in the team exam: it won 41 of 60 bouts."
+    assert said[1] == said[2] == f"{said[0]} Tried in its place, and not kept: what was learnt here by run 1, 12 of 60."
+    assert "run 1: with it the advice won 55 of 60 bouts" in said[3]
+
+
+def test_what_is_gone_of_several_runs_is_told_of(team: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(team, tmp_path / "run")
+    (folder / runs.LOG).unlink()
+    (folder / "run-1.mcap").unlink()
+    (folder / "run-1.json").write_text("{")
+    learning = learning_of(folder)
+    assert ["how the team exam went" in learning.unknown[0], "what run 1 had learnt" in learning.unknown[1]] == [True, True]
+    found = {one.entry.current: one for one in learning.explained(learning.advice.entries)}
+    assert found[1].run == 2
+    assert not found[3].run
+    assert reasons(found[3])
 
 
 # --- the command -----------------------------------------------------------------------------------------------------
