@@ -225,6 +225,13 @@ def test_an_edited_maneuver_is_known_for_what_it_is(coached: Path) -> None:
     assert "never tried" in reasons(one)[0]
 
 
+def test_of_a_run_of_before_origins_were_kept_it_says_so(coached: Path) -> None:
+    both = explained(learning_of(coached))[3]
+    assert both.chosen is not None
+    told = reasons(replace(both, chosen=replace(both.chosen, born=None, origin=Origin.UNKNOWN)))
+    assert any(text.startswith(f"How it arose in phase {both.chosen.phase} was not kept") for text in told)
+
+
 def test_a_situation_that_never_came_up_is_told_by_the_file(coached: Path) -> None:
     learning = learning_of(coached)
     unmet = replace(learning.advice.entries[0], current=7)
