@@ -173,6 +173,18 @@ class Pal:
         )
         return self._open
 
+    def population(self, category: Category) -> tuple[Population | None, bool]:
+        """What is known of a situation, to be looked into and left as it is.
+
+        Args:
+            category: The situation.
+
+        Returns:
+            The population that serves it, None where it never came up; and whether its maneuvers are to be reflected for it.
+        """
+        home, mirrored = self._home(category)
+        return self._populations.get(home), mirrored
+
     def _home(self, category: Category) -> tuple[Category, bool]:
         """The situation whose population serves a situation, and whether its maneuvers are to be reflected for it."""
         return home_of(category) if self.settings.mirror else (category, False)

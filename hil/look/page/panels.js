@@ -85,6 +85,11 @@ function fillLessons(model, colors) {
       box.append(element("h3", lesson.when));
       if (lesson.steps.length) box.append(strip(lesson.steps, colors));
       box.append(element("p", lesson.does), element("p", lesson.worth, "soft small"));
+      if (lesson.why.length) {
+        const why = element("details");
+        why.append(element("summary", "Why this one"), ...lesson.why.map((text) => element("p", text, "small")));
+        box.append(why);
+      }
       return box;
     }),
   );
