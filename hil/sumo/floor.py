@@ -23,6 +23,8 @@ OUT_AFTER: Final = 0.3
 _OUT: Final = SensorFlag.OFF_RING_LEFT | SensorFlag.OFF_RING_RIGHT
 _TRIES: Final = 3
 """So often a robot tries to get back on to the ring by itself."""
+_ON: Final = Maneuver((Action.SF,) * 6, floor_reflex=False)
+"""How it gets back on to the ring, some 20 cm: who leaves it forwards is turned back by the reflex; it has left backwards."""
 _BACK: Final = (Action.SB, Action.SB)
 """How it backs off: some 6 cm, since it has no eyes behind."""
 _MOST_TURNS: Final = 4
@@ -116,14 +118,15 @@ class LonelyRing:
         self._junior.wait_until_back()
 
     def _set_up(self, seed: int) -> None:
-        """Back off and turn until the floor sensors see the ring; where they don't, ask for a person."""
+        """Back off and turn, so that the floor sensors see the ring; where they don't in the end, ask for a person."""
         turn = Action.R if seed & 1 else Action.L
         away = Maneuver((*_BACK, *[turn] * (1 + (seed >> 1) % _MOST_TURNS)))
+        self._junior.sense()
         for _ in range(_TRIES):
-            ticket = self._junior.start(away)
-            report = self._junior.follow(ticket)
-            check_encounter(Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket)))
-            self._junior.sense()
+            if self._judge.sees_no_ring:
+                self._perform(_ON)
+            if not self._judge.sees_no_ring:
+                self._perform(away)
             if not self._judge.sees_no_ring:
                 return
         put_aside(self._junior)
@@ -134,3 +137,10 @@ class LonelyRing:
         )
         wait_for_answer(self._junior, self._questions)
         start_after_countdown(self._junior)
+
+    def _perform(self, maneuver: Maneuver) -> None:
+        """Have it performed, and look at the floor."""
+        ticket = self._junior.start(maneuver)
+        report = self._junior.follow(ticket)
+        check_encounter(Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket)))
+        self._junior.sense()
