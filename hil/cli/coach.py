@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -16,12 +16,13 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
+from hil.cli.asking import check_asked
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
 from hil.jobs.team import MOST_RUNS, TeamJob
 from hil.mcaplog import LogError
 from hil.seeds import run_seed
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice
 
 DEFAULTS = PalSettings()
+BATTERY_RECONNECT: Final = 600.0
+"""How long a robot is waited for that a person stands beside, in s: time to charge or change a battery, and to put it back."""
 
 
 class PhasesName(StrEnum):
@@ -142,6 +145,20 @@ def coach(
     advice_out: Annotated[
         Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
+    reset: Annotated[
+        Reset | None,
+        typer.Option(
+            "--reset",
+            help="Of a robot at LINK without a referee: ask has a person set the ring up between bouts; auto has the robot "
+            "back off and turn. Floor sensors say that a bout is lost, and 15 s that it is drawn.",
+        ),
+    ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option(
+            "--judge", help="--reset ask, and the person alone says how each bout ends: by keys, or on the --live page."
+        ),
+    ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
@@ -199,6 +216,9 @@ def coach(
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
     url = common.url_of(link, opponent, seed)
+    reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
+    if reset is not None and not common.was_given(context, "reconnect"):
+        reconnect = BATTERY_RECONNECT
     with running(
         "coach",
         opponent or "robot",
@@ -224,12 +244,17 @@ def coach(
             seed=seed,
             reconnect=reconnect,
             saved=begun.content,
-            pauses=page is not None and not links.emulated_here(url),
+            pauses=page is not None and not links.emulated_here(url) and reset is None,
+            reset=reset,
+            judged=judge,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
                 save=files.save_advice,
-                cut=lambda coaching: files.tell_how_to_resume(coaching, console, link, signing_key),
+                keep=files.keep_advice,
+                cut=lambda coaching: files.tell_how_to_resume(
+                    coaching, console, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
+                ),
                 unsaved=run.failed,
                 resumed=lambda found: begun.tell(found, run, console),
             ),
@@ -317,6 +342,23 @@ def _together(asked: _Asked, link: str | None, opponent: str | None, *, team: in
     opponent = opponent or "flat-light"
     urls = [common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)]
     return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed)
+
+
+def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) -> Reset | None:
+    """How the ring is set up.
+
+    Raises:
+        UsageError: There is no person where one is needed, or a person is to judge whom nobody is to ask.
+    """
+    if reset is Reset.AUTO and judge:
+        raise common.UsageError("--judge has a person beside the ring, who sets it up: leave --reset auto out")
+    check_asked("--judge" if judge else reset and "--reset", in_real_time=in_real_time, live=live)
+    return Reset.ASK if judge else reset
+
+
+def _words(reset: Reset | None, *, judge: bool) -> list[str]:
+    """How the ring is set up, as on a command line."""
+    return ["--judge"] if judge else ["--reset", reset.value] if reset else []
 
 
 def _report_folder(run: ActiveRun) -> Path | None:
@@ -481,19 +523,31 @@ class _CoachingFiles:
         self.checkpoint = run.place(checkpoint, runs.CHECKPOINT)
         self.report = _report_folder(run) if report else None
         self.unsaved = False
+        self._kept = False
+        self._unkept = False
+
+    def keep_advice(self, advice: Advice) -> None:
+        """Write the best advice so far; where that fails, say so once."""
+        try:
+            save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
+            self._kept = True
+        except AdviceFileError as error:
+            if not self._unkept:
+                self._run.failed(str(error))
+            self._unkept = True
 
     def save_advice(self, advice: Advice) -> None:
         """Write the advice; where that fails, say what it is."""
         try:
-            save_advice(advice, self.advice, overwrite=self._run.overwrite)
+            save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
         except AdviceFileError as error:
             self._run.failed(str(error))
             common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
             self.unsaved = True
 
-    def tell_how_to_resume(self, coaching: Coaching, console: Console, link: str | None, signing_key: Path | None) -> None:
-        """Say where the work is, and how to go on; where no file holds it, say what it is."""
+    def tell_how_to_resume(self, coaching: Coaching, console: Console, words: list[str], signing_key: Path | None) -> None:
+        """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
         if not self.checkpoint.is_file() or coaching.unsaved:
             if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")
@@ -501,9 +555,11 @@ class _CoachingFiles:
             return
         run = self._run.run
         source = run.folder if run is not None and self.checkpoint == run.checkpoint else self.checkpoint
-        command = ["hil", "coach", *([link] if link else []), "--resume-from", str(source)]
+        command = ["hil", "coach", *words, "--resume-from", str(source)]
         if signing_key is not None:
             command += ["--signing-key", str(signing_key)]
+        if self._kept:
+            console.print(f"The best advice so far: {self.advice}", markup=False)
         console.print(f"What was learnt so far is in {self.checkpoint}. To go on: {shlex.join(command)}", markup=False)
 
     def draw(self, stage: LiveStage, document: dict[str, object], console: Console, *, announce: bool) -> None:
