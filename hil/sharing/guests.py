@@ -1,7 +1,8 @@
 """The guests of a shared link: programs that look on over TCP. One thread serves them all; nobody waits for any of them.
 
 A guest that does not take what it is sent is cut off, one that says more than it need is listened to no faster than
-`MOST_HEARD` a `LISTENING`, and more than `MOST_GUESTS` at a time are turned away with a word.
+`MOST_HEARD` a `LISTENING`, and more than `MOST_GUESTS` at a time are turned away with a word. Any page that is open in a
+browser on this machine can send bytes here, though it can't read what comes back: HTTP begins with a letter, MAVLink never.
 """
 
 from __future__ import annotations
@@ -205,6 +206,7 @@ class _Guest(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._listener = MavlinkCodec(system=HOST_SYSTEM, component=SHARE_COMPONENT)
         self._speakers: dict[tuple[int, int], MavlinkCodec] = {}
+        self._begun = False
         self._heard = 0
         self._since = self._loop.time()
 
@@ -238,7 +240,11 @@ class _Guest(asyncio.Protocol):
     # --- in ----------------------------------------------------------------------------------------------------------
 
     def data_received(self, data: bytes) -> None:
-        """It has said something: whole frames of it are answered."""
+        """It has said something: whole frames of it are answered. What begins with a letter is a browser's, and is cut off."""
+        if not self._begun and data[:1].isalpha():
+            self.cut_off()
+            return
+        self._begun = True
         now = self._loop.time()
         for event in self._listener.receive(data, now):
             if isinstance(event, Received):

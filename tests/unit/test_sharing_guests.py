@@ -190,6 +190,17 @@ def test_rubbish_is_passed_over_and_listened_to_slowly(shared: Shared) -> None:
     assert shared.asked == []
 
 
+@pytest.mark.parametrize("method", ["POST", "GET", "OPTIONS"])
+def test_a_page_in_a_browser_stops_nothing(shared: Shared, method: str) -> None:
+    with Guest(shared.port) as page, Guest(shared.port, 250, 7) as good:
+        page.socket.sendall(f"{method} / HTTP/1.1\r\nContent-Length: 45\r\n\r\n".encode())
+        with suppress(OSError):
+            page.say(CommandLong(1, 1, Command.FLIGHT_TERMINATION, 0, 1.0))
+        good.say(QUESTION)
+        good.wait_for(AutopilotVersion)
+    assert shared.asked == []
+
+
 def test_who_asks_without_listening_is_cut_off(shared: Shared) -> None:
     with Guest(shared.port, holds=4096) as deaf, Guest(shared.port, 250, 7) as good:
         deaf.socket.settimeout(0.0)
