@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from contextlib import closing
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,7 +16,7 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
-from hil.cli.coach_team import Places, begun_team, budget_of, check_team, coach_team
+from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
@@ -62,11 +63,13 @@ def coach(
         ),
     ] = None,
     budget: Annotated[
-        str,
+        str | None,
         typer.Option(
-            "--budget", metavar="N|MINUTESmin|SECONDSs", help="Maneuvers to be performed, or robot time: 1600, 15min, 900s."
+            "--budget",
+            metavar="N|MINUTESmin|SECONDSs",
+            help=f"Maneuvers to be performed, or robot time, a run [default: {DEFAULTS.budget}; with --runs {TEAM_BUDGET}]",
         ),
-    ] = str(DEFAULTS.budget),
+    ] = None,
     team: Annotated[
         int,
         typer.Option(
@@ -103,6 +106,13 @@ def coach(
             "--mirror/--no-mirror",
             help="What is learnt on the left holds on the right: for a robot whose wheels are even "
             "[default: --mirror in lock-step, --no-mirror in real time]",
+        ),
+    ] = None,
+    end_on_change: Annotated[
+        bool | None,
+        typer.Option(
+            "--end-on-change/--no-end-on-change",
+            help="A maneuver ends when what the eyes see changes [default: so with --runs]",
         ),
     ] = None,
     period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
@@ -166,20 +176,10 @@ def coach(
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
+    asked = _Asked(objective, budget, phases, period, pairs, mirror, end_on_change)
     if team_begun is not None or team > 1:
-        if team_begun is None:
-            opponent = opponent or "flat-light"
-            together = TeamJob(
-                settings=_settings(objective, budget, phases, period, pairs=pairs, mirror=mirror),
-                opponent=opponent,
-                urls=tuple(common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)),
-                held_out=held_out,
-                seed=seed,
-            )
-        else:
-            together = team_begun.job
         return coach_team(
-            together,
+            _together(asked, link, opponent, team=team, held_out=held_out, seed=seed) if team_begun is None else team_begun.job,
             workers=workers,
             require=require,
             advice_out=advice_out,
@@ -197,7 +197,7 @@ def coach(
         seed = saved.seed
     elif link is None:
         opponent = opponent or "flat-light"
-    settings = _settings(objective, budget, phases, period, pairs=pairs, mirror=mirror) if saved is None else saved.pal.settings
+    settings = asked.settings(together=False) if saved is None else saved.pal.settings
     url = common.url_of(link, opponent, seed)
     with running(
         "coach",
@@ -275,22 +275,48 @@ def coach(
     return run.ended()
 
 
-def _settings(
-    objective: Objective | None, budget: str, phases: PhasesName, period: float, *, pairs: bool, mirror: bool | None
-) -> PalSettings:
-    maneuvers, robot_time = budget_of(budget)
-    try:
-        return PalSettings(
-            objective=objective or Objective.OUTCOME,
-            budget=maneuvers,
-            robot_time=robot_time,
-            phases=phases.value,
-            pairs=pairs,
-            mirror=mirror is not False,
-            period=period,
-        )
-    except SettingsError as error:
-        raise common.UsageError(str(error)) from error
+@dataclass(frozen=True)
+class _Asked:
+    """What was asked for of how Pal coaches; see the options of `coach`."""
+
+    objective: Objective | None
+    budget: str | None
+    phases: PhasesName
+    period: float
+    pairs: bool
+    mirror: bool | None
+    end_on_change: bool | None
+
+    def settings(self, *, together: bool) -> PalSettings:
+        """As settings.
+
+        Args:
+            together: One of several runs.
+
+        Raises:
+            UsageError: A value makes no sense.
+        """
+        maneuvers, robot_time = budget_of(self.budget or (TEAM_BUDGET if together else str(DEFAULTS.budget)))
+        try:
+            return PalSettings(
+                objective=self.objective or Objective.OUTCOME,
+                budget=maneuvers,
+                robot_time=robot_time,
+                phases=self.phases.value,
+                pairs=self.pairs,
+                mirror=self.mirror is not False,
+                end_on_change=together if self.end_on_change is None else self.end_on_change,
+                period=self.period,
+            )
+        except SettingsError as error:
+            raise common.UsageError(str(error)) from error
+
+
+def _together(asked: _Asked, link: str | None, opponent: str | None, *, team: int, held_out: int | None, seed: int) -> TeamJob:
+    """Several runs, as they were asked for."""
+    opponent = opponent or "flat-light"
+    urls = [common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)]
+    return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed)
 
 
 def _report_folder(run: ActiveRun) -> Path | None:
@@ -422,9 +448,9 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     settings = saved.pal.settings
     budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
-    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "period"):
+    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
         wanted = context.params[name]
-        if name == "budget" and budget_of(wanted) == budget_of(budget):
+        if name == "budget" and wanted is not None and budget_of(wanted) == budget_of(budget):
             continue
         if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(

@@ -39,14 +39,16 @@ if TYPE_CHECKING:
 
     from hil.jobs.team import Team
 
+TEAM_BUDGET: Final = "16min"
+"""Robot time of each of several runs: what 1600 maneuvers take that nothing ends early."""
 BUDGET: Final = re.compile(r"(\d+)(min|s)?", re.ASCII)
 TEAM: Final = "team.json"
 """Name of the file that says which runs belong together; each has a checkpoint beside it, as `run-2.json`."""
 DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
-BEGUN_WITH: Final = ("team", "seed", "budget", "objective", "phases", "pairs", "mirror", "period", "held_out")
+BEGUN_WITH: Final = ("team", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
 OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in BEGUN_WITH} | {"team": "--runs"}
 """Options that runs are begun with, and what they are called."""
-ONE_ROBOT: Final = ("checkpoint", "live", "signing_key")
+ONE_ROBOT: Final = ("checkpoint", "live", "share", "signing_key")
 """Options of a run that has one robot."""
 
 

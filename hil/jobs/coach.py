@@ -194,7 +194,7 @@ class _CoachingRun:
             pal, progress = saved.pal, saved.progress
             job.outputs.resumed(saved)
         check_objective(pal.settings.objective, self.ring)
-        self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, quiet=stage.quiet)
+        self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, seconds=pal.seconds, quiet=stage.quiet)
         self._display.headline(session.robot, self.ring.opponent, pal)
         self.coaching = Coaching(
             self.ring,

@@ -248,10 +248,11 @@ class _TeamWork:
 
     def do(self) -> Team:
         job = self._job
+        settings = job.settings
+        budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
         self._say(
-            f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: "
-            f"{f'{job.settings.robot_time:g} s' if job.settings.robot_time else f'{job.settings.budget} maneuvers'} each, "
-            f"objective {job.settings.objective.value}. Then one advice is put together."
+            f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: {budget} each, "
+            f"objective {settings.objective.value}. Then one advice is put together."
         )
         orders = [
             RunOrder(number, run_seed(job.seed, number), url, job.settings, job.opponent)

@@ -60,7 +60,7 @@ class Pal:
         settings: How to coach.
         history: Every GP step so far.
         used: Maneuvers performed so far.
-        seconds: Time that the robot has performed so far, in s.
+        seconds: Time that the robot has performed so far, in s; a state keeps it where the budget is one of robot time.
         digest: Of all decisions told of, 16 hexadecimal digits: a trial that is open does not count.
         rating: What the performance that it was told of last was worth by itself; NaN before.
         credited: What was credited when it was last told something; None before.
@@ -404,7 +404,8 @@ class Pal:
             "asked": self._asked - (self._open is not None),
             "digest": self.digest,
             "greedy": self._greedy,
-            **({"kept": kept, "seconds": self.seconds} if version >= 3 else {}),
+            **({"kept": kept} if version >= 3 else {}),
+            **({"seconds": self.seconds} if self.settings.robot_time else {}),
             "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
             "populations": [
@@ -428,7 +429,7 @@ class Pal:
         pal = cls(read_settings(fields.take("settings")), read_generator(fields.table("rng")))
         pal.digest = read_digest(fields, version)
         pal.used = fields.integer("used", 0, MOST_BUDGET if pal.settings.robot_time else pal.settings.budget)
-        pal.seconds = fields.number("seconds", 0.0) if version >= 3 else 0.0
+        pal.seconds = fields.number("seconds", 0.0) if pal.settings.robot_time else 0.0
         pal._asked = fields.integer("asked", pal.used)
         pal.history = [read_step(item, at) for at, item in fields.items("history")]
         pal._greedy = fields.flag("greedy")

@@ -25,9 +25,7 @@ MOST_BROOD: Final = 100
 """No more children are bred for a place."""
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
-BEFORE: Final[Mapping[str, Any]] = {
-    "mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False, "robot_time": 0.0,
-}  # fmt: skip
+BEFORE: Final[Mapping[str, Any]] = {"mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False}
 """How it was coached before there were these settings: what is saved without them went on so."""
 _SINCE: Final = {*BEFORE, "curiosity"}
 _KINDS: Final = {int: "a whole number", float: "a number", bool: "true or false", str: "a text"}
@@ -191,7 +189,9 @@ class PalSettings:
     def to_saved(self) -> dict[str, Any]:
         """The same without what there was not before, where it is as it was then: what was begun then is saved as it was."""
         data = self.to_dict()
-        if any(data[name] != value for name, value in BEFORE.items()):
+        if not self.robot_time:
+            del data["robot_time"]
+        if self.robot_time or any(data[name] != value for name, value in BEFORE.items()):
             return data
         return {name: value for name, value in data.items() if name not in _SINCE}
 
