@@ -12,7 +12,8 @@ from firmware_protocol.errors import HilError
 from hil import runs
 from hil.explaining.explanation import explain
 from hil.explaining.history import TOPICS, LearningHistory
-from hil.explaining.team import TeamMember, explain_team
+from hil.explaining.team import TOPICS as TEAM_TOPICS
+from hil.explaining.team import TeamHistory, TeamMember
 from hil.mcaplog.attachments import ENDED_WITH
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.reading.reader import LogReader
@@ -24,14 +25,12 @@ if TYPE_CHECKING:
 
     from hil.explaining.explanation import Explanation
     from hil.mcaplog.attachments import LogAttachment
-    from hil.mcaplog.records import TeamVerdictRecord
     from hil.runs import Run
     from pal_advisor.maneuvers import Advice, AdviceEntry, Pal
 
 MCAP: Final = ".mcap"
 TEAM: Final = "team.json"
 """In the folder of a coaching of several runs: which belong together."""
-VERDICTS: Final = "/pal/verdict"
 _MEMBER: Final = re.compile(r"run-([1-9]\d{0,3})\.(?:json|mcap)")
 """A run's checkpoint or log there."""
 
@@ -51,8 +50,7 @@ class Learning:
         log: The log that was read; None where there is none.
         pal: The learner as it was at the end; None where that is not known.
         history: What the log tells; None where there is none.
-        members: The runs that the advice was put together from; empty where it is of one.
-        verdicts: What the team exam of these found out, in order.
+        team: The runs that the advice was put together from; None where it is of one.
         unknown: What can't be told, and what to do about it, a sentence an item.
     """
 
@@ -62,8 +60,7 @@ class Learning:
     log: Path | None = None
     pal: Pal | None = None
     history: LearningHistory | None = None
-    members: list[TeamMember] = field(default_factory=list)
-    verdicts: list[TeamVerdictRecord] = field(default_factory=list)
+    team: TeamHistory | None = None
     unknown: list[str] = field(default_factory=list)
 
     def explained(self, entries: Iterable[AdviceEntry]) -> list[Explanation]:
@@ -72,9 +69,7 @@ class Learning:
         Args:
             entries: Those entries of it that are to be explained.
         """
-        if self.members:
-            return explain_team(entries, self.members, self.verdicts)
-        return explain(entries, self.pal, self.history)
+        return explain(entries, self.pal, self.history) if self.team is None else self.team.explain(entries)
 
 
 def learning_of(given: Path | None) -> Learning:
@@ -132,16 +127,17 @@ def _run_of(advice: Path) -> Run | None:
 
 def _read_team(learning: Learning, run: Run) -> None:
     """Take the runs that an advice was put together from, and how that was done, as far as they can be read."""
+    learning.team = TeamHistory()
     if run.log.is_file():
         try:
-            learning.verdicts = [entry.value for entry in LogReader(run.log).entries(frozenset((VERDICTS,)))]
-            learning.log = run.log
+            learning.team, learning.log = _team_of(run.log), run.log
         except LogError as error:
             learning.unknown.append(f"The log of the team exam can't be read: {error}.")
     else:
         learning.unknown.append(f"There is no log {run.log}, so that it is not known how the team exam went.")
+    team = learning.team
     made = {_MEMBER.fullmatch(path.name) for path in run.folder.glob("run-*")}
-    for number in sorted({int(name[1]) for name in made if name is not None}):
+    for number in sorted({int(name[1]) for name in made if name is not None} | set(team.members)):
         checkpoint, log = run.folder / f"run-{number}.json", run.folder / f"run-{number}.mcap"
         history, pal = None, None
         if log.is_file():
@@ -151,11 +147,9 @@ def _read_team(learning: Learning, run: Run) -> None:
         with contextlib.suppress(CheckpointError):
             pal = load_checkpoint(checkpoint).pal
         if pal is None:
-            learning.unknown.append(f"Neither {checkpoint} nor {log} tells what run {number} had learnt.")
+            learning.unknown.append(f"Neither {checkpoint} nor {log} tells how run {number} has learnt.")
         else:
-            learning.members.append(TeamMember(number, pal, history))
-    if not learning.members:
-        learning.unknown.append(f"No checkpoint of a run is in {run.folder}, so that no more can be told than the advice says.")
+            team.members[number] = TeamMember(pal.advice(), pal, history)
 
 
 def _read_run(learning: Learning, run: Run) -> None:
@@ -219,11 +213,25 @@ def _of_log(path: Path) -> Learning:
     if advice is None:
         raise ExplainError(f"{path} has no advice: it is no log of a whole coaching (hil log info {path} tells more)")
     learning = Learning(_attached(path, advice), path, log=path, pal=pal_of(attachments), history=history)
-    if learning.pal is None:
+    team = _team_of(path)
+    if team.members:
+        learning.team = team
+        learning.unknown.append(
+            f"{path} tells of several runs, and how each has learnt stands in its own log: name the folder."
+        )
+    elif learning.pal is None:
         learning.unknown.append(
             f"There is no checkpoint in {path}, so that it is not known how maneuvers were bred, nor what they beat."
         )
     return learning
+
+
+def _team_of(path: Path) -> TeamHistory:
+    """What a log tells of several runs; nothing, where it is of one."""
+    team = TeamHistory()
+    for entry in LogReader(path).entries(frozenset(TEAM_TOPICS)):
+        team.take(entry)
+    return team
 
 
 def _attached(path: Path, advice: LogAttachment) -> Advice:

@@ -32,13 +32,8 @@ def reasons(one: Explanation) -> list[str]:
     Args:
         one: The explanation.
     """
-    if one.runs and not one.run:
-        return [
-            "None of the runs that are known here has learnt this: the advice was edited, or its run is gone.",
-            *_from_the_file(one),
-        ]
     if not one.known:
-        return _from_the_file(one)
+        return [text for text in (_team(one), *_from_the_file(one)) if text]
     if one.chosen is None:
         return ["This maneuver was never tried in this situation in this run: the advice was edited, or it is another run's."]
     chosen = one.chosen
@@ -58,7 +53,7 @@ def _from_the_file(one: Explanation) -> list[str]:
 def _team(one: Explanation) -> str:
     """Which run it comes from, and what the team exam found out."""
     if not one.run:
-        return ""
+        return "None of the runs that are known has learnt this: the advice was edited, or its run is gone." if one.runs else ""
     here = [verdict for verdict in one.verdicts if verdict.current]
     whole = next((verdict for verdict in one.verdicts if verdict.kept and not verdict.current), None)
     kept = next((verdict for verdict in reversed(here) if verdict.kept), None)

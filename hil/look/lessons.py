@@ -10,6 +10,7 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimul
 from hil.doors import DocumentError, parse_json
 from hil.explaining.explanation import explain
 from hil.explaining.history import LearningHistory
+from hil.explaining.team import TeamHistory
 from hil.explaining.words import reasons, runner_up
 from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
 from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundGenerationRecord, SurroundStateRecord, TrialRecord
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from hil.explaining.explanation import Explanation
     from hil.look.scene import Scene
     from hil.mcaplog.reading.reader import LogEntry
-    from pal_advisor.maneuvers import AdviceEntry, Pal
+    from pal_advisor.maneuvers import Pal
 
 TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/state", "/surround/generation")
 SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
@@ -41,6 +42,7 @@ class LearningPart:
     def __init__(self) -> None:
         self.trials = 0
         self._history = LearningHistory()
+        self._team = TeamHistory()
         self._steps: list[StepRecord] = []
         self._fitness: list[float] = []
         self._advice = ""
@@ -51,6 +53,7 @@ class LearningPart:
         """Take an entry."""
         value = entry.value
         self._history.take(entry)
+        self._team.take(entry)
         if isinstance(value, StepRecord):
             self._steps.append(value)
         elif isinstance(value, TrialRecord):
@@ -73,7 +76,9 @@ class LearningPart:
         if self._advice:
             learnt, odd = read_learnt(self._advice)
             scene.notes += odd
-            scene.lessons += lessons_of(learnt or Learnt(), pal, self._history)
+            entries = sorted((learnt or Learnt()).entries, key=lambda entry: (entry.current, entry.previous))
+            team = self._team.explain(entries) if self._team.members else None
+            scene.lessons += [_lesson(one) for one in team or explain(entries, pal, self._history)]
         by_maneuvers = self._by_maneuvers()
         if by_maneuvers.labels:
             scene.curves.append(by_maneuvers)
@@ -143,29 +148,18 @@ def _or_none(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def lessons_of(learnt: Learnt, pal: Pal | None = None, history: LearningHistory | None = None) -> list[LearntManeuver]:
-    """The entries of advice, in words.
-
-    Args:
-        learnt: The advice.
-        pal: The learner as it was at the end; None where nobody knows, and nothing is explained.
-        history: What was asked for and what came of it; None likewise.
-    """
-    entries = sorted(learnt.entries, key=lambda entry: (entry.current, entry.previous))
-    return [_lesson(one.entry, _why(one)) for one in explain(entries, pal, history)]
-
-
 def _why(one: Explanation) -> tuple[str, ...]:
     """Why it is this maneuver, and what came next."""
-    return (*reasons(one), *(f"Next: {runner_up(rival)}." for rival in one.rivals)) if one.known else ()
+    return (*reasons(one), *(f"Next: {runner_up(rival)}." for rival in one.rivals)) if one.known or one.run else ()
 
 
-def _lesson(entry: AdviceEntry, why: tuple[str, ...]) -> LearntManeuver:
+def _lesson(one: Explanation) -> LearntManeuver:
+    entry = one.entry
     before = "" if entry.previous == ANY_STIMULUS else f" (before: {Stimulus(entry.previous).label})"
     when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
     steps = tuple(step_of(action) for action in entry.actions)
     times = "once" if entry.evaluations == 1 else f"{entry.evaluations:,} times"
-    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}", why)
+    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}", _why(one))
 
 
 def rules_of(text: str) -> tuple[list[LearntManeuver], list[str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from hil.explaining import history
+from hil.explaining import history, team
 from hil.explaining.sources import pal_of
 from hil.look import lessons, micro, sumo, timeline, words
 from hil.look.lessons import LearningPart
@@ -22,7 +22,7 @@ from hil.runs import LOG
 if TYPE_CHECKING:
     from pathlib import Path
 
-TOPICS: Final = frozenset((*timeline.TOPICS, *sumo.TOPICS, *micro.TOPICS, *lessons.TOPICS, *history.TOPICS))
+TOPICS: Final = frozenset((*timeline.TOPICS, *sumo.TOPICS, *micro.TOPICS, *lessons.TOPICS, *history.TOPICS, *team.TOPICS))
 MOST_TOPICS: Final = 12
 """Of what a foreign log holds instead, so many are named."""
 

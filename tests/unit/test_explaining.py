@@ -16,9 +16,13 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action, ActionTally
 from hil import runs
 from hil.cli.app import run
 from hil.explaining import Explanation, Learning, explain, learning_of
+from hil.explaining.team import TeamHistory
 from hil.explaining.words import reasons
-from hil.mcaplog.reading.reader import LogReader
+from hil.look.reading import read_scene
+from hil.mcaplog.reading.reader import LogEntry, LogReader
+from hil.mcaplog.records import CoachedRunRecord
 from hil.sumo.advice_file import advice_of, load_advice, save_advice
+from hil.sumo.team import CoachedRun
 from pal_advisor.maneuvers import Origin, Pal, PalSettings, Performance, TeamScore, TeamVerdict
 from pal_advisor.maneuvers.mirror import reflected
 
@@ -287,6 +291,10 @@ def team(tmp_path_factory: pytest.TempPathFactory) -> Path:
     entries = [one for one in second.entries if one.current != 3] + [one for one in first.entries if one.current == 3]
     save_advice(replace(second, entries=tuple(entries)), folder / runs.ADVICE)
     with open_recorder(folder / runs.LOG) as recorder:
+        for number, advice in enumerate(advices, start=1):
+            recorder.coached_run(number, CoachedRun(number, 60, 9, 4, 3, 50.0, json.dumps(advice.to_dict()), "0" * 16))
+        recorder.advice(load_advice(folder / runs.ADVICE).to_dict())
+        recorder.attachment(f"end/{runs.ADVICE}", (folder / runs.ADVICE).read_bytes())
         for run_number, category, wins, kept in (
             (1, None, 40, False), (2, None, 41, True), (1, (ANY_STIMULUS, 1), 12, False), (1, (ANY_STIMULUS, 3), 55, True),
         ):  # fmt: skip
@@ -310,13 +318,41 @@ def test_an_entry_of_several_runs_is_explained_by_its_own(team: Path) -> None:
     assert "run 1: with it the advice won 55 of 60 bouts" in said[3]
 
 
+def test_the_log_of_several_runs_tells_which_it_was_where_the_runs_are_gone(team: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(team, tmp_path / "run")
+    for path in folder.glob("run-*"):
+        path.unlink()
+    learning = learning_of(folder)
+    assert [text.rpartition(" tells how ")[2] for text in learning.unknown] == ["run 1 has learnt.", "run 2 has learnt."]
+    for one in learning.explained(learning.advice.entries):
+        assert not one.known
+        assert one.run == (1 if one.entry.current == 3 else 2)
+        said = reasons(one)
+        assert said[0].startswith(f"It comes from run {one.run}")
+        assert said[1].startswith(f"Worth {one.entry.fitness:.1f}")
+    alone = learning_of(folder / runs.LOG)
+    assert "name the folder" in alone.unknown[0]
+    assert alone.explained(alone.advice.entries) == learning.explained(learning.advice.entries)
+    scene = read_scene(folder / runs.LOG)
+    assert [lesson.why for lesson in scene.lessons] == [
+        tuple(reasons(one)) for one in learning.explained(learning.advice.entries)
+    ]
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{", '{"version": 1}', "x" * (1 << 21)])
+def test_a_run_of_a_log_that_can_not_be_read_counts_for_none(text: str) -> None:
+    told = TeamHistory()
+    told.take(LogEntry("/pal/run", 0.0, CoachedRunRecord(1, 1, 60, 9, 4, 3, 50.0, text, "0" * 16)))
+    assert not told.members
+
+
 def test_what_is_gone_of_several_runs_is_told_of(team: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(team, tmp_path / "run")
     (folder / runs.LOG).unlink()
     (folder / "run-1.mcap").unlink()
     (folder / "run-1.json").write_text("{")
     learning = learning_of(folder)
-    assert ["how the team exam went" in learning.unknown[0], "what run 1 had learnt" in learning.unknown[1]] == [True, True]
+    assert ["how the team exam went" in learning.unknown[0], "how run 1 has learnt" in learning.unknown[1]] == [True, True]
     found = {one.entry.current: one for one in learning.explained(learning.advice.entries)}
     assert found[1].run == 2
     assert not found[3].run
