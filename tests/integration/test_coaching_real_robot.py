@@ -142,8 +142,7 @@ def test_a_person_sets_up_judges_and_changes_the_battery(tmp_path: Path) -> None
 def test_a_robot_sets_itself_up_and_asks_where_it_cannot(tmp_path: Path) -> None:
     with handled() as (robot, url), Shell(tmp_path) as shell:
         shell.types(hil_on("coach", url, "--reset", "auto", "--budget", "100000", "--no-report", "--out", "run"))
-        shell.until("The battery is not watched")
-        shell.until("A pause begins before the next maneuver")
+        assert "The battery is not watched" in shell.until("A pause begins before the next maneuver")
         robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
         robot.take_off()
         shell.until("The floor sensors see no ring: put both robots back")
