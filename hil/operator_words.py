@@ -19,6 +19,7 @@ from hil.bridge.operator import (
     SUSPEND,
     WON,
 )
+from hil.questions import BY_KEY, key_name
 
 INPUTS: Final = {
     INTERRUPT: "the run was interrupted (Ctrl-C or a signal)",
@@ -41,3 +42,14 @@ KEYS: Final = {
     "q": "q, quit", "^": "drive forward", "v": "drive backward", "<": "turn left", ">": "turn right", "n": "n, next robot",
     "p": "p, robot before",
 }  # fmt: skip
+_ANSWERS: Final = {key: f"{key_name(key)}, {choice}" for key, choice in BY_KEY.items()}
+
+
+def key_words(key: str, *, questioned: bool) -> str:
+    """What a key asked for, in words.
+
+    Args:
+        key: The key.
+        questioned: The run asks questions, and takes keys as answers.
+    """
+    return (_ANSWERS if questioned else KEYS).get(key, key_name(key)[:20])

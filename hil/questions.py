@@ -20,8 +20,18 @@ ASKED: Final = "asked"
 """Kind of the event that says what is asked for now; its field `choices` lists what may be answered."""
 KEYS: Final = {WON: "w", LOST: "l", DRAWN: "d", READY: "\n", PAUSE: "p", RESUME: "r"}
 """The key of each choice."""
-_NAMES: Final = {"\n": "Enter"}
-_BY_KEY: Final = {key: choice for choice, key in KEYS.items()} | {"\r": READY}
+BY_KEY: Final = {key: choice for choice, key in KEYS.items()} | {"\r": READY}
+"""The choice of each key."""
+_ENTER: Final = {"\n", "\r"}
+
+
+def key_name(key: str) -> str:
+    """What a key of the terminal is called.
+
+    Args:
+        key: What it types.
+    """
+    return "Enter" if key in _ENTER else key
 
 
 class Questions:
@@ -54,7 +64,7 @@ class Questions:
         if self._recorder is not None:
             self._recorder.note(ASKED, text, choices=list(choices))
         if self._say is not None and choices:
-            keys = ", ".join(f"{_NAMES.get(KEYS[choice], KEYS[choice])}: {choice}" for choice in choices)
+            keys = ", ".join(f"{key_name(KEYS[choice])}: {choice}" for choice in choices)
             self._say(f"{text} ({keys})")
 
     def answer(self) -> str:
@@ -67,4 +77,4 @@ class Questions:
     def _answers(self) -> list[str]:
         """What steps have taken in since this was last called: keys first."""
         keys = [one.what.removeprefix(KEY) for one in self._operator.pressed()] if self._say is not None else []
-        return [*(_BY_KEY[key] for key in keys if key in _BY_KEY), *self._operator.chosen()]
+        return [*(BY_KEY[key] for key in keys if key in BY_KEY), *self._operator.chosen()]

@@ -159,3 +159,13 @@ class Document:
             what: What is wrong with it, its name included.
         """
         return self.door.wrong(self.path, line_of(self.text, field) if field else 0, what)
+
+
+def checkpoint_door(error: Callable[[str], Exception], *, largest: int) -> Door:
+    """How checkpoints of one kind of run come in.
+
+    Args:
+        error: Makes the door's error from its text.
+        largest: No such file is larger, in bytes.
+    """
+    return Door("checkpoint", error, largest, "there is no checkpoint {path} to resume from: run without --resume first")

@@ -12,7 +12,8 @@ from firmware_protocol.messages.robot import AckResult, Reason, State
 from hil.bridge.operator import KEY, POSE
 from hil.look.scene import DECISION, Lane, Mark, TimeCurves
 from hil.mcaplog.records import BridgeStep, DecisionRecord, EventRecord, UnsentBytes
-from hil.operator_words import INPUTS, KEYS
+from hil.operator_words import INPUTS, key_words
+from hil.questions import ASKED
 
 if TYPE_CHECKING:
     from hil.look.scene import Scene
@@ -48,6 +49,7 @@ class Timeline:
     def __init__(self) -> None:
         self._marks: list[Mark] = []
         self._of_kind: Counter[str] = Counter()
+        self._questioned = False
         self._networks: dict[str, int] = {}
         self._network = 0
         self._states: dict[tuple[int, int], list[tuple[float, int]]] = {}
@@ -65,6 +67,7 @@ class Timeline:
                 why = Reason(value.reason).name.lower().replace("_", " ") if value.reason in set(Reason) else value.reason
                 self._mark(time, "refused", f"robot {entry.sender[0]} refused a command: {why}")
         elif isinstance(value, EventRecord):
+            self._questioned |= value.kind == ASKED
             self._mark(time, value.kind, value.text)
         elif isinstance(value, Statustext):
             self._mark(time, "robot", f"robot {entry.sender[0] if entry.sender else '?'}: {value.text}")
@@ -88,7 +91,7 @@ class Timeline:
             to = f" (robot {robot})" if robot else ""
             if what.startswith(KEY):
                 key = what.removeprefix(KEY)
-                self._mark(time, "key", f"key: {KEYS.get(key, key)}{to}")
+                self._mark(time, "key", f"key: {key_words(key, questioned=self._questioned)}{to}")
             else:
                 self._mark(time, "operator", INPUTS.get(what, what) + to)
         if step.lost:

@@ -42,6 +42,7 @@ from hil.mcaplog.records import (
     WireBytes,
 )  # fmt: skip
 from hil.mcaplog.writing.joints import PLOTS
+from hil.questions import ASKED
 from hil.recording.protagonist import Protagonist
 from hil.report.happened.course import TELLING, of_the_operator
 from hil.report.learnt import read_learnt
@@ -219,6 +220,7 @@ class Gatherer:
                 self._series = value.text
                 data.course.chapters.append((time, value.text))
             else:
+                data.course.questioned |= value.kind == ASKED
                 data.events.append((time, value))
 
     def asked(self, inputs: Sequence[OperatorInput], time: float) -> None:

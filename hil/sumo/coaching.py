@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, Protocol
 from firmware_protocol.errors import HilError, PeerGoneError, PeerLostError
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import Outcome
-from hil.doors import Document, Door
+from hil.doors import Document, checkpoint_door
 from hil.files.outputs import replace_file
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.bouts import MOST_LOSSES, Bout, check_encounter
@@ -44,12 +44,7 @@ class CheckpointError(HilError):
     """A checkpoint can't be read, or belongs to another run."""
 
 
-DOOR: Final = Door(
-    "checkpoint",
-    CheckpointError,
-    largest=64 << 20,
-    missing="there is no checkpoint {path} to resume from: run without --resume first",
-)
+DOOR: Final = checkpoint_door(CheckpointError, largest=64 << 20)
 """A run of 1,600 maneuvers takes 200 kB."""
 
 

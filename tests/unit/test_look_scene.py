@@ -45,6 +45,7 @@ from hil.look.reading import read_scene
 from hil.look.scene import Ground, Scene, Terrain
 from hil.mcaplog.errors import LogError, UnreadableLogError
 from hil.mcaplog.reading.reader import LogReader
+from hil.questions import ASKED
 from simdevice.swarm.rooms import NAMES, built_in
 
 if TYPE_CHECKING:
@@ -163,6 +164,13 @@ def test_of_several_robots_one_is_shown(tmp_path: Path) -> None:
     assert "There are 2 sumo robots in the log: this is robot 5" in scene.notes[0]
     with pytest.raises(LogError, match=r"no sumo robot 4 in .*: there is 3, 5"):
         read_scene(tmp_path / "r.mcap", robot=4)
+
+
+def test_keys_of_a_bout_that_is_judged_are_answers(tmp_path: Path) -> None:
+    with open_recorder(tmp_path / "k.mcap") as recorder:
+        recorder.note(ASKED, "how does it end?", choices=["won", "lost", "drawn"])
+        recorder.step(4.1, [(4.1, FRAME)], Circumstances((OperatorInput("key d"), OperatorInput("key \n"))))
+    assert kinds(read_scene(tmp_path / "k.mcap"), "key") == ["key: d, drawn", "key: Enter, ready"]
 
 
 def test_keys_e_stop_and_refusals_are_marks(tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
 from hil.mcaplog.errors import UnreadableLogError
 from hil.mcaplog.records import EventRecord
+from hil.questions import ASKED
 from hil.report.gather import gather
 from hil.report.happened.course import MOST_HAPPENINGS, SILENCE, Course
 from hil.report.happened.course_figures import COLUMNS, MOST_LANES, thinned, time_line
@@ -55,6 +56,16 @@ def stopped_course() -> Course:
     course.sent(stop(confirmation=1), 2.6)
     told(course, (2.53, STOPPED), (3.5, STOPPED), (4.0, DISARMED), (5.0, DISARMED))
     return course
+
+
+def test_keys_of_a_run_that_asks_questions_are_answers(tmp_path: Path) -> None:
+    pressed = [OperatorInput(f"key {key}") for key in ("d", "\r", "x")]
+    with open_recorder(tmp_path / "log.mcap") as recorder:
+        recorder.step(1.0, [], Circumstances((OperatorInput("key d"),)))
+        recorder.note(ASKED, "how does it end?", choices=["drawn"])
+        recorder.step(2.0, [], Circumstances((*pressed, OperatorInput("drawn"))))
+    texts = [one.text for one in gather(tmp_path / "log.mcap").course.happenings]
+    assert texts == ["d, disarm", "d, drawn", "Enter, ready", "x", "drawn, said on the live page"]
 
 
 def test_states_follow_one_another_and_end_in_silence() -> None:

@@ -26,6 +26,7 @@ from hil.look.scene import Chapter, Ground, Scene, Terrain
 from hil.look.sumo import SumoPart
 from hil.look.timeline import Timeline
 from hil.mcaplog.records import SERIES, BridgeOpening, EventRecord, SurroundStateRecord
+from hil.questions import ASKED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -97,6 +98,7 @@ class Unfolding:
         self._networks: set[str] = set()
         self._step: Overheard | None = None
         self._kept_of = ""
+        self._questioned = False
         self._surround: SurroundStateRecord | None = None
         self._learner = LearningPart()
         self._learnt: tuple[int, Scene] = (-1, Scene())
@@ -166,6 +168,9 @@ class Unfolding:
         kept = isinstance(value, RobotSession | SwarmSense | TableReset)
         match value:
             case EventRecord(kind=kind, text=text):
+                if kind == ASKED and not self._questioned:
+                    self._questioned = True
+                    self._keep(entry)
                 if kind == SERIES:
                     self._series.append((entry.time, text))
                 return kind == BOUT and self._bout(entry.time, value)

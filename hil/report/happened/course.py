@@ -11,7 +11,7 @@ from firmware_protocol.messages import HOST_SYSTEM, CommandLong, Heartbeat, Robo
 from firmware_protocol.messages.robot import State
 from firmware_protocol.messages.standard import GROUND_STATION, Command
 from hil.bridge.operator import KEY
-from hil.operator_words import INPUTS, KEYS
+from hil.operator_words import INPUTS, key_words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,6 +94,7 @@ class Course:
         happenings: What happened besides, in order.
         left_out: Happenings that were too many to be kept.
         networks: How many networks the run had: robots of different ones may have the same id.
+        questioned: The run asks questions, and takes keys as answers.
     """
 
     def __init__(self) -> None:
@@ -102,6 +103,7 @@ class Course:
         self.happenings: list[Happening] = []
         self.left_out: Counter[str] = Counter()
         self.networks = 0
+        self.questioned = False
         self._stretches = 0
         self._commanded: list[tuple[float, int]] = []
         self._keys: list[tuple[float, str]] = []
@@ -133,7 +135,7 @@ class Course:
             if what.startswith(KEY):
                 key = what.removeprefix(KEY)
                 self._keys.append((time, key))
-                self.happened(time, "key", f"{KEYS.get(key, key[:20])}{to}")
+                self.happened(time, "key", f"{key_words(key, questioned=self.questioned)}{to}")
             elif what in INPUTS:
                 self.happened(time, "operator", INPUTS[what] + to)
 

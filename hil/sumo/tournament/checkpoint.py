@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome
-from hil.doors import Door
+from hil.doors import checkpoint_door
 from hil.sumo.tournament.entrants import Entrant
 from hil.sumo.tournament.schedule import MOST_BOUTS, MOST_SEED, Tournament, TournamentBout
 from pal_advisor.fields import FieldError, Fields
@@ -29,12 +29,7 @@ class TournamentCheckpointError(HilError):
     """A checkpoint of a tournament can't be read, or belongs to something else."""
 
 
-DOOR: Final = Door(
-    "checkpoint",
-    TournamentCheckpointError,
-    largest=256 << 20,
-    missing="there is no checkpoint {path} to resume from: run without --resume first",
-)
+DOOR: Final = checkpoint_door(TournamentCheckpointError, largest=256 << 20)
 """A bout takes 40 bytes, an entrant's advice up to 100 kB."""
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
-from hil.doors import Document, Door
+from hil.doors import Document, checkpoint_door
 from hil.swarm.missions.surround_history import SurroundHistory
 from hil.swarm.missions.surround_outcome import SurroundOutcome, read_absences
 from hil.swarm.missions.surround_settings import SurroundSettings
@@ -28,12 +28,7 @@ class SurroundCheckpointError(HilError):
     """A checkpoint can't be read, or belongs to another run."""
 
 
-DOOR: Final = Door(
-    "checkpoint",
-    SurroundCheckpointError,
-    largest=64 << 20,
-    missing="there is no checkpoint {path} to resume from: run without --resume first",
-)
+DOOR: Final = checkpoint_door(SurroundCheckpointError, largest=64 << 20)
 """A run of 100 steps takes 20 kB."""
 
 

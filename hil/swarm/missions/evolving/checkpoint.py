@@ -7,7 +7,7 @@ from dataclasses import asdict, astuple, dataclass, fields
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.errors import HilError
-from hil.doors import Document, Door
+from hil.doors import Document, checkpoint_door
 from hil.swarm.missions.evolving.evaluation import EvaluationResult
 from hil.swarm.missions.evolving.evolution import Evolution
 from hil.swarm.missions.surround_checkpoint import MOST_SEED, MOST_SEEDS
@@ -30,12 +30,7 @@ class EvolutionCheckpointError(HilError):
     """A checkpoint of a search can't be read, or belongs to another run."""
 
 
-DOOR: Final = Door(
-    "checkpoint",
-    EvolutionCheckpointError,
-    largest=256 << 20,
-    missing="there is no checkpoint {path} to resume from: run without --resume first",
-)
+DOOR: Final = checkpoint_door(EvolutionCheckpointError, largest=256 << 20)
 """An evaluation takes 150 bytes."""
 
 
