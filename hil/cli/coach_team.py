@@ -71,7 +71,7 @@ def budget_of(text: str) -> tuple[int, float]:
     return (number, 0.0) if not unit else (MOST_BUDGET, unit * number)
 
 
-def check_team(context: typer.Context, link: str | None, begun: Begun | None) -> None:
+def check_team(context: typer.Context, link: str | None, begun: BegunTeam | None) -> None:
     """See that there can be several runs.
 
     Args:
@@ -94,7 +94,7 @@ def check_team(context: typer.Context, link: str | None, begun: Begun | None) ->
 
 
 @dataclass(frozen=True)
-class Begun:
+class BegunTeam:
     """Runs that were begun together, and are to be gone on with.
 
     Attributes:
@@ -115,7 +115,7 @@ class Begun:
         return CHECKPOINT.read(path) if path.exists() else None
 
 
-def begun_team(*, resume: bool, resume_from: Path | None, opponent: str | None) -> Begun | None:
+def begun_team(*, resume: bool, resume_from: Path | None, opponent: str | None) -> BegunTeam | None:
     """Runs that are to be gone on with; None where one run is, or none.
 
     Args:
@@ -139,7 +139,7 @@ def begun_team(*, resume: bool, resume_from: Path | None, opponent: str | None) 
     return None
 
 
-def _begun(path: Path) -> Begun:
+def _begun(path: Path) -> BegunTeam:
     document = DOOR.document(path, json=True)
     try:
         fields = Fields(document.data)
@@ -147,7 +147,7 @@ def _begun(path: Path) -> Begun:
         fields.done()
     except FieldError as error:
         raise document.wrong("", f"this list of runs is damaged: {error}") from error
-    return Begun(job, path)
+    return BegunTeam(job, path)
 
 
 @dataclass(frozen=True)
@@ -247,7 +247,7 @@ def coach_team(
     places: Places,
     as_json: bool,
     quiet: bool,
-    begun: Begun | None = None,
+    begun: BegunTeam | None = None,
 ) -> int:
     """Coach several robots, put one advice together, and try it.
 

@@ -15,11 +15,10 @@ from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
-from hil.sumo.attended import JudgedRing, PausedRing, PoweredRing
+from hil.sumo.attended import FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
-from hil.sumo.floor import FloorJudge, LonelyRing
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
 from hil.sumo.summary import per_stimulus

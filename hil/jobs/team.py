@@ -213,7 +213,7 @@ class TeamJob:
                 raise
 
 
-class _Results(Generic[R]):
+class _FromWorkers(Generic[R]):
     """What workers give of one kind, counted for a replay."""
 
     def __init__(self, stage: Stage, recorded: Recorded[R]) -> None:
@@ -242,8 +242,8 @@ class _TeamWork:
         self._stage = stage
         self._recorder = recorder
         self._runs: list[CoachedRun] = []
-        self._coached = _Results(stage, RUNS)
-        self._bouts = _Results(stage, PLAYED)
+        self._coached = _FromWorkers(stage, RUNS)
+        self._bouts = _FromWorkers(stage, PLAYED)
         self._seconds = 0.0
 
     def do(self) -> Team:

@@ -12,6 +12,9 @@ small for the constant, greater for motions and greatest for joints: what is par
 A maneuver with n performances of mean m is worth both: pv = s2 / 2 + h being the variance of what the features can't tell,
 and e = s2 / n that of the mean, its value is (pv m + e p) / (pv + e), and the variance of it pv e / (pv + e).
 
+A and b are of the same performances, those up to the last renewal: with an A that is older than its b, what is foretold grows
+with the count. A maneuver's own mean is of all performances.
+
 All sums are made element by element in a fixed order, never by a BLAS: the same performances give the same bits anywhere.
 """
 
@@ -41,8 +44,9 @@ PRIOR_CONSTANT: Final = 0.01
 PRIOR_MOTION: Final = 4.0
 PRIOR_JOINT: Final = 8.0
 """Performances that no effect of a feature is worth."""
-RENEW_EVERY: Final = 12
-"""Performances after which the inverse is made anew."""
+RENEW_SHARE: Final = 4
+RENEW_LATEST: Final = 12
+"""A and b are made anew after a fourth as many performances again, and after 12 at the latest."""
 OWN: Final = 2.0
 """What the features can't tell of a maneuver has the variance of a performance over this."""
 ENOUGH: Final = 5
@@ -99,6 +103,7 @@ class Model:
         self._total = np.zeros(0)
         self._squares = np.zeros(0)
         self._renewed = np.zeros(0)
+        self._renewed_total = np.zeros(0)
         self._renewed_at = 0
         self._inverse = self._inverse_of(self._renewed)
         self._doubt = np.zeros(0)
@@ -121,8 +126,9 @@ class Model:
     def _grow(self) -> None:
         more = max(64, len(self._count))
         self._features = np.concatenate((self._features, np.full((more, self._places), self._size, dtype=np.intp)))
-        self._count, self._total, self._squares, self._renewed = (
-            np.concatenate((array, np.zeros(more))) for array in (self._count, self._total, self._squares, self._renewed)
+        self._count, self._total, self._squares, self._renewed, self._renewed_total = (
+            np.concatenate((array, np.zeros(more)))
+            for array in (self._count, self._total, self._squares, self._renewed, self._renewed_total)
         )
 
     def _features_of(self, genome: Sequence[int]) -> list[int]:
@@ -147,7 +153,7 @@ class Model:
         self._count[row] += 1.0
         self._total[row] += fitness
         self._squares[row] += fitness * fitness
-        if self.count - self._renewed_at >= RENEW_EVERY:
+        if self.count - self._renewed_at >= min(RENEW_LATEST, max(1, self._renewed_at // RENEW_SHARE)):
             self.renew()
 
     def of(self, genome: Sequence[int]) -> float:
@@ -172,10 +178,11 @@ class Model:
         return OwnMean(int(count), float(self._total[row]) / count, math.sqrt(self.variance() / count))
 
     def renew(self) -> None:
-        """Make the inverse of all performances so far."""
+        """Make A^-1 and b of all performances so far."""
         if self._renewed_at != self.count:
             self._renewed_at = self.count
             self._renewed = self._count.copy()
+            self._renewed_total = self._total.copy()
             self._inverse = self._inverse_of(self._renewed)
             self._doubt = np.zeros(0)
 
@@ -207,7 +214,7 @@ class Model:
     def weights(self) -> Floats:
         """W = A^-1 b, with a 0 for what is no feature; shape (features + 1,)."""
         rows = len(self._rows)
-        sums = np.bincount(self._features[:rows].ravel(), np.repeat(self._total[:rows], self._places), self._size + 1)
+        sums = np.bincount(self._features[:rows].ravel(), np.repeat(self._renewed_total[:rows], self._places), self._size + 1)
         weights: Floats = (self._inverse * sums[:, None]).sum(axis=0)
         return weights
 
@@ -262,10 +269,10 @@ class Model:
         return Estimates(value, np.sqrt(doubt), np.where(count > 0.0, count, UNKNOWN))
 
     def to_list(self) -> list[Any]:
-        """State as plain values: for every row performances, those at the last renewal, sum of fitness, sum of squares."""
+        """State as plain values: for every row performances, now and at the last renewal, and the sums, as `restore` names them."""
         rows = slice(len(self._rows))
         counts = (self._count[rows].astype(int).tolist(), self._renewed[rows].astype(int).tolist())
-        sums = (self._total[rows].tolist(), self._squares[rows].tolist())
+        sums = (self._total[rows].tolist(), self._squares[rows].tolist(), self._renewed_total[rows].tolist())
         return [list(row) for row in zip(*counts, *sums, strict=True)]
 
     def restore(self, data: object, path: str, error: type[FieldError]) -> None:
@@ -282,11 +289,12 @@ class Model:
         if not isinstance(data, list) or len(data) != len(self._rows):
             raise error(path, f"expected a list of {len(self._rows)}, one for each motion of the archive")
         for row, item in enumerate(data):
-            fields = Fields.row(item, ("performed", "renewed", "total", "squares"), f"{path}[{row}]", error)
+            fields = Fields.row(item, ("performed", "renewed", "total", "squares", "renewed_total"), f"{path}[{row}]", error)
             self._count[row] = performed = fields.integer("performed")
             self._renewed[row] = fields.integer("renewed", 0, performed)
             self._total[row] = fields.number("total", -SUM, SUM)
             self._squares[row] = fields.number("squares", 0.0, SQUARES)
+            self._renewed_total[row] = fields.number("renewed_total", -SUM, SUM)
         self.count = int(self._count.sum())
         self._renewed_at = int(self._renewed.sum())
         self._inverse = self._inverse_of(self._renewed)

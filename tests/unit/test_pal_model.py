@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.vocabulary import FINE_ACTIONS, Action
 from pal_advisor.fields import StateError
 from pal_advisor.maneuvers.evidence import SAME_MOTION, UNKNOWN
-from pal_advisor.maneuvers.model import OWN, PRIOR_CONSTANT, PRIOR_JOINT, PRIOR_MOTION, RENEW_EVERY, Model
+from pal_advisor.maneuvers.model import OWN, PRIOR_CONSTANT, PRIOR_JOINT, PRIOR_MOTION, RENEW_LATEST, Model
 
 MOTIONS = sorted(set(SAME_MOTION) - {int(Action.S)})
 
@@ -38,9 +38,10 @@ def some_performances(count: int) -> list[tuple[tuple[int, ...], float]]:
 
 
 def test_it_foretells_as_the_equations_say() -> None:
-    model, performances = Model(4), some_performances(10 * RENEW_EVERY)
+    model, performances = Model(4), some_performances(10 * RENEW_LATEST)
     for genome, fitness in performances:
         model.add(genome, fitness)
+    model.renew()
     x = np.array([features(genome) for genome, _ in performances])
     y = np.array([fitness for _, fitness in performances])
     inverse = np.linalg.inv(x.T @ x + np.diag(PRIOR))
@@ -63,14 +64,14 @@ def test_it_foretells_as_the_equations_say() -> None:
 
 def test_what_was_never_performed_is_foretold_by_its_likes() -> None:
     model = Model(4)
-    for _ in range(RENEW_EVERY):
+    for _ in range(RENEW_LATEST):
         model.add(codes("FF FF FF FF"), 10.0)
         model.add(codes("SB SB SB SB"), -10.0)
     alike, other = model.enter(codes("FF FF FF SF")), model.enter(codes("SB SB SB FB"))
     found = model.estimates()
     assert found.value[alike] > 3.0 > -3.0 > found.value[other]
     assert found.evidence[alike] == UNKNOWN == model.of(codes("FF FF FF SF"))
-    assert model.of(codes("FF FF FF FF")) == RENEW_EVERY
+    assert model.of(codes("FF FF FF FF")) == RENEW_LATEST
 
 
 def test_basic_actions_and_the_fine_actions_they_perform_are_one_row() -> None:
@@ -80,12 +81,24 @@ def test_basic_actions_and_the_fine_actions_they_perform_are_one_row() -> None:
     assert model.enter(codes("MF LBRF LFRB S")) == model.enter(codes("F L R S"))
 
 
-def test_the_inverse_is_renewed_now_and_then() -> None:
-    model = Model(2)
-    for number in range(RENEW_EVERY):
-        assert model.foretell([codes("FF FF")])[1][0] == pytest.approx(model.foretell([codes("SB SB")])[1][0]), number
-        model.add(codes("FF FF"), float(number % 2))
-    assert model.foretell([codes("FF FF")])[1][0] < model.foretell([codes("SB SB")])[1][0]
+def test_what_is_foretold_is_renewed_often_at_first_and_by_and_by_less() -> None:
+    model, renewed, before = Model(2), [], 0.0
+    for number in range(1, 80):
+        model.add(codes("FF FF"), float(number))
+        foretold = float(model.foretell([codes("FF FF")])[0][0])
+        if foretold != before:
+            renewed.append(number)
+        before = foretold
+    assert renewed == [1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 15, 18, 22, 27, 33, 41, 51, 63, 75]
+
+
+def test_what_always_gives_the_same_is_foretold_to_give_no_more() -> None:
+    """Whatever has come since the last renewal: A and b are of the same performances."""
+    model = Model(4)
+    for number in range(1, 100):
+        model.add(codes("FF FF SF S"), 10.0)
+        assert 0.0 < model.foretell([codes("FF FF SF S")])[0][0] <= 10.0 + 1e-9, number
+    assert model.foretell([codes("FF FF SF S")])[0][0] == pytest.approx(10.0, abs=0.01)
 
 
 def test_nothing_known_is_nothing_promised() -> None:
@@ -95,9 +108,9 @@ def test_nothing_known_is_nothing_promised() -> None:
     assert model.estimates().error[0] > 1.0
 
 
-@pytest.mark.parametrize("cut", [0, 1, RENEW_EVERY - 1, RENEW_EVERY, 3 * RENEW_EVERY + 5])
+@pytest.mark.parametrize("cut", [0, 1, RENEW_LATEST - 1, RENEW_LATEST, 3 * RENEW_LATEST + 5])
 def test_it_goes_on_from_its_state_bit_for_bit(cut: int) -> None:
-    performances = some_performances(5 * RENEW_EVERY)
+    performances = some_performances(5 * RENEW_LATEST)
     whole, first, again = Model(4), Model(4), Model(4)
     for model in (whole, first, again):
         for genome, _ in performances:
@@ -120,5 +133,5 @@ def test_estimates_are_the_same_on_every_machine() -> None:
     for genome, fitness in some_performances(100):
         model.add(genome, fitness)
     found = model.estimates()
-    assert [float(found.value[row]).hex() for row in (0, 7)] == ["0x1.606c9f0e376f6p+2", "0x1.dcb5679a72fffp+2"]
-    assert [float(found.error[row]).hex() for row in (0, 7)] == ["0x1.d38f8fcb55cb2p+1", "0x1.02a71f8e35f69p+1"]
+    assert [float(found.value[row]).hex() for row in (0, 7)] == ["0x1.5f4e3c5d28ae3p+2", "0x1.dcae0c56da960p+2"]
+    assert [float(found.error[row]).hex() for row in (0, 7)] == ["0x1.d38927ec5a629p+1", "0x1.02a6f3799a2a3p+1"]

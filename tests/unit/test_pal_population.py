@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.vocabulary import BASIC_ACTIONS, FINE_ACTIONS, Action
 from pal_advisor.maneuvers import PalSettings
-from pal_advisor.maneuvers.model import RENEW_EVERY
+from pal_advisor.maneuvers.model import RENEW_LATEST
 from pal_advisor.maneuvers.population import Population
 
 ANCESTORS = [
@@ -47,7 +47,7 @@ def grown(brood: int, curiosity: float = 0.0, mutation: float = 0.3) -> Populati
     settings = PalSettings(budget=300, population=20, brood=brood, curiosity=curiosity, mutation=mutation)
     population = Population(settings)
     population.begin(2, [], np.random.default_rng(1))
-    for number, genome in enumerate(population.members * RENEW_EVERY):
+    for number, genome in enumerate(population.members * RENEW_LATEST):
         population.rate(genome, 4, 5.0 * genome.count(int(Action.FF)) + number // 20 % 2)
     population.step(np.random.default_rng(2))
     return population

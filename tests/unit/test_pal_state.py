@@ -96,7 +96,7 @@ def test_the_first_wrong_field_is_named(path: tuple[Any, ...], value: object, na
         (("kept",), [[[255, 3], [0] * 4, 0]], "kept[0].genome: it is not in the archive"),
         (("kept",), [[[0, 0], [0] * 4, 1]], "kept[0].category: there is no population of [0, 0]"),
         (("populations", 0, "evidence"), [], "populations[0].evidence: expected a list of"),
-        (("populations", 0, "evidence", 0), -1, "populations[0].evidence[0]: expected a list of 4"),
+        (("populations", 0, "evidence", 0), -1, "populations[0].evidence[0]: expected a list of 5"),
         (("populations", 0, "evidence", 0, 0), -1, "populations[0].evidence[0].performed"),
         (("populations", 0, "evidence", 0, 1), 10**6, "populations[0].evidence[0].renewed: expected a whole number, 0 to"),
         (("populations", 0, "evidence", 0, 2), float("inf"), "populations[0].evidence[0].total"),
