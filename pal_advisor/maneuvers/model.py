@@ -269,7 +269,7 @@ class Model:
         return Estimates(value, np.sqrt(doubt), np.where(count > 0.0, count, UNKNOWN))
 
     def to_list(self) -> list[Any]:
-        """State as plain values: for every row performances, now and at the last renewal, and the sums, as `restore` names them."""
+        """State as plain values: of every row performances, now and at the last renewal, and sums, as `restore` names them."""
         rows = slice(len(self._rows))
         counts = (self._count[rows].astype(int).tolist(), self._renewed[rows].astype(int).tolist())
         sums = (self._total[rows].tolist(), self._squares[rows].tolist(), self._renewed_total[rows].tolist())

@@ -104,7 +104,7 @@ def test_what_a_run_says_of_itself() -> None:
     assert (record.verb, record.what, record.opponent, record.seed, record.state, record.status) == (
         "coach", "flat-light", "flat-light", 5, "done", 0,
     )  # fmt: skip
-    assert record.settings["budget"] == 8
+    assert record.settings["budget"] == "8"
     assert record.settings["reconnect"] == 30.0
     assert {"junior-hil", "protocol", "numpy", "protobuf", "python"} <= record.versions.keys()
     assert record.result["maneuvers"] == 8

@@ -124,7 +124,7 @@ def test_every_picture_is_on_the_page_and_beside_it(report: ReportFiles) -> None
 def test_the_numbers_are_those_of_the_log(report: ReportFiles, coached: Path) -> None:
     entries = list(LogReader(coached).entries())
     bouts = [json.loads(e.value.fields) for e in entries if e.topic == "/events" and e.value.kind == "bout"]
-    wins = sum(bout["outcome"] == "win" for bout in bouts)
+    wins, losses, draws = (sum(bout["outcome"] == outcome for bout in bouts) for outcome in ("win", "loss", "draw"))
     page = Page(report.page.read_text("utf-8"))
     assert f"Junior performed {sum(e.topic == '/pal/trial' for e in entries):,} maneuvers" in page.text
     advice = json.loads(next(e.value.json for e in entries if e.topic == "/pal/advice"))
@@ -136,7 +136,7 @@ def test_the_numbers_are_those_of_the_log(report: ReportFiles, coached: Path) ->
     assert f"The link carried {frames:,} good frames" in page.text
     table = bout_table(gather(coached))
     assert table is not None
-    assert table.rows[0][:6] == ("coaching", "flat-light", str(len(bouts)), str(wins), "0", str(len(bouts) - wins))
+    assert table.rows[0][:6] == ("coaching", "flat-light", *map(str, (len(bouts), wins, losses, draws)))
     assert table.rows[0][3] in page.text
 
 
