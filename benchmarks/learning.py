@@ -17,6 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from itertools import product
 from pathlib import Path
@@ -25,18 +26,23 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 import hil
+from firmware_protocol.messages import BoutOutcome
 from hil.book.measurement import Measurement, mean_of
-from hil.seeds import Branch, bout_seed
+from hil.seeds import Branch, bout_seed, run_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from hil.working import open_crew
-from pal_advisor.maneuvers import PalSettings
+from pal_advisor.maneuvers import PalSettings, TeamExam, TeamScore
 from pal_advisor.maneuvers.settings import BEFORE
+from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Ring
 
 DUMMIES: Final = "flat-light,flat-heavy,curved-light,corner-light,point-light"
 JUDGE: Final = 77
@@ -54,8 +60,11 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "period-110": {"period": 0.11},
     "period-80": {"period": 0.08},
     "arms": {"arms_in_stimulus": True},
+    "time": {"robot_time": 960.0},
+    "4-runs": {"runs": 4},
+    "8-runs": {"runs": 8},
 }
-"""What each changes of the settings."""
+"""What each changes of the settings; `runs`: so many coachings and a team exam."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +90,13 @@ class Cell:
     @property
     def settings(self) -> PalSettings:
         """How it is coached."""
-        return PalSettings.from_dict({**json.loads(self.changes), "objective": self.objective})
+        changes = {name: value for name, value in json.loads(self.changes).items() if name != "runs"}
+        return PalSettings.from_dict({**changes, "objective": self.objective})
+
+    @property
+    def runs(self) -> int:
+        """Coachings that are put together."""
+        return int(json.loads(self.changes).get("runs", 1))
 
 
 @dataclass(frozen=True)
@@ -93,8 +108,8 @@ class Row:
         wins: Held-out bouts won.
         losses: Held-out bouts lost.
         time: Median time to win, in s; None where none was won.
-        maneuvers: Maneuvers performed.
-        robot_seconds: Time that the robot spent coaching, in s.
+        maneuvers: Maneuvers performed in coaching, all runs together.
+        robot_seconds: Time that the robot spent coaching and in the team exam, in s.
     """
 
     cell: Cell
@@ -111,21 +126,50 @@ def made(cell: Cell) -> Row:
     Args:
         cell: Which.
     """
-    with hil.connect(f"sim://junior?opponent={cell.opponent}&seed={cell.seed}") as junior:
+    advices, maneuvers, seconds = [], 0, 0.0
+    for number in range(1, cell.runs + 1):
+        seed = run_seed(cell.seed, number)
+        with ring_of(cell, seed) as ring:
+            coaching = Coaching(ring, new_pal(cell.settings, seed), seed=seed)
+            coaching.run()
+        advices.append(coaching.advice())
+        maneuvers += coaching.pal.used
+        seconds += coaching.progress.robot_seconds
+    exam = TeamExam(advices)
+    poses = [bout_seed(cell.seed, Branch.VALIDATION, number) for number in range(1, BOUTS + 1)]
+    while cell.runs > 1 and not exam.finished:
+        scores = []
+        for advice in exam.wanted:
+            with ring_of(cell, cell.seed) as ring:
+                scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
+        seconds += sum(score.seconds for score in scores)
+        exam.tell(scores)
+    seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
+    with ring_of(cell, cell.seed) as ring:
+        tally = Tally.of(cell.opponent, list(play(ring, AdviceController(exam.best), seeds)))
+    return Row(cell, tally.wins, tally.losses, tally.median_time_to_win, maneuvers, round(seconds, 3))
+
+
+@contextmanager
+def ring_of(cell: Cell, seed: int) -> Iterator[Ring]:
+    """A new emulated robot in a ring.
+
+    Args:
+        cell: Against whom.
+        seed: Seed of the robot.
+    """
+    with hil.connect(f"sim://junior?opponent={cell.opponent}&seed={seed}") as junior:
         junior.arm()
-        ring = open_ring(junior)
-        coaching = Coaching(ring, new_pal(cell.settings, cell.seed), seed=cell.seed)
-        coaching.run()
-        seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
-        tally = Tally.of(cell.opponent, list(play(ring, AdviceController(coaching.advice()), seeds)))
-    return Row(
-        cell,
-        tally.wins,
-        tally.losses,
-        tally.median_time_to_win,
-        coaching.pal.used,
-        round(coaching.progress.robot_seconds, 3),
-    )
+        yield open_ring(junior)
+
+
+def score_of(bouts: Sequence[Bout]) -> TeamScore:
+    """How an advice did.
+
+    Args:
+        bouts: The bouts it played.
+    """
+    return TeamScore(sum(bout.outcome is BoutOutcome.WIN for bout in bouts), len(bouts), sum(bout.time for bout in bouts))
 
 
 def kept(results: Path) -> dict[Cell, Row]:

@@ -19,7 +19,9 @@ class Branch(IntEnum):
     SURROUND = 7
     START_PLACES = 8
     SEARCH = 9
+    VALIDATION = 10
     TOURNAMENT = 11
+    RUNS = 12
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:
@@ -31,6 +33,19 @@ def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:
         part: Which part of the run, as a number, where it has parts that know nothing of each other.
     """
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, branch, *part])))
+
+
+def run_seed(seed: int, number: int) -> int:
+    """Seed of one of several runs that belong together: of the first it is the seed itself.
+
+    Args:
+        seed: Seed of them all.
+        number: Number of the run, from 1.
+
+    Returns:
+        0..2**32-1.
+    """
+    return seed if number == 1 else bout_seed(seed, Branch.RUNS, number)
 
 
 def bout_seed(seed: int, branch: Branch, number: int) -> int:

@@ -71,6 +71,11 @@ class Verbs(VerbGroup):
         Verb("view", "hil.cli.view:view", "Make one HTML page that plays a log: the arena, curves, events, lessons."),
         Verb("report", "hil.cli.report:report", "Say what happened in a run, on one self-contained HTML page with pictures."),
         Verb(
+            "explain",
+            "hil.cli.explain:explain",
+            "Say why each maneuver of an advice is there: how it was bred, what was foretold, what came of it, what it beat.",
+        ),
+        Verb(
             "runs",
             "hil.cli.runs:runs",
             "List the runs in ./runs, the newest first: when, what, with what result, how large.",

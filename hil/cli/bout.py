@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +13,7 @@ from hil import runs
 from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
+from hil.cli.asking import check_asked
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import check_side_by_side, play_side_by_side
@@ -126,7 +126,7 @@ def bout(
         opponent = own if own in OPPONENTS else "flat-light"
     url = common.url_of(link, opponent, seed)
     in_real_time = not links.emulated_here(url)
-    _check_judge(judge=judge, in_real_time=in_real_time, live=live, workers=workers)
+    check_asked("--judge" if judge else None, in_real_time=in_real_time and workers is None, live=live)
     pauses = page is not None and in_real_time and not judge
     job = BoutJob(chosen, learnt, trials, opponent, seed, reconnect, judged=judge, pauses=pauses, policy=policy)
     with running(
@@ -170,20 +170,6 @@ def bout(
         if short:
             console.print(f"Won {tally.win_rate.value:.3f}, required was {require:g}.")
     return run.ended()
-
-
-def _check_judge(*, judge: bool, in_real_time: bool, live: bool, workers: int | None) -> None:
-    """See that a person can judge, where one is to.
-
-    Raises:
-        UsageError: Nobody can, or need.
-    """
-    if not judge:
-        return
-    if not in_real_time or workers is not None:
-        raise common.UsageError("a robot that is emulated in this process has a referee: leave --judge out, or name a LINK")
-    if not live and (sys.stdin is None or not sys.stdin.isatty()):
-        raise common.UsageError("--judge asks a person, and nobody can be asked here: run it on a terminal, or add --live")
 
 
 def _chosen(controller: str | None) -> tuple[ControllerName, Policy | None]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shlex
 from contextlib import closing
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -15,16 +16,21 @@ from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
+from hil.cli.asking import check_asked
+from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
+from hil.jobs.team import MOST_RUNS, TeamJob
 from hil.mcaplog import LogError
+from hil.seeds import run_seed
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary
+from hil.working.processes import MOST_WORKERS
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
@@ -35,6 +41,8 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice
 
 DEFAULTS = PalSettings()
+BATTERY_RECONNECT: Final = 600.0
+"""How long a robot is waited for that a person stands beside, in s: time to charge or change a battery, and to put it back."""
 
 
 class PhasesName(StrEnum):
@@ -58,8 +66,33 @@ def coach(
         ),
     ] = None,
     budget: Annotated[
-        int, typer.Option("--budget", min=1, max=10_000_000, help="Maneuvers to be performed.")
-    ] = DEFAULTS.budget,
+        str | None,
+        typer.Option(
+            "--budget",
+            metavar="N|MINUTESmin|SECONDSs",
+            help=f"Maneuvers to be performed, or robot time, a run [default: {DEFAULTS.budget}; with --runs {TEAM_BUDGET}]",
+        ),
+    ] = None,
+    team: Annotated[
+        int,
+        typer.Option(
+            "--runs",
+            min=1,
+            max=MOST_RUNS,
+            metavar="K",
+            help="Coach K emulated robots apart, each with the whole budget, and put one advice together by whole bouts.",
+        ),
+    ] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            min=1,
+            max=MOST_WORKERS,
+            metavar="N",
+            help="With --runs: processes that share the work; the same result for every N [default: one a core].",
+        ),
+    ] = None,
     objective: Annotated[
         Objective | None,
         typer.Option("--objective", help="What a good maneuver is; outcome where there is a referee, else contact."),
@@ -76,6 +109,13 @@ def coach(
             "--mirror/--no-mirror",
             help="What is learnt on the left holds on the right: for a robot whose wheels are even "
             "[default: --mirror in lock-step, --no-mirror in real time]",
+        ),
+    ] = None,
+    end_on_change: Annotated[
+        bool | None,
+        typer.Option(
+            "--end-on-change/--no-end-on-change",
+            help="A maneuver ends when what the eyes see changes [default: so with --runs]",
         ),
     ] = None,
     period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
@@ -105,6 +145,20 @@ def coach(
     advice_out: Annotated[
         Path | None, typer.Option("--advice-out", metavar="FILE", help="Instead of advice.toml in the run's folder.")
     ] = None,
+    reset: Annotated[
+        Reset | None,
+        typer.Option(
+            "--reset",
+            help="Of a robot at LINK without a referee: ask has a person set the ring up between bouts; auto has the robot "
+            "back off and turn. Floor sensors say that a bout is lost, and 15 s that it is drawn.",
+        ),
+    ] = None,
+    judge: Annotated[
+        bool,
+        typer.Option(
+            "--judge", help="--reset ask, and the person alone says how each bout ends: by keys, or on the --live page."
+        ),
+    ] = False,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")] = True,
     live: live_options.LiveOption = False,
     open_page: live_options.OpenOption = None,
@@ -130,10 +184,29 @@ def coach(
     if opponent is not None:
         common.check_opponent(opponent)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
+    team_begun = None
+    if link is None and checkpoint is None:
+        team_begun = begun_team(resume=resume, resume_from=resume_from, opponent=opponent)
+    if team > 1 or team_begun is not None:
+        check_team(context, link, team_begun)
     clock = MonotonicClock()
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
     console = common.consoles(as_json=as_json, quiet=quiet)
+    asked = _Asked(objective, budget, phases, period, pairs, mirror, end_on_change)
+    if team_begun is not None or team > 1:
+        return coach_team(
+            _together(asked, link, opponent, team=team, held_out=held_out, seed=seed) if team_begun is None else team_begun.job,
+            workers=workers,
+            require=require,
+            advice_out=advice_out,
+            report=report,
+            console=console,
+            places=Places(out, log, no_log=no_log, overwrite=overwrite, options=config),
+            as_json=as_json,
+            quiet=quiet,
+            begun=team_begun,
+        )
     begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
@@ -141,8 +214,11 @@ def coach(
         seed = saved.seed
     elif link is None:
         opponent = opponent or "flat-light"
-    settings = _settings(objective, budget, phases, period, pairs=pairs, mirror=mirror) if saved is None else saved.pal.settings
+    settings = asked.settings(together=False) if saved is None else saved.pal.settings
     url = common.url_of(link, opponent, seed)
+    reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
+    if reset is not None and not common.was_given(context, "reconnect"):
+        reconnect = BATTERY_RECONNECT
     with running(
         "coach",
         opponent or "robot",
@@ -168,12 +244,17 @@ def coach(
             seed=seed,
             reconnect=reconnect,
             saved=begun.content,
-            pauses=page is not None and not links.emulated_here(url),
+            pauses=page is not None and not links.emulated_here(url) and reset is None,
+            reset=reset,
+            judged=judge,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
                 save=files.save_advice,
-                cut=lambda coaching: files.tell_how_to_resume(coaching, console, link, signing_key),
+                keep=files.keep_advice,
+                cut=lambda coaching: files.tell_how_to_resume(
+                    coaching, console, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
+                ),
                 unsaved=run.failed,
                 resumed=lambda found: begun.tell(found, run, console),
             ),
@@ -219,20 +300,65 @@ def coach(
     return run.ended()
 
 
-def _settings(
-    objective: Objective | None, budget: int, phases: PhasesName, period: float, *, pairs: bool, mirror: bool | None
-) -> PalSettings:
-    try:
-        return PalSettings(
-            objective=objective or Objective.OUTCOME,
-            budget=budget,
-            phases=phases.value,
-            pairs=pairs,
-            mirror=mirror is not False,
-            period=period,
-        )
-    except SettingsError as error:
-        raise common.UsageError(str(error)) from error
+@dataclass(frozen=True)
+class _Asked:
+    """What was asked for of how Pal coaches; see the options of `coach`."""
+
+    objective: Objective | None
+    budget: str | None
+    phases: PhasesName
+    period: float
+    pairs: bool
+    mirror: bool | None
+    end_on_change: bool | None
+
+    def settings(self, *, together: bool) -> PalSettings:
+        """As settings.
+
+        Args:
+            together: One of several runs.
+
+        Raises:
+            UsageError: A value makes no sense.
+        """
+        maneuvers, robot_time = budget_of(self.budget or (TEAM_BUDGET if together else str(DEFAULTS.budget)))
+        try:
+            return PalSettings(
+                objective=self.objective or Objective.OUTCOME,
+                budget=maneuvers,
+                robot_time=robot_time,
+                phases=self.phases.value,
+                pairs=self.pairs,
+                mirror=self.mirror is not False,
+                end_on_change=together if self.end_on_change is None else self.end_on_change,
+                period=self.period,
+            )
+        except SettingsError as error:
+            raise common.UsageError(str(error)) from error
+
+
+def _together(asked: _Asked, link: str | None, opponent: str | None, *, team: int, held_out: int | None, seed: int) -> TeamJob:
+    """Several runs, as they were asked for."""
+    opponent = opponent or "flat-light"
+    urls = [common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)]
+    return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed)
+
+
+def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) -> Reset | None:
+    """How the ring is set up.
+
+    Raises:
+        UsageError: There is no person where one is needed, or a person is to judge whom nobody is to ask.
+    """
+    if reset is Reset.AUTO and judge:
+        raise common.UsageError("--judge has a person beside the ring, who sets it up: leave --reset auto out")
+    check_asked("--judge" if judge else reset and "--reset", in_real_time=in_real_time, live=live)
+    return Reset.ASK if judge else reset
+
+
+def _words(reset: Reset | None, *, judge: bool) -> list[str]:
+    """How the ring is set up, as on a command line."""
+    return ["--judge"] if judge else ["--reset", reset.value] if reset else []
 
 
 def _report_folder(run: ActiveRun) -> Path | None:
@@ -361,9 +487,13 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     Raises:
         UsageError: Something else is asked for.
     """
-    begun: dict[str, object] = {**saved.pal.settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent}
-    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "period"):
+    settings = saved.pal.settings
+    budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
+    begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
+    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
         wanted = context.params[name]
+        if name == "budget" and wanted is not None and budget_of(wanted) == budget_of(budget):
+            continue
         if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(
                 f"the run to be resumed was begun with {name} {begun[name]}, not {wanted}: leave that out, or begin anew "
@@ -393,19 +523,31 @@ class _CoachingFiles:
         self.checkpoint = run.place(checkpoint, runs.CHECKPOINT)
         self.report = _report_folder(run) if report else None
         self.unsaved = False
+        self._kept = False
+        self._unkept = False
+
+    def keep_advice(self, advice: Advice) -> None:
+        """Write the best advice so far; where that fails, say so once."""
+        try:
+            save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
+            self._kept = True
+        except AdviceFileError as error:
+            if not self._unkept:
+                self._run.failed(str(error))
+            self._unkept = True
 
     def save_advice(self, advice: Advice) -> None:
         """Write the advice; where that fails, say what it is."""
         try:
-            save_advice(advice, self.advice, overwrite=self._run.overwrite)
+            save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
         except AdviceFileError as error:
             self._run.failed(str(error))
             common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
             self.unsaved = True
 
-    def tell_how_to_resume(self, coaching: Coaching, console: Console, link: str | None, signing_key: Path | None) -> None:
-        """Say where the work is, and how to go on; where no file holds it, say what it is."""
+    def tell_how_to_resume(self, coaching: Coaching, console: Console, words: list[str], signing_key: Path | None) -> None:
+        """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
         if not self.checkpoint.is_file() or coaching.unsaved:
             if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")
@@ -413,9 +555,11 @@ class _CoachingFiles:
             return
         run = self._run.run
         source = run.folder if run is not None and self.checkpoint == run.checkpoint else self.checkpoint
-        command = ["hil", "coach", *([link] if link else []), "--resume-from", str(source)]
+        command = ["hil", "coach", *words, "--resume-from", str(source)]
         if signing_key is not None:
             command += ["--signing-key", str(signing_key)]
+        if self._kept:
+            console.print(f"The best advice so far: {self.advice}", markup=False)
         console.print(f"What was learnt so far is in {self.checkpoint}. To go on: {shlex.join(command)}", markup=False)
 
     def draw(self, stage: LiveStage, document: dict[str, object], console: Console, *, announce: bool) -> None:

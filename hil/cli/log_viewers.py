@@ -28,9 +28,9 @@ def viewers(
     as_json: common.JsonOption = False,
     quiet: common.QuietOption = False,
 ) -> None:
-    """Say how a log is opened in Foxglove, Lichtblick and Rerun: with which layout, by which commands, with which dates.
+    """Say how to open a log in Foxglove, Lichtblick and Rerun.
 
-    Nothing is written, and no viewer started.
+    With which layout, and by which commands; for Rerun they make the log's times dates. Nothing is written or started.
 
     Example: hil log viewers runs/20261128-130501-coach-flat-light
     """

@@ -70,7 +70,7 @@ class Played:
     status: int = common.EXIT_DONE
 
 
-class _PartStage(LiveStage):
+class PartStage(LiveStage):
     """The outside of a part: while its log is begun, nothing interrupts, so that every log that is there is closed."""
 
     def begin_log(self) -> Recorder | None:
@@ -94,7 +94,7 @@ def play_part(part: Part) -> Played:
     run = ActiveRun(None, part.log, overwrite=True)  # in the run's own folder: left behind by a worker that has died
     console = common.plain_console(stderr=True, quiet=True)
     try:
-        stage = _PartStage(
+        stage = PartStage(
             run,
             part.job,
             part.url,

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
 from hil.jobs.progress import CoachingDisplay
 from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
-from hil.sumo.attended import PausedRing
+from hil.sumo.attended import JudgedRing, PausedRing, PoweredRing
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
+from hil.sumo.floor import FloorJudge, LonelyRing
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
 from hil.sumo.summary import per_stimulus
@@ -24,6 +28,7 @@ from pal_advisor.maneuvers import Objective, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from contextlib import AbstractContextManager
     from pathlib import Path
     from typing import Self
 
@@ -38,6 +43,15 @@ RANDOM_BOUTS: Final = 20
 MOST_BOUTS: Final = 1_000_000
 
 
+class Reset(StrEnum):
+    """How a ring without a referee is set up between bouts."""
+
+    ASK = "ask"
+    """A person does it, and says when it is ready."""
+    AUTO = "auto"
+    """The robot backs off and turns."""
+
+
 @dataclass(frozen=True)
 class Outputs:
     """Where a coaching run leaves what; by default nowhere.
@@ -45,6 +59,7 @@ class Outputs:
     Attributes:
         checkpoint: The file of its checkpoint; None writes none.
         save: Writes the advice; says False where it can't.
+        keep: Writes the best advice so far, whenever a checkpoint was due in real time.
         cut: Is told of a run that is cut short.
         unsaved: Is told, in words, that a checkpoint can't be written.
         resumed: Is told what is gone on from.
@@ -52,6 +67,7 @@ class Outputs:
 
     checkpoint: Path | None = None
     save: Callable[[Advice], object] = nothing
+    keep: Callable[[Advice], object] = nothing
     cut: Callable[[Coaching], None] = nothing
     unsaved: Callable[[str], None] = nothing
     resumed: Callable[[Checkpoint], None] = nothing
@@ -104,6 +120,8 @@ class CoachJob:
         reconnect: How long a robot or link that is lost is waited for, in s.
         saved: The checkpoint that is gone on from; None begins anew.
         pauses: A person who looks on may have the run pause.
+        reset: How the ring is set up between bouts; None: by its referee, or not at all.
+        judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -119,6 +137,8 @@ class CoachJob:
     reconnect: float
     saved: bytes | None = None
     pauses: bool = False
+    reset: Reset | None = None
+    judged: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -133,6 +153,8 @@ class CoachJob:
             "seed": self.seed,
             "reconnect": self.reconnect,
             **({"pauses": True} if self.pauses else {}),
+            **({"reset": self.reset.value} if self.reset else {}),
+            **({"judged": True} if self.judged else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -157,11 +179,14 @@ class CoachJob:
             reconnect=options.number("reconnect", 0, DAY),
             saved=files.get(CHECKPOINT),
             pauses=options.has("pauses") and options.flag("pauses"),
+            reset=options.one_of("reset", Reset) if options.has("reset") else None,
+            judged=options.has("judged") and options.flag("judged"),
         )
 
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
-        with open_session(Junior, stage, reconnect=self.reconnect) as session:
+        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
+        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session, self._keys(stage):
             run = _CoachingRun(self, session, stage)
             try:
                 run.coach()
@@ -175,6 +200,10 @@ class CoachJob:
             session.finish(coached.facts())
         return coached
 
+    def _keys(self, stage: Stage) -> AbstractContextManager[None]:
+        """Inside, a person beside the ring may answer by keys."""
+        return nullcontext() if self.reset is None else keys_taken_in(stage, lambda keys: [""] * len(keys))
+
 
 class _CoachingRun:
     """One coaching run."""
@@ -183,18 +212,15 @@ class _CoachingRun:
         self._job = job
         self._session = session
         saved = self._saved()
-        opponent = job.opponent
         self.seed = job.seed if saved is None else saved.seed
-        self.ring: Ring = open_ring(session.robot, opponent)
-        if job.pauses:
-            self.ring = PausedRing(self.ring, session.robot, session.questions())
+        self.ring = self._ring(stage)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:
             pal, progress = saved.pal, saved.progress
             job.outputs.resumed(saved)
         check_objective(pal.settings.objective, self.ring)
-        self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, quiet=stage.quiet)
+        self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, seconds=pal.seconds, quiet=stage.quiet)
         self._display.headline(session.robot, self.ring.opponent, pal)
         self.coaching = Coaching(
             self.ring,
@@ -205,6 +231,7 @@ class _CoachingRun:
             progress=progress,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
+            keep=None if session.lockstep else job.outputs.keep,
         )
         stage.describe(opponent=self.ring.opponent)
 
@@ -217,6 +244,31 @@ class _CoachingRun:
         found = job.find(self._session.robot.uid)
         self._session.attach(CHECKPOINT, found, begun=True)
         return checkpoint_of(found)
+
+    def _ring(self, stage: Stage) -> Ring:
+        """The ring, with who is beside it."""
+        job, junior = self._job, self._session.robot
+        if job.reset is None:
+            ring = open_ring(junior, job.opponent)
+            return PausedRing(ring, junior, self._session.questions()) if job.pauses else ring
+        questions = self._session.questions(stage.say)
+        lonely = job.reset is Reset.AUTO
+        bare: Ring = (
+            LonelyRing(junior, questions, job.opponent)
+            if lonely
+            else JudgedRing(junior, questions, job.opponent, None if job.judged else FloorJudge(junior))
+        )
+        low = junior.parameter("BATT_LOW") * 1e-3
+        if not low and stage.tell is not None:
+            stage.tell(
+                "The battery is not watched: have the robot say when it is low, as by hil param LINK BATT_LOW 6600 (mV)."
+            )
+        ring = PoweredRing(bare, junior, questions, low, self._save) if low else bare
+        return PausedRing(ring, junior, questions) if lonely else ring
+
+    def _save(self) -> None:
+        """Save what was learnt: the robot may be off for long."""
+        self.coaching.save()
 
     def _settings(self) -> PalSettings:
         settings = self._job.settings

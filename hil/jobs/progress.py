@@ -35,31 +35,45 @@ class CoachingDisplay:
         console: Where to.
         settings: How Pal coaches.
         used: Maneuvers already performed, for a resumed run.
+        seconds: Time for which the robot has performed already, in s.
         quiet: Show nothing.
     """
 
-    def __init__(self, console: Console, settings: PalSettings, *, used: int = 0, quiet: bool = False) -> None:
+    def __init__(
+        self, console: Console, settings: PalSettings, *, used: int = 0, seconds: float = 0.0, quiet: bool = False
+    ) -> None:
         self._console = console
-        self._budget = settings.budget
+        self._timed = settings.robot_time > 0.0
+        self._budget = round(settings.robot_time) if self._timed else settings.budget
         self._quiet = quiet
         self._used = used
+        self._seconds = seconds
+        self._told = self._done
         self._recent: list[bool] = []
         self._latest: dict[tuple[int, int], GenerationRecord] = {}
         self._counts: dict[tuple[int, int], int] = {}
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
         self._progress = Progress(*columns, console=console)
-        self._task = self._progress.add_task("Coaching", total=settings.budget, completed=used)
+        self._task = self._progress.add_task("Coaching", total=self._budget, completed=self._done)
         self._live = Live(console=console, refresh_per_second=8, transient=True, get_renderable=self._render)
         self._alive = console.is_terminal and not quiet
         self._shown = ExitStack()
+
+    @property
+    def _done(self) -> int:
+        """What of the budget is used: maneuvers, or s."""
+        return round(self._seconds) if self._timed else self._used
+
+    def _unit(self, number: int) -> str:
+        return f"{number} {'s of robot time' if self._timed else 'maneuvers'}"
 
     def headline(self, junior: Junior, opponent: str, pal: Pal) -> None:
         """Say what is about to happen."""
         if self._quiet:
             return
-        already = f", {pal.used} of them done already" if pal.used else ""
+        already = f", {pal.used}{' maneuvers' if self._timed else ' of them'} done already" if pal.used else ""
         self._console.print(
-            f"Connected to {junior.description}. Pal coaches it against {opponent}: {self._budget} maneuvers{already}, "
+            f"Connected to {junior.description}. Pal coaches it against {opponent}: {self._unit(self._budget)}{already}, "
             f"objective {pal.settings.objective.value}.",
             markup=False,
         )
@@ -86,20 +100,22 @@ class CoachingDisplay:
         self,
         trial: Trial,
         encounter: Encounter,  # noqa: ARG002
-        performance: Performance,  # noqa: ARG002
+        performance: Performance,
         fitness: float,  # noqa: ARG002
     ) -> None:
         """Count a maneuver."""
         self._used += 1
+        self._seconds += performance.performed
         self._counts[trial.category] = self._counts.get(trial.category, 0) + 1
         if self._alive:
             what = "Exam" if trial.exam else f"Phase {trial.phase}"
-            self._progress.update(self._task, completed=self._used, description=what)
-        elif not self._quiet and self._used * LINES // self._budget > (self._used - 1) * LINES // self._budget:
+            self._progress.update(self._task, completed=self._done, description=what)
+        elif not self._quiet and self._done * LINES // self._budget > self._told * LINES // self._budget:
+            self._told = self._done
             best = ", ".join(f"{_name(record)} {record.best:.1f}" for _, record in sorted(self._latest.items()))
             share = f", won {sum(self._recent)} of the last {len(self._recent)} bouts" if self._recent else ""
             self._console.print(
-                f"{self._used}/{self._budget} maneuvers{share}; fitness: {best or 'not rated yet'}", markup=False
+                f"{self._done}/{self._unit(self._budget)}{share}; fitness: {best or 'not rated yet'}", markup=False
             )
 
     def generation(self, record: GenerationRecord) -> None:

@@ -115,6 +115,7 @@ def document_of(scene: Scene, scale: TimeScale | None = None, since: float | Non
                 ],
                 "does": _short(one.does),
                 "worth": _short(one.worth),
+                "why": [_short(text) for text in one.why],
             }
             for one in scene.lessons
         ],

@@ -8,6 +8,10 @@ import numpy as np
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus, spelled_out
 from hil.doors import DocumentError, parse_json
+from hil.explaining.explanation import explain
+from hil.explaining.history import LearningHistory
+from hil.explaining.team import TeamHistory
+from hil.explaining.words import reasons, runner_up
 from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
 from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundGenerationRecord, SurroundStateRecord, TrialRecord
 from hil.report.learnt import Learnt, read_learnt
@@ -15,9 +19,10 @@ from pal_advisor.surround import Tables, TablesError, rules
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Action
+    from hil.explaining.explanation import Explanation
     from hil.look.scene import Scene
     from hil.mcaplog.reading.reader import LogEntry
-    from pal_advisor.maneuvers import AdviceEntry
+    from pal_advisor.maneuvers import Pal
 
 TOPICS: Final = ("/pal/generation", "/pal/trial", "/pal/advice", "/surround/state", "/surround/generation")
 SHARES: Final = {Speed.NONE: 0.0, Speed.FAST: 1.0, Speed.MODERATE: 0.7, Speed.SLOW: 0.4, Speed.TURN: 0.5}
@@ -36,6 +41,8 @@ class LearningPart:
 
     def __init__(self) -> None:
         self.trials = 0
+        self._history = LearningHistory()
+        self._team = TeamHistory()
         self._steps: list[StepRecord] = []
         self._fitness: list[float] = []
         self._advice = ""
@@ -45,6 +52,8 @@ class LearningPart:
     def take(self, entry: LogEntry) -> None:
         """Take an entry."""
         value = entry.value
+        self._history.take(entry)
+        self._team.take(entry)
         if isinstance(value, StepRecord):
             self._steps.append(value)
         elif isinstance(value, TrialRecord):
@@ -57,12 +66,19 @@ class LearningPart:
         elif isinstance(value, SurroundGenerationRecord):
             self._searched.append(value)
 
-    def put(self, scene: Scene) -> None:
-        """Put what was gathered into a scene."""
+    def put(self, scene: Scene, pal: Pal | None = None) -> None:
+        """Put what was gathered into a scene.
+
+        Args:
+            scene: The scene.
+            pal: The learner of maneuvers as it was at the end; None where nobody knows, and nothing is explained.
+        """
         if self._advice:
             learnt, odd = read_learnt(self._advice)
             scene.notes += odd
-            scene.lessons += lessons_of(learnt or Learnt())
+            entries = sorted((learnt or Learnt()).entries, key=lambda entry: (entry.current, entry.previous))
+            team = self._team.explain(entries) if self._team.members else None
+            scene.lessons += [_lesson(one) for one in team or explain(entries, pal, self._history)]
         by_maneuvers = self._by_maneuvers()
         if by_maneuvers.labels:
             scene.curves.append(by_maneuvers)
@@ -132,21 +148,18 @@ def _or_none(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def lessons_of(learnt: Learnt) -> list[LearntManeuver]:
-    """The entries of advice, in words.
-
-    Args:
-        learnt: The advice.
-    """
-    return [_lesson(entry) for entry in sorted(learnt.entries, key=lambda entry: (entry.current, entry.previous))]
+def _why(one: Explanation) -> tuple[str, ...]:
+    """Why it is this maneuver, and what came next."""
+    return (*reasons(one), *(f"Next: {runner_up(rival)}." for rival in one.rivals)) if one.known or one.run else ()
 
 
-def _lesson(entry: AdviceEntry) -> LearntManeuver:
+def _lesson(one: Explanation) -> LearntManeuver:
+    entry = one.entry
     before = "" if entry.previous == ANY_STIMULUS else f" (before: {Stimulus(entry.previous).label})"
     when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
     steps = tuple(step_of(action) for action in entry.actions)
     times = "once" if entry.evaluations == 1 else f"{entry.evaluations:,} times"
-    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}")
+    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}", _why(one))
 
 
 def rules_of(text: str) -> tuple[list[LearntManeuver], list[str]]:

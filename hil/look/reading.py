@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
+from hil.explaining import history, team
+from hil.explaining.sources import pal_of
 from hil.look import lessons, micro, sumo, timeline, words
 from hil.look.lessons import LearningPart
 from hil.look.micro import MicroPart
@@ -20,7 +22,7 @@ from hil.runs import LOG
 if TYPE_CHECKING:
     from pathlib import Path
 
-TOPICS: Final = frozenset((*timeline.TOPICS, *sumo.TOPICS, *micro.TOPICS, *lessons.TOPICS))
+TOPICS: Final = frozenset((*timeline.TOPICS, *sumo.TOPICS, *micro.TOPICS, *lessons.TOPICS, *history.TOPICS, *team.TOPICS))
 MOST_TOPICS: Final = 12
 """Of what a foreign log holds instead, so many are named."""
 
@@ -59,8 +61,10 @@ def read_scene(path: Path, limits: ReadLimits = ReadLimits(), robot: int | None 
     scene.begin, scene.end = first, last
     if not reader.whole:
         scene.notes.append(f"The log is {reader.health()}. Everything here is of the part that could be read.")
-    for part in (junior, swarm, learner, run):
-        part.put(scene)
+    junior.put(scene)
+    swarm.put(scene)
+    learner.put(scene, pal_of(reader.attachments))
+    run.put(scene)
     words.tell(scene, reader.metadata, swarm.classes, learner.trials)
     return scene
 

@@ -261,12 +261,14 @@ class LearntManeuver:
         steps: The maneuver; none: it is no sequence of actions.
         does: What is done, in words.
         worth: What that is worth, and how well that is known, in words.
+        why: Why it is this maneuver, a paragraph an item; empty where that is not known.
     """
 
     when: str
     steps: tuple[LearntStep, ...]
     does: str
     worth: str
+    why: tuple[str, ...] = ()
 
 
 @dataclass

@@ -260,10 +260,50 @@ class SurroundConditionRecord:
     runs: Annotated[int, "how many"]
 
 
+@dataclass(frozen=True)
+class CoachedRunRecord:
+    """What came of one of several coachings that are put together."""
+
+    number: Annotated[int, "number of the run, from 1"]
+    seed: Annotated[int, "its seed"]
+    maneuvers: Annotated[int, "maneuvers performed"]
+    bouts: Annotated[int, "bouts begun"]
+    wins: Annotated[int, "bouts won while it learnt"]
+    losses: Annotated[int, "bouts lost while it learnt"]
+    robot_seconds: Annotated[float, "s; time that the robot spent performing"]
+    json: Annotated[str, "the advice file's content"]
+    digest: Annotated[str, "of all its decisions, 16 hexadecimal digits"]
+
+
+@dataclass(frozen=True)
+class TeamBoutsRecord:
+    """Bouts that were played by an advice, or at random, on an emulated robot of their own."""
+
+    what: Annotated[str, "what for: team exam, held out, random maneuvers"]
+    first: Annotated[int, "number of the first of them, from 1"]
+    outcomes: Annotated[tuple[int, ...], "how each ended: 1 won, 2 lost, 3 drawn"]
+    times: Annotated[tuple[float, ...], "s; how long each took"]
+    maneuvers: Annotated[tuple[int, ...], "maneuvers in each"]
+
+
+@dataclass(frozen=True)
+class TeamVerdictRecord:
+    """What the team exam found out about an advice, or about a champion in the best advice so far."""
+
+    run: Annotated[int, "number of the run that it comes from"]
+    previous: Annotated[str, "previous stimulus of the champion's situation, or any; empty: the run's whole advice"]
+    current: Annotated[str, "current stimulus of the champion's situation; empty likewise"]
+    wins: Annotated[int, "bouts won"]
+    trials: Annotated[int, "of how many"]
+    seconds: Annotated[float, "s; time that they took together"]
+    score: Annotated[float, "share of bouts won, less the cost of time"]
+    kept: Annotated[bool, "it is, or is part of, the best advice from then on"]
+
+
 RECORDS: Final = (
     WireBytes, RejectedInput, UnsentBytes, BridgeOpening, SessionDrawn, BridgeStep, EventRecord, DecisionRecord, CreditRecord,
     CheckpointRecord, TrialRecord, StepRecord,
     AdviceRecord, SwarmRoundRecord, SurroundStateRecord, SurroundEvaluationRecord, SurroundGenerationRecord,
-    SurroundConditionRecord,
+    SurroundConditionRecord, CoachedRunRecord, TeamBoutsRecord, TeamVerdictRecord,
 )  # fmt: skip
 """Every kind of entry defined here."""

@@ -7,7 +7,18 @@ from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
-from hil.mcaplog.records import SERIES, AdviceRecord, CheckpointRecord, CreditRecord, DecisionRecord, StepRecord, TrialRecord
+from hil.mcaplog.records import (
+    SERIES,
+    AdviceRecord,
+    CheckpointRecord,
+    CoachedRunRecord,
+    CreditRecord,
+    DecisionRecord,
+    StepRecord,
+    TeamBoutsRecord,
+    TeamVerdictRecord,
+    TrialRecord,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +26,8 @@ if TYPE_CHECKING:
 
     from hil.sumo.bouts import Bout
     from hil.sumo.ring import Encounter
-    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
+    from hil.sumo.team import CoachedRun, PlayedBouts
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, TeamVerdict, Trial
 
 
 class SumoLog(ABC):
@@ -90,6 +102,39 @@ class SumoLog(ABC):
             digest: Of the learner's whole state.
         """
         self.record("/pal/checkpoint", CheckpointRecord(used, digest), self.now)
+
+    def coached_run(self, number: int, run: CoachedRun) -> None:
+        """One of several coachings is over.
+
+        Args:
+            number: Its number, from 1.
+            run: What came of it.
+        """
+        self.record("/pal/run", CoachedRunRecord(number=number, **vars(run)), self.now)
+
+    def team_bouts(self, what: str, first: int, played: PlayedBouts) -> None:
+        """Bouts were played elsewhere.
+
+        Args:
+            what: What for.
+            first: Number of the first.
+            played: What came of them.
+        """
+        record = TeamBoutsRecord(what, first, played.outcomes, played.times, played.maneuvers)
+        self.record("/pal/bouts", record, self.now)
+
+    def team_verdict(self, verdict: TeamVerdict) -> None:
+        """The team exam has found something out.
+
+        Args:
+            verdict: What.
+        """
+        previous, current = ("", "") if verdict.category is None else (_label(code) for code in verdict.category)
+        score = verdict.score
+        record = TeamVerdictRecord(
+            verdict.run, previous, current, score.wins, score.trials, score.seconds, score.value, verdict.kept
+        )
+        self.record("/pal/verdict", record, self.now)
 
     def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed for the learner.

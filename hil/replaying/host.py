@@ -20,6 +20,7 @@ from hil.jobs.monitor import MonitorJob
 from hil.jobs.param import ParamJob
 from hil.jobs.swarm.evolve import EvolveJob
 from hil.jobs.swarm.surround import SurroundJob
+from hil.jobs.team import TeamJob
 from hil.jobs.watch import WatchJob
 from hil.mcaplog.attachments import BEGUN_WITH
 from hil.mcaplog.limits import ReadLimits
@@ -50,11 +51,12 @@ JOBS: Final[dict[str, type[Job]]] = {
         MonitorJob,
         ParamJob,
         SurroundJob,
+        TeamJob,
         WatchJob,
     )
 }
 """Verbs whose logs can be replayed."""
-UNLINKED: Final = frozenset((EvolveJob.VERB,))
+UNLINKED: Final = frozenset((EvolveJob.VERB, TeamJob.VERB))
 """Those that have no link of their own: others do the work, and the log tells what came of it."""
 
 

@@ -150,6 +150,7 @@ class Coaching:
         save_on_cut: Save in the middle of a bout when the run is cut: nothing learnt is lost, but the cut shows. In
             real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
         on_unsaved: Is told, in words, when a checkpoint can't be written; coaching goes on. None: that ends it.
+        keep: Is given the best advice so far with every checkpoint; None: nobody is.
 
     Attributes:
         progress: How far the run is.
@@ -168,10 +169,12 @@ class Coaching:
         progress: Progress | None = None,
         save_on_cut: bool = False,
         on_unsaved: Callable[[str], None] | None = None,
+        keep: Callable[[Advice], object] | None = None,
     ) -> None:
         self.pal = pal
         self.unsaved = False
         self._on_unsaved = on_unsaved
+        self._keep = keep
         self.progress = progress or Progress()
         self._ring = ring
         self._seed = seed
@@ -364,6 +367,8 @@ class Coaching:
         digest = state_digest(state)
         for observer in self._observers:
             observer.checkpoint(self.pal.used, digest)
+        if self._keep is not None and self.pal.used:
+            self._keep(self.advice())
 
     def _write(self, path: Path, checkpoint: bytes) -> None:
         """Write the checkpoint; where that fails, say so once."""

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Final, Protocol
 from firmware_protocol.errors import HilError
 from firmware_protocol.messages import BoutOutcome, OpponentCode, Phase
 from firmware_protocol.near import did_you_mean
+from hil.sumo.driving import drive_until
 
 if TYPE_CHECKING:
     from firmware_protocol.maneuver_fields import ManeuverReport
-    from firmware_protocol.messages import JuniorManeuverResult, RobotAck
+    from firmware_protocol.messages import JuniorManeuverResult
     from firmware_protocol.peer.exchanges.exchange import Ticket
     from firmware_protocol.vocabulary import Maneuver, Stimulus
     from hil.sumo.controllers import Driver
@@ -26,8 +27,6 @@ OPPONENTS: Final = {code.label: code for code in OpponentCode if code is not Opp
 """The opponents that a referee can place, by name."""
 SETTLE = 0.05
 """Time after a reset before the robot is asked what it senses, in s: its debouncing and thresholds forget the last bout."""
-DRIVING: Final = 0.1
-"""A driver's command holds so long unless the next one comes, in s: five readings."""
 UNKNOWN = "unknown"
 """What an opponent is called of whom nobody says who it is."""
 
@@ -87,6 +86,23 @@ class Ring(Protocol):
 
         Args:
             maneuver: What to do.
+        """
+        ...
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        """Let a driver have the wheels until the bout is over.
+
+        Args:
+            driver: Says what to do at every reading.
+
+        Returns:
+            Outcome, and the time that the bout took, in s.
+
+        Raises:
+            RingError: Nobody says when it is over.
+            RefusedError: The robot does not drive: it is not armed, or is stopped.
+            PeerError: The robot is gone or does not answer.
+            LinkError: The link is gone.
         """
         ...
 
@@ -150,32 +166,8 @@ class RefereedRing:
         return Encounter(report, report.after, outcome, state.elapsed, progress, lasted(ticket))
 
     def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
-        """Let a driver have the wheels until the bout is over.
-
-        Args:
-            driver: Says what to do at every reading.
-
-        Returns:
-            Outcome, and the time that the bout took, in s.
-
-        Raises:
-            RefusedError: The robot does not drive: it is not armed, or is stopped.
-            PeerError: The robot is gone or does not answer.
-            LinkError: The link is gone.
-        """
-        junior, before = self._junior, self._junior.latest
-        ticket: Ticket[RobotAck] | None = None
-        driver.begin()
-        while self._referee.latest.phase != Phase.OVER:
-            junior.step()
-            if ticket is not None and ticket.done:
-                junior.answer(ticket)
-                ticket = None
-            if junior.stale:
-                junior.read_sensors()  # is it still there?
-            if (reading := junior.latest) is not None and reading is not before:
-                before = reading
-                ticket = junior.steer(*driver.drive(reading), DRIVING)
+        """Let a driver have the wheels until the bout is over; see `Ring.steer`."""
+        drive_until(self._junior, driver, lambda: self._referee.latest.phase == Phase.OVER)
         state = self._referee.latest
         return BoutOutcome(state.outcome), state.elapsed
 
@@ -206,6 +198,10 @@ class OpenRing:
         ticket = self._junior.start(maneuver)
         report = self._junior.follow(ticket)
         return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket))
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:  # noqa: ARG002 - as `Ring.steer`
+        """There is no end to it; see `Ring.steer`."""
+        raise RingError("who sets the wheels plays until somebody says that the bout is over, and nobody does here")
 
     def recover(self) -> None:
         """Wait for a lost robot, and arm it; see `Ring.recover`."""

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, spelled_out
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hil.sumo.bouts import Tally
     from hil.sumo.coaching import Coaching
-    from pal_advisor.maneuvers import Advice, AdviceEntry
+    from hil.sumo.team import CoachedRun
+    from pal_advisor.maneuvers import Advice, AdviceEntry, TeamVerdict
 
 EYES = {0: "no eye sees it", 1: "the left eye sees it", 2: "the right eye sees it", 3: "both eyes see it"}
 ARMS = {0: "", 4: ", the left arm touches", 8: ", the right arm touches", 12: ", both arms touch"}
@@ -77,12 +80,57 @@ def coaching_summary(
         f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
         f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s."
     )
-    lines = [
-        "",
-        headline,
-        "",
-        "What Junior learnt:",
-    ]
+    return ["", headline, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+
+
+def team_summary(
+    advice: Advice,
+    runs: Sequence[CoachedRun],
+    verdicts: Sequence[TeamVerdict],
+    tally: Tally | None,
+    random: Tally | None,
+    *,
+    opponent: str,
+    robot_seconds: float,
+    files: dict[str, object],
+    wall_seconds: float,
+) -> list[str]:
+    """What several runs have learnt together, as `coaching_summary`.
+
+    Args:
+        advice: What was put together.
+        runs: What came of each run.
+        verdicts: What the team exam found out.
+        tally: Held-out bouts played by the advice; None where there were none.
+        random: The same with random maneuvers.
+        opponent: Name of the opponent.
+        robot_seconds: Time that robots performed, in s.
+        files: Paths by name.
+        wall_seconds: Time it took, in s.
+
+    Returns:
+        Lines.
+    """
+    maneuvers, bouts = sum(run.maneuvers for run in runs), sum(run.bouts for run in runs)
+    headline = (
+        f"Pal coached {len(runs)} Juniors against {opponent}, apart: {maneuvers} maneuvers in {bouts} bouts, "
+        f"{robot_seconds / 60:.1f} robot minutes with the team exam, in {wall_seconds:.0f} s."
+    )
+    lines = ["", headline]
+    for verdict in verdicts:
+        if verdict.kept:
+            score = verdict.score
+            what = (
+                f"Run {verdict.run} did best"
+                if verdict.category is None
+                else f"Better with what run {verdict.run} does when {in_words(verdict.category[1])}"
+            )
+            lines.append(f"  {what}: {score.wins} of {score.trials} bouts won in the team exam.")
+    return [*lines, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+
+
+def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, opponent: str, files: dict[str, object]) -> list[str]:
+    lines = ["", "What Junior learnt:"]
     for entry in advice.entries:
         before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
         actions = " ".join(action.name for action in entry.actions)

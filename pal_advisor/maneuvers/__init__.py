@@ -7,6 +7,7 @@ from pal_advisor.maneuvers.decisions import Credit, GenerationRecord, Motive, Or
 from pal_advisor.maneuvers.fitness import ObjectiveError, Performance, action_worth, fitness
 from pal_advisor.maneuvers.names import describe
 from pal_advisor.maneuvers.settings import Objective, PalSettings
+from pal_advisor.maneuvers.team import TeamExam, TeamScore, TeamVerdict
 
 __all__ = [
     "ANY",
@@ -24,6 +25,9 @@ __all__ = [
     "Performance",
     "SettingsError",
     "StateError",
+    "TeamExam",
+    "TeamScore",
+    "TeamVerdict",
     "Telling",
     "Trial",
     "action_worth",

@@ -29,6 +29,7 @@ from pal_advisor.maneuvers.fitness import Performance, fitness, full_rate
 from pal_advisor.maneuvers.mirror import home_of, is_symmetric, reflected, reflected_category
 from pal_advisor.maneuvers.names import names
 from pal_advisor.maneuvers.population import Category, Genome, Population, spelled
+from pal_advisor.maneuvers.settings import MOST_BUDGET
 from pal_advisor.maneuvers.state import (
     read_category,
     read_digest,
@@ -59,6 +60,7 @@ class Pal:
         settings: How to coach.
         history: Every GP step so far.
         used: Maneuvers performed so far.
+        seconds: Time that the robot has performed so far, in s; a state keeps it where the budget is one of robot time.
         digest: Of all decisions told of, 16 hexadecimal digits: a trial that is open does not count.
         rating: What the performance that it was told of last was worth by itself; NaN before.
         credited: What was credited when it was last told something; None before.
@@ -68,6 +70,7 @@ class Pal:
         self.settings = settings
         self.history: list[GenerationRecord] = []
         self.used = 0
+        self.seconds = 0.0
         self.digest = START
         self.rating = nan
         self.credited: Credit | None = None
@@ -82,21 +85,30 @@ class Pal:
     @property
     def finished(self) -> bool:
         """The budget is used up."""
-        return self.used >= self.settings.budget
+        return self._spent >= self._all
 
     @property
     def phase(self) -> int:
         """Phase of learning, 1 or 2; the exam belongs to the last phase."""
-        return {"basic": 1, "fine": 2}.get(self.settings.phases) or (1 if self.used < self._first_phase() else 2)
+        return {"basic": 1, "fine": 2}.get(self.settings.phases) or (1 if self._spent < self._first_phase() else 2)
 
     @property
     def exam(self) -> bool:
         """Learning is over; the best are being tested."""
-        return self.used >= self._learning()
+        return self._spent >= self._learning()
+
+    @property
+    def _spent(self) -> int:
+        """What of the budget is used: maneuvers, or ms."""
+        return round(1000.0 * self.seconds) if self.settings.robot_time else self.used
+
+    @property
+    def _all(self) -> int:
+        return round(1000.0 * self.settings.robot_time) or self.settings.budget
 
     def _learning(self) -> int:
-        """Maneuvers before the exam."""
-        return self.settings.budget - round(self.settings.exam_share * self.settings.budget)
+        """What of the budget is used before the exam."""
+        return self._all - round(self.settings.exam_share * self._all)
 
     def _first_phase(self) -> int:
         return round(self.settings.phase_share * self._learning())
@@ -160,6 +172,18 @@ class Pal:
             ),
         )
         return self._open
+
+    def population(self, category: Category) -> tuple[Population | None, bool]:
+        """What is known of a situation, to be looked into and left as it is.
+
+        Args:
+            category: The situation.
+
+        Returns:
+            The population that serves it, None where it never came up; and whether its maneuvers are to be reflected for it.
+        """
+        home, mirrored = self._home(category)
+        return self._populations.get(home), mirrored
 
     def _home(self, category: Category) -> tuple[Category, bool]:
         """The situation whose population serves a situation, and whether its maneuvers are to be reflected for it."""
@@ -243,6 +267,7 @@ class Pal:
         self._populations[home].perform(genome, performance.tallies)
         self._keep(home, genome, exam=trial.exam)
         self.used += 1
+        self.seconds += performance.performed
         duration = performance.time(self.settings.period)
         shares, final = self._trace.add(Waiting(home, genome, len(performance.tallies), rating, duration, trial.id))
         if performance.over or performance.won or performance.lost or self.finished:
@@ -380,6 +405,7 @@ class Pal:
             "digest": self.digest,
             "greedy": self._greedy,
             **({"kept": kept} if version >= 3 else {}),
+            **({"seconds": self.seconds} if self.settings.robot_time else {}),
             "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
             "populations": [
@@ -402,7 +428,8 @@ class Pal:
         version = read_version(fields)
         pal = cls(read_settings(fields.take("settings")), read_generator(fields.table("rng")))
         pal.digest = read_digest(fields, version)
-        pal.used = fields.integer("used", 0, pal.settings.budget)
+        pal.used = fields.integer("used", 0, MOST_BUDGET if pal.settings.robot_time else pal.settings.budget)
+        pal.seconds = fields.number("seconds", 0.0) if pal.settings.robot_time else 0.0
         pal._asked = fields.integer("asked", pal.used)
         pal.history = [read_step(item, at) for at, item in fields.items("history")]
         pal._greedy = fields.flag("greedy")

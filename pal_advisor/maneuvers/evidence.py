@@ -48,6 +48,21 @@ class Estimate:
     evidence: float
 
 
+@dataclass(frozen=True)
+class OwnMean:
+    """What a maneuver's own performances gave, nothing foretold and nothing leant on.
+
+    Attributes:
+        count: Performances that have been rated, at least one.
+        mean: Their mean fitness.
+        error: Standard error of it.
+    """
+
+    count: int
+    mean: float
+    error: float
+
+
 @dataclass
 class _Node:
     """Performances that began in one way.
@@ -119,6 +134,17 @@ class Evidence:
             genome: Codes of its actions.
         """
         return self._evidence(path_of(genome), 1)
+
+    def own_mean(self, genome: Sequence[int]) -> OwnMean | None:
+        """What came of what turned the wheels like a maneuver, to its end; None where nothing did.
+
+        Args:
+            genome: Codes of its actions.
+        """
+        node = self._nodes.get(path_of(genome))
+        if node is None or not node.ended:
+            return None
+        return OwnMean(node.ended, node.total / node.ended, max(self._spread(), LEAST_SPREAD) / math.sqrt(node.ended))
 
     def _spread(self) -> float:
         """Standard deviation between performances of the same actions."""

@@ -52,6 +52,11 @@ class Performance:
         if self.won and self.lost:
             raise ValueError("a bout is won or lost, not both")
 
+    @property
+    def performed(self) -> float:
+        """Time that the robot performed, in s: until its result came; where nobody measured that, the actions' alone."""
+        return CONTROL_PERIOD * sum(tally.samples for tally in self.tallies) if self.duration is None else self.duration
+
     def time(self, period: float) -> float:
         """Time from its beginning to where the next maneuver counts, in s.
 
@@ -60,11 +65,7 @@ class Performance:
         Args:
             period: Time an action lasts, in s.
         """
-        if self.won:
-            return self.planned * period
-        if self.duration is not None:
-            return self.duration
-        return CONTROL_PERIOD * sum(tally.samples for tally in self.tallies)
+        return self.planned * period if self.won else self.performed
 
 
 def action_worth(tally: ActionTally, settings: PalSettings) -> float:

@@ -17,6 +17,7 @@ All sums are made element by element in a fixed order, never by a BLAS: the same
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -25,7 +26,7 @@ import numpy as np
 
 from firmware_protocol.vocabulary import Action, Family
 from pal_advisor.fields import HUGE, MOST, Fields
-from pal_advisor.maneuvers.evidence import SAME_MOTION, UNKNOWN, path_of
+from pal_advisor.maneuvers.evidence import SAME_MOTION, UNKNOWN, OwnMean, path_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -158,6 +159,18 @@ class Model:
         row = self._rows.get(path_of(genome))
         return UNKNOWN if row is None else float(self._count[row]) or UNKNOWN
 
+    def own_mean(self, genome: Sequence[int]) -> OwnMean | None:
+        """What came of what turned the wheels like a maneuver; None where nothing did.
+
+        Args:
+            genome: Codes of its actions.
+        """
+        row = self._rows.get(path_of(genome))
+        if row is None or not self._count[row]:
+            return None
+        count = float(self._count[row])
+        return OwnMean(int(count), float(self._total[row]) / count, math.sqrt(self.variance() / count))
+
     def renew(self) -> None:
         """Make the inverse of all performances so far."""
         if self._renewed_at != self.count:
@@ -209,6 +222,18 @@ class Model:
         """
         features = np.array([self._features_of(genome) for genome in genomes], dtype=np.intp)
         return self._foretold(features, self.weights()), self.variance() * self._doubts(features)
+
+    def by_parts(self, genome: Sequence[int]) -> tuple[float, float]:
+        """What the features tell of a maneuver, its own mean left aside.
+
+        Args:
+            genome: Codes of its actions.
+
+        Returns:
+            The fitness foretold, p, and its standard error, sqrt(pv).
+        """
+        foretold, doubt = self.foretell([genome])
+        return float(foretold[0]), math.sqrt(self.variance() / OWN + float(doubt[0]))
 
     @staticmethod
     def _foretold(features: NDArray[np.intp], weights: Floats) -> Floats:

@@ -49,6 +49,8 @@ class PalSettings:
     Attributes:
         objective: What a good maneuver is.
         budget: Maneuvers performed in all.
+        robot_time: Time that the robot performs in all, in s, instead of so many maneuvers; 0: the budget counts. Where a
+            maneuver may end early, by `end_on_change`, a budget of maneuvers is none of time.
         phases: Which phases of learning.
         phase_share: Share of the learning (the budget less the exam) that phase 1 gets.
         exam_share: Share of the budget spent at the end on testing the best again.
@@ -99,6 +101,7 @@ class PalSettings:
 
     objective: Objective = Objective.OUTCOME
     budget: int = 1600
+    robot_time: float = 0.0
     phases: Phases = "multi"
     phase_share: float = 0.5
     exam_share: float = 0.2
@@ -186,7 +189,9 @@ class PalSettings:
     def to_saved(self) -> dict[str, Any]:
         """The same without what there was not before, where it is as it was then: what was begun then is saved as it was."""
         data = self.to_dict()
-        if any(data[name] != value for name, value in BEFORE.items()):
+        if not self.robot_time:
+            del data["robot_time"]
+        if self.robot_time or any(data[name] != value for name, value in BEFORE.items()):
             return data
         return {name: value for name, value in data.items() if name not in _SINCE}
 

@@ -16,6 +16,8 @@ from hil.cli.app import run
 from hil.policies import NAMES, Policy, PolicyDriver, save_policy
 from hil.sumo.bouts import play
 from hil.sumo.ring import OpenRing, RingError, open_ring
+from hil.sumo.tournament.entrants import Entrant, EntrantKind
+from pal_advisor.fields import FieldError, Fields
 
 
 def chasing() -> Policy:
@@ -90,5 +92,27 @@ def test_a_robot_that_is_stopped_is_refused() -> None:
 def test_without_a_referee_it_does_not_play() -> None:
     with hil.connect("sim://junior?referee=0") as junior:
         junior.arm()
-        with pytest.raises(RingError, match="until a referee says"):
+        with pytest.raises(RingError, match="until somebody says"):
             list(play(OpenRing(junior), PolicyDriver(chasing()), [1]))
+
+
+@pytest.mark.slow
+def test_it_enters_a_tournament_whose_logs_replay(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    field = ["chasing.json", "hobby"]
+    assert run(["tournament", *field, "--bouts", "12", "--quiet", "--json", "--out", "cup"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert [(one["name"], one["kind"]) for one in document["table"]] == [("chasing", "policy"), ("hobby", "hobby")]
+    (log,) = (folder / "cup").glob("upset-*.mcap")
+    assert run(["replay", str(log)]) == 0
+    assert "the same" in capsys.readouterr().out
+
+
+def test_an_entrant_by_a_policy_is_kept_whole() -> None:
+    entrant = Entrant("chasing", EntrantKind.POLICY, policy=chasing())
+    again = Entrant.from_fields(Fields(json.loads(json.dumps(entrant.to_dict()))))
+    assert again.to_dict() == entrant.to_dict()
+    with pytest.raises(ValueError, match="takes a policy, and there is nothing"):
+        Entrant("nobody", EntrantKind.POLICY)
+    broken = {**entrant.to_dict(), "policy": {"format": "junior-policy", "version": 9}}
+    with pytest.raises(FieldError, match=r"policy\.version: expected 1, not 9"):
+        Entrant.from_fields(Fields(broken))

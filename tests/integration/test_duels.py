@@ -11,9 +11,10 @@ from firmware_protocol.messages import BoutOutcome, JuniorSensors, State
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Stimulus
 from hil.sumo.connecting import connect_all
 from hil.sumo.controllers import BUILT_IN
+from hil.sumo.driving import DriverPlayer
 from hil.sumo.ring import RingError
 from hil.sumo.tournament.duels import Duel, duel_url, fight
-from hil.sumo.tournament.players import DriverPlayer, HostPlayer, MemoryPlayer, Player
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer, Player
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 

@@ -58,7 +58,6 @@ def test_perform() -> None:
 
 @pytest.mark.slow
 def test_train_policy(tmp_path: Path) -> None:
-    pytest.importorskip("gymnasium", reason="Gymnasium is not installed: pip install 'junior-hil[gym]'")
     short = ("curved-light", "--population", "8", "--steps", "60", "--generations", "3", "--bouts", "4")
     policies = []
     for workers in ("1", "2"):

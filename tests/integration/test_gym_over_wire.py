@@ -11,6 +11,7 @@ from wire_driver import WireDriver
 
 from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import OpponentCode
+from hil.gym import JuniorEnv
 from hil.policies import NAMES, Perception
 from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.opponents import OPPONENTS
@@ -20,7 +21,6 @@ from simdevice.sumo.world import World
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-pytest.importorskip("gymnasium", reason="Gymnasium is not installed: pip install 'junior-hil[gym]'")
 STEPS = 800
 SEES = NAMES.index("flags.eye_left")
 TOUCHES = NAMES.index("flags.arm_left")
@@ -44,8 +44,6 @@ def reflex(observation: NDArray[np.float32], rng: np.random.Generator) -> tuple[
 
 
 def play(opponent: str, seed: int, delay: float = 0.0, faults: str | None = None) -> Played:
-    from hil.gym import JuniorEnv  # noqa: PLC0415 - where Gymnasium is
-
     env, played, rng = JuniorEnv(opponent, delay=delay, faults=faults), Played(), np.random.default_rng(seed)
     env.reset(seed=99)
     env.step(np.array([1.0, -1.0], np.float32))  # what was before leaves no trace

@@ -108,6 +108,44 @@ def test_a_coaching_run_is_followed_to_its_end(page: Page, tmp_path: Path) -> No
     assert token not in (run.folder / "run.json").read_text("utf-8")
 
 
+@pytest.mark.parametrize("looking_around", [False, True])
+def test_at_the_end_what_was_learnt_and_how_it_plays_stand_first(page: Page, tmp_path: Path, *, looking_around: bool) -> None:
+    with running(tmp_path, "coach", "--budget", "300", "--held-out", "5", "--no-report") as run:
+        page.visit(run.url, BEGUN)
+        if looking_around:
+            page.ask("hilView.player.chapter(0)")
+        assert page.ask("document.getElementById('result').hidden")
+        run.end()
+        page.wait(f"/over/.test({WORDS}) && !document.getElementById('result').hidden")
+    log = run.folder / "log.mcap"
+    assert page.ask(WORDS) == f"The run is over. All of it: hil view {log}"
+    assert page.ask("document.getElementById('stop').hidden && document.getElementById('follow').hidden")
+    result = page.ask("document.getElementById('result').innerText")
+    assert re.search(r"Bouts played by the advice, against flat-light: \d of 5 won", result)
+    assert "When both eyes see it" in result
+    above = "document.getElementById('result').getBoundingClientRect().bottom"
+    assert page.ask(f"{above} <= document.getElementById('arena').getBoundingClientRect().top")
+    # The bouts that are listed are some of those that were played, and of each kind there is one.
+    listed = page.ask("hilView.model.chapters.filter((one) => one.outcome).length")
+    assert page.ask("hilView.model.played") == bouts_in(log) > listed
+    words = page.ask("document.getElementById('bout-words').innerText")
+    assert f"the {listed} bouts that were shown, of {bouts_in(log)}. All: hil view {log}" in words
+    assert page.ask("document.querySelectorAll('#bout-list .chip').length") == listed
+    shown = "hilView.model.chapters[hilView.model.chapterAt(hilView.player.time)]"
+    if looking_around:
+        assert page.ask(f"{shown} === hilView.model.chapters[0]")
+    else:
+        assert page.ask(f"{shown}.series") == "bouts played by the advice"
+        assert page.ask("document.getElementById('where').textContent").endswith(", bouts played by the advice")
+        assert not page.ask("hilView.player.playing")
+    assert not page.seen.console
+
+
+def bouts_in(log: Path) -> int:
+    """How many bouts a log tells of, those not counted that were broken off before they had an outcome."""
+    return sum(entry.value.kind == "bout" for entry in LogReader(log).entries(["/events"]))
+
+
 def commands() -> str:
     """The command lines of all processes of this machine."""
     shown = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)  # noqa: S607 - of this machine

@@ -127,6 +127,16 @@ def test_it_loads_and_asks_nobody_for_anything(page: Page, coached: Path) -> Non
     assert page.seen.quiet, page.seen
 
 
+def test_what_was_learnt_unfolds_to_why(page: Page, coached: Path) -> None:
+    page.open(coached, READY)
+    assert page.ask("document.querySelectorAll('.lesson details').length") == 4
+    assert not page.ask("document.querySelector('.lesson details').open")
+    page.ask("document.querySelector('.lesson summary').click()")
+    page.wait("document.querySelector('.lesson details p').offsetHeight > 0")
+    assert page.ask("document.querySelector('.lesson details p').textContent").startswith("Performed ")
+    assert page.seen.quiet, page.seen
+
+
 def test_it_plays_on_from_bout_to_bout_and_stops_at_the_end(page: Page, bouts: Path) -> None:
     page.open(bouts, READY)
     begin, before = page.ask(NOW), pixels(page)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from firmware_protocol.vocabulary import Maneuver
+    from hil.sumo.controllers import Driver
 
 TALLY = ActionTally(samples=10, eyes=(10, 10), edges=(0, 0), longest_press=(0.0, 0.0), pressed_travel=0.0)
 
@@ -55,6 +56,9 @@ class PaperRing:
         self.recovers: list[BaseException | None] = []
         self._script: Iterator[Encounter | BaseException] = iter(script)
         self._next = script[0]
+
+    def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:
+        raise AssertionError((driver, "there are no wheels on paper"))
 
     def begin(self, seed: int) -> Stimulus:
         self.begun.append(seed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -25,8 +26,12 @@ from firmware_protocol.messages import (
     SensorFlag,
 )
 from firmware_protocol.vocabulary import ActionTally, Outcome, Stimulus
+from hil.jobs.session import attach
 from hil.recording.recorder import Recorder
+from hil.runs import ADVICE, CHECKPOINT
+from hil.sumo.advice_file import advice_text
 from hil.sumo.bouts import Bout
+from hil.sumo.coaching import CHECKPOINT_VERSION
 from hil.sumo.ring import Encounter
 from pal_advisor.maneuvers import Pal, PalSettings, Performance
 
@@ -98,10 +103,19 @@ def coaching_log(path: Path, budget: int = 240, seed: int = 3, *, close: bool = 
     while not pal.finished:
         number += 1
         _bout(pal, wire, number, rng)
-    recorder.advice(pal.advice(opponent="flat-light", seed=seed).to_dict())
+    advice = pal.advice(opponent="flat-light", seed=seed)
+    recorder.advice(advice.to_dict())
+    attach(recorder, ADVICE, advice_text(advice).encode())
+    attach(recorder, CHECKPOINT, _checkpoint(pal, number, seed))
     if close:
         recorder.close()
     return recorder
+
+
+def _checkpoint(pal: Pal, bouts: int, seed: int) -> bytes:
+    progress = {"bouts": bouts, "wins": 0, "losses": 0, "robot_seconds": 0.8 * pal.used}
+    document = {"version": CHECKPOINT_VERSION, "seed": seed, "opponent": "flat-light", **progress, "pal": pal.state_dict()}
+    return json.dumps(document).encode()
 
 
 def _bout(pal: Pal, wire: Wire, number: int, rng: np.random.Generator) -> None:

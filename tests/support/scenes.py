@@ -104,7 +104,7 @@ def scene_of(text: str, other: str = "x") -> Scene:
         [Mark(1.0, text, text), Mark(2.0, "link", text)],
         [Chapter(text, text, 0.0, 5.0, text, text, text), Chapter(text, other, 5.0, 9.0, "lost", text, text)],
         [LearningCurves(text, text, text, (text, text), (times, times), (wave, wave))],
-        [LearntManeuver(text, (LearntStep(text, text, 1.0, -1.0),), text, text), LearntManeuver(text, (), text, text)],
+        [LearntManeuver(text, (LearntStep(text, text, 1.0, -1.0),), text, text, (text,)), LearntManeuver(text, (), text, text)],
     )
 
 

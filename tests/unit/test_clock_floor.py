@@ -38,9 +38,18 @@ ALLOWED: Final[dict[str, tuple[frozenset[str], str]]] = {
     "hil.runs": (frozenset({"datetime"}), "names folders after the calendar time that it is given, and reads it back"),
     "hil.cli.emulate": (frozenset({"MonotonicClock"}), "serves a robot to another process, in real time: it is no host"),
     "hil.cli.emulate_swarm": (frozenset({"MonotonicClock"}), "serves robots to another process, in real time: it is no host"),
+    "hil.cli.emulate_live": (
+        frozenset({"datetime", "time"}),
+        "says on a page since when robots are served: no host",
+    ),
+    "hil.cli.replay_viewer": (
+        frozenset({"MonotonicClock"}),
+        "plays a log to viewers in its own time: no host",
+    ),
     "hil.cli.swarm.surround_files": (frozenset({"MonotonicClock"}), "tells a person how long the run took"),
     "hil.cli.swarm.evolve": (frozenset({"MonotonicClock"}), "tells a person how long the search took"),
     "hil.cli.coach": (frozenset({"MonotonicClock"}), "tells a person how fast the run goes"),
+    "hil.cli.coach_team": (frozenset({"MonotonicClock"}), "tells a person how long the runs took"),
     "hil.cli.running": (frozenset({"datetime"}), "names the run's folder, and says when it was made"),
     "hil.cli.stage": (
         frozenset({"MonotonicClock", "datetime", "time"}),

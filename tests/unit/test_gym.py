@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import gymnasium
 import numpy as np
 import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
 
+from hil.gym import ENVIRONMENT, JuniorEnv, JuniorVectorEnv
 from hil.policies import HIGH, LOW, NAMES
 from simdevice.kernel.pilot import NUMBERS, PilotedRings
 from simdevice.sumo.opponents import OPPONENTS
 from simdevice.sumo.settings import WorldSettings
-
-gymnasium: Any = pytest.importorskip("gymnasium", reason="Gymnasium is not installed: pip install 'junior-hil[gym]'")
-from gymnasium.error import ResetNeeded  # noqa: E402 - where it is
-from gymnasium.utils.env_checker import check_env  # noqa: E402
-from gymnasium.vector import AutoresetMode  # noqa: E402
-
-from hil.gym import ENVIRONMENT, JuniorEnv, JuniorVectorEnv  # noqa: E402
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -134,6 +134,22 @@ def test_a_bout_that_goes_on_has_not_ended(tmp_path: Path) -> None:
     assert ends == [["won", ""], ["won", "broken off"]]
 
 
+def test_a_part_says_how_many_bouts_there_were_and_what_shows_all_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "log.mcap"
+    coaching_log(path, budget=60)
+    entries = overheard(path)
+    unfolding = Unfolding()
+    over = unfolding.hear(entries)
+    assert unfolding.going is not None
+    document = json.loads(unfolding.part(unfolding.going))
+    played = sum(one.topic == "/events" and one.entry().value.kind == "bout" for one in entries)
+    assert (document["played"], document["all"]) == (played, "")
+    assert played > 1
+    assert over[0].series == "coaching"
+    unfolding.about({"run": {"log": "a run/log.mcap"}})
+    assert json.loads(unfolding.part(unfolding.going))["all"] == "hil view 'a run/log.mcap'"
+
+
 def test_a_run_without_bouts_is_told_in_stretches(tmp_path: Path) -> None:
     path = tmp_path / "log.mcap"
     driving_log(path, seconds=35.0)

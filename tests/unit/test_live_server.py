@@ -149,11 +149,13 @@ def test_who_comes_late_is_told_what_there_was(served: Served) -> None:
         assert stream.read() == b""
 
 
-def test_a_part_that_stands_alone_is_all_that_is_kept(served: Served) -> None:
-    for number in range(5):
-        served.broadcast.commit(str(number), alone=True)
+def test_of_parts_that_stand_instead_of_each_other_the_last_is_kept(served: Served) -> None:
+    for number in range(6):
+        served.broadcast.commit(str(number), instead=number not in {0, 3})
     with served.stream() as stream:
-        assert [event(stream) for _ in range(2)] == [("begin", "{}"), ("part", "4")]
+        assert [event(stream) for _ in range(3)] == [("begin", "{}"), ("part", "2"), ("part", "5")]
+        served.broadcast.commit("6", instead=True)
+        assert event(stream) == ("part", "6")
 
 
 def test_the_fifth_stream_is_told_that_there_is_no_room_and_the_stop_goes_through(served: Served) -> None:

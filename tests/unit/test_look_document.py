@@ -127,6 +127,7 @@ def test_no_text_of_a_scene_leaves_its_block(text: str) -> None:
     assert document["title"] == text
     assert document["chapters"][0]["story"] == text
     assert document["lessons"][0]["steps"][0][0] == text
+    assert document["lessons"][0]["why"] == [text]
 
 
 def test_long_texts_are_cut() -> None:

@@ -40,6 +40,7 @@ from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
 from hil.look import micro
 from hil.look.document import text_of
+from hil.look.lessons import LearningPart
 from hil.look.pages import page_of
 from hil.look.reading import read_scene
 from hil.look.scene import Ground, Scene, Terrain
@@ -223,6 +224,18 @@ def test_what_was_learnt_is_told_by_situation(tmp_path: Path) -> None:
     assert all(len(lesson.steps) == 4 for lesson in scene.lessons)
     assert scene.curves[0].name == "Best fitness of each situation"
     assert scene.title == "Pal coached Junior against flat-light"
+    for lesson in scene.lessons:
+        assert lesson.why[0].startswith("Performed ")
+        assert sum(text.startswith("Next: ") for text in lesson.why) == 4
+
+
+def test_a_log_without_the_learner_s_state_explains_nothing(tmp_path: Path) -> None:
+    coaching_log(tmp_path / "c.mcap", budget=60)
+    part, scene = LearningPart(), Scene()
+    for entry in LogReader(tmp_path / "c.mcap").entries():
+        part.take(entry)
+    part.put(scene)
+    assert [lesson.why for lesson in scene.lessons] == [()] * 4
 
 
 # --- a swarm ---------------------------------------------------------------------------------------------------------

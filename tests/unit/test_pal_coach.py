@@ -265,3 +265,20 @@ def test_where_no_bout_ends_the_exam_tests_several_all_the_same() -> None:
     assert len(tested) == 100
     assert len(set(tested)) > 1
     assert len(set(tested[:MOST_EXAM_VISITS])) <= 2
+
+
+def test_a_budget_of_robot_time_is_shared_as_one_of_maneuvers_is() -> None:
+    """Each maneuver of the toy takes 4 x 0.2 s: 300 take 240 s."""
+    timed = PalSettings.from_dict({**SMALL.to_dict(), "robot_time": 240.0, "budget": 5})
+    trials = coach(Pal(timed, np.random.default_rng(1)), np.random.default_rng(2))
+    assert trials == coach(Pal(SMALL, np.random.default_rng(1)), np.random.default_rng(2))
+
+
+def test_a_run_on_robot_time_equals_the_run_not_cut() -> None:
+    settings = PalSettings.from_dict({**SMALL.to_dict(), "robot_time": 60.0})
+    pal, chance = Pal(settings, np.random.default_rng(1)), np.random.default_rng(2)
+    coach(pal, chance, until=40)
+    state = json.loads(json.dumps(pal.state_dict()))
+    again, rest = Pal.from_state(state), np.random.default_rng(5)
+    assert coach(again, rest) == coach(pal, np.random.default_rng(5))
+    assert again.seconds == pal.seconds == pytest.approx(60.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hil.seeds import Branch, bout_seed, generator
+from hil.seeds import Branch, bout_seed, generator, run_seed
 
 
 def test_the_same_seed_gives_the_same_numbers_in_every_version() -> None:
@@ -18,6 +18,18 @@ def test_branches_seeds_and_numbers_are_apart() -> None:
     assert all(0 <= seed < 2**32 for seed in bouts)
 
 
+def test_no_pose_is_in_two_branches() -> None:
+    """Poses that an advice is chosen by are none that it was learnt from, and none that it is judged by; of any run."""
+    for seed in range(20):
+        runs = [run_seed(seed, number) for number in range(1, 9)]
+        assert runs[0] == seed
+        learnt = {bout_seed(run, Branch.COACHING_BOUTS, number) for run in runs for number in range(1, 301)}
+        chosen = {bout_seed(seed, Branch.VALIDATION, number) for number in range(1, 61)}
+        judged = {bout_seed(seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, 101)}
+        played = {bout_seed(seed, Branch.BOUTS, number) for number in range(1, 101)}
+        assert len(learnt | chosen | judged | played) == len(learnt) + len(chosen) + len(judged) + len(played)
+
+
 def test_branches_keep_their_numbers() -> None:
     """Renumbering one would change every run that a user can repeat now."""
     assert {branch.name: int(branch) for branch in Branch} == {
@@ -30,5 +42,7 @@ def test_branches_keep_their_numbers() -> None:
         "SURROUND": 7,
         "START_PLACES": 8,
         "SEARCH": 9,
+        "VALIDATION": 10,
         "TOURNAMENT": 11,
+        "RUNS": 12,
     }

@@ -14,9 +14,10 @@ from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.tournament_words import entrant_of, matrix_table, seat_line, standings_table
 from hil.policies import Policy, save_policy
 from hil.sumo.advice_file import AdviceFileError, save_advice
+from hil.sumo.driving import DriverPlayer
 from hil.sumo.tournament.checkpoint import TournamentCheckpoint, TournamentCheckpointError, load_checkpoint
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
-from hil.sumo.tournament.players import DriverPlayer, HostPlayer, MemoryPlayer
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer
 from hil.sumo.tournament.schedule import PART, Tournament, TournamentBout
 from hil.sumo.tournament.standings import Score, Standings
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings

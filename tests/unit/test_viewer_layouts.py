@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import shutil
-import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +26,6 @@ SCHEMAS = {schema.topic: schema for schema in map(message_schema, MESSAGES.value
     "/pal/generation": record_schema(StepRecord),
     "/surround/state": record_schema(SurroundStateRecord),
 }
-RERUN = shutil.which("rerun")
 _PATH = re.compile(r'(/[\w/]+)(?:\{\w+=="\w+"\})?\.(\w+)(?:\[(\d)\])?')
 
 
@@ -118,21 +115,3 @@ def test_the_verb_names_files_that_are_there(capsys: pytest.CaptureFixture[str])
     assert Path(said["blueprint"]).read_bytes().startswith(b"RRF2")
     assert run(["log", "viewers", str(LOG)]) == 0
     assert said["layout"] in capsys.readouterr().out
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(RERUN is None, reason="rerun is not installed: pip install rerun-sdk")
-@pytest.mark.parametrize("cut", [0, 3000])
-def test_rerun_takes_the_log_and_the_blueprint(tmp_path: Path, cut: int) -> None:
-    log = tmp_path / "log.mcap"
-    log.write_bytes(LOG.read_bytes()[: -cut or None])
-    blueprint = blueprint_for([])
-    convert, _ = rerun_commands(log, blueprint, 1_795_890_398_500_000_000, whole=not cut)
-    assert RERUN is not None
-    for command in (shlex.split(convert), ["rerun", "rrd", "verify", str(log.with_suffix(".rrd")), str(blueprint)]):
-        subprocess.run([RERUN, *command[1:]], check=True, capture_output=True)  # noqa: S603
-    told = subprocess.run(  # noqa: S603
-        [RERUN, "rrd", "print", str(log.with_suffix(".rrd"))], check=True, capture_output=True, text=True
-    ).stdout
-    assert "/junior/sensors - data columns: [hil.JuniorSensors:message]" in told
-    assert "Points3D:positions" in told

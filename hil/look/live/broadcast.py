@@ -31,8 +31,9 @@ class Broadcast:
     def __init__(self, alive: float = ALIVE) -> None:
         self._alive = alive
         self._changed = Condition()
-        self._over: deque[str] = deque()
-        self._first = 0
+        self._over: deque[tuple[int, str]] = deque()
+        self._next = 0
+        self._given_up = 0
         self._size = 0
         self._going: str | None = None
         self._version = 0
@@ -41,23 +42,23 @@ class Broadcast:
         self._listening = 0
         self._came = False
 
-    def commit(self, text: str, *, alone: bool = False) -> None:
+    def commit(self, text: str, *, instead: bool = False) -> None:
         """Tell of a part that is over.
 
         Args:
             text: The part, in one line.
-            alone: Who comes later needs none of those before it.
+            instead: Who comes later needs not the one before it.
         """
         with self._changed:
-            if alone:
-                self._first += len(self._over)
-                self._size = 0
-                self._over.clear()
-            self._over.append(text)
+            if instead and self._over:
+                self._size -= len(self._over.pop()[1])
+            self._over.append((self._next, text))
+            self._next += 1
             self._size += len(text)
             while self._size > MOST_KEPT and len(self._over) > 1:
-                self._size -= len(self._over.popleft())
-                self._first += 1
+                number, oldest = self._over.popleft()
+                self._size -= len(oldest)
+                self._given_up = number + 1
             self._going = None
             self._version += 1
             self._changed.notify_all()
@@ -132,9 +133,9 @@ class Broadcast:
         while True:
             with self._changed:
                 changed = self._wait_for_more(version)
-                skipped = following < self._first
-                parts = list(self._over)[max(0, following - self._first) :]
-                following = self._first + len(self._over)
+                skipped = following < self._given_up
+                parts = [text for number, text in self._over if number >= following]
+                following = self._next
                 going = self._going if self._version != version else None
                 version, end, asked = self._version, self._end, self._asked
             if not changed:

@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 from collections import deque
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.messages import HOST_SYSTEM
@@ -25,7 +26,7 @@ from hil.look.live.unfolding import TOPICS, Unfolding
 from hil.look.pages import live_page
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from hil.look.live.overhearing import Overheard
     from hil.look.live.unfolding import Episode
@@ -97,6 +98,7 @@ class Showing:
         self._leaving = threading.Event()
         self._heard: deque[Overheard] = deque(maxlen=MOST_WAITING)
         self._shown = -1
+        self._series: str | None = None
         self._choices = Choices(ask, self._broadcast.ask, OF_ROBOT_SIDE if robot_side else CHOICES)
         inputs = self._choices.inputs if robot_side else {STOP: self._stops.stop, **self._choices.inputs}
         page = live_page(lockstep=lockstep, robot_side=robot_side)
@@ -156,14 +158,24 @@ class Showing:
         return self._unfolding.hear([heard.popleft() for _ in range(len(heard))])
 
     def _tell(self, over: list[Episode], *, last: bool) -> None:
-        """Tell of what is over, and how the rest stands; in lock-step, of what was over last."""
+        """Tell of what is over, and how the rest stands; in lock-step, of what was over last, of each series of bouts."""
         unfolding, broadcast = self._unfolding, self._broadcast
         unfolding.about(dict(self.sink.records))
-        for stretch in over[-1:] if self._lockstep else over:
-            broadcast.commit(unfolding.part(stretch), alone=self._lockstep)
+        for stretch in last_of_each_series(over) if self._lockstep else over:
+            broadcast.commit(unfolding.part(stretch), instead=self._lockstep and stretch.series == self._series)
+            self._series = stretch.series
         if unfolding.going is not None and unfolding.version != self._shown and (last or not self._lockstep):
             self._shown = unfolding.version
             broadcast.show(unfolding.part(unfolding.going, unfinished=not last))
+
+
+def last_of_each_series(over: Sequence[Episode]) -> list[Episode]:
+    """Of stretches that are over those after which another series of bouts begins, and the last.
+
+    Args:
+        over: The stretches, in order.
+    """
+    return [one for one, after in zip_longest(over, over[1:]) if after is None or after.series != one.series]
 
 
 def give_way() -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import math
+import shlex
 from dataclasses import dataclass, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Final
@@ -68,12 +69,14 @@ class Episode:
         until: Its last entry's time.
         entries: The entries, with those of the time before that are gathered with them.
         bout: It ends with a bout.
+        series: What the last bout that is over by then belongs to; empty where there is none.
     """
 
     since: float
     until: float
     entries: list[Overheard]
     bout: bool = False
+    series: str = ""
 
 
 class Unfolding:
@@ -152,6 +155,7 @@ class Unfolding:
         stretch = self.going
         assert stretch is not None, "an entry begins the first"
         since = round(self._last - self._zero, 3) + STEP + self._zero
+        stretch.series = self._played[-1].series if self._played else ""
         self._due = False
         context = [one for one in stretch.entries if one.time >= since - LEAD][-MOST_ENTRIES // 2 :]
         first = next((at for at, one in enumerate(context) if one.topic == "/bridge/step"), 0)
@@ -268,7 +272,10 @@ class Unfolding:
             lanes=[_since_lane(lane, since) for lane in scene.lanes],
             marks=[mark for mark in scene.marks if mark.time >= first],
         )
-        return json.dumps(document_of(part, TimeScale(self._zero, STEP), since), allow_nan=False, separators=(",", ":"))
+        document = document_of(part, TimeScale(self._zero, STEP), since)
+        log = self._metadata.get("run", {}).get("log", "")
+        document |= {"played": len(self._played), "all": f"hil view {shlex.quote(log)}" if log else ""}
+        return json.dumps(document, allow_nan=False, separators=(",", ":"))
 
     def _all_chapters(self) -> list[Chapter]:
         """Every chapter so far; of bouts that nobody was shown no more than how they ended."""

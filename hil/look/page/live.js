@@ -5,7 +5,13 @@ const CHOICES = new Map([ // what may be answered, or done to emulated robots
   ["ready", "Ring is ready"], ["won", "Won"], ["lost", "Lost"], ["drawn", "Drawn"], ["pause", "Pause"], ["resume", "Go on"],
   ["power-off", "Power off"], ["power-on", "Power on"], ["lift", "Lift"], ["put-down", "Put back"],
 ]);
+const LEAST_APART = 25; // milliseconds between two pictures of a run that is as fast as the machine can
 const SHOWN = 20; // seconds that are shown of a run without bouts
+
+// What the last bout of a part belongs to.
+function sortOf(part) {
+  return part.chapters.at(-1)?.series;
+}
 
 class LivePlayer extends Player {
   constructor(model, onTime, onWindow, live) {
@@ -55,6 +61,12 @@ class LivePlayer extends Player {
     super.closer(from, to);
   }
 
+  // The run and the browser may share the machine: half as many pictures as a screen shows are enough.
+  frame(now) {
+    if (this.live.lockstep && this.following && this.playing && this.last && now - this.last < LEAST_APART) requestAnimationFrame((next) => this.frame(next));
+    else super.frame(now);
+  }
+
   // What is shown while it follows: this bout as far as it has come, or the last seconds.
   spanOf(time) {
     const { model } = this;
@@ -69,8 +81,9 @@ class LivePlayer extends Player {
     if (!this.following) return super.advance(by);
     const { model } = this;
     if (this.live.lockstep) {
+      if (this.time >= this.live.until) return this.live.next(); // what stands is drawn
       this.time = Math.min(this.live.until, this.time + by);
-      if (this.time >= this.live.until) this.live.next();
+      if (this.time === this.live.until) this.live.view.say(this.time);
     } else {
       const lag = model.end - this.time;
       this.time = lag > 2 ? model.end - BEHIND : Math.min(model.end, this.time + by * Math.min(2, Math.max(0.5, lag / BEHIND)));
@@ -78,12 +91,13 @@ class LivePlayer extends Player {
       if (Math.abs(from - this.from) > 0.05 || to > this.to - 0.01) this.show(from, to + (to - from) * 0.05);
     }
     this.onTime(this.time);
+    if (this.live.over && !this.live.lockstep && this.time >= model.end) this.toggle(false);
   }
 }
 
 class LivePage {
   constructor({ lockstep, robotSide }) {
-    Object.assign(this, { lockstep, model: new Model(), view: null, until: -Infinity, waiting: null, taking: Promise.resolve(), over: false });
+    Object.assign(this, { lockstep, model: new Model(), view: null, until: -Infinity, waiting: [], taking: Promise.resolve(), over: false });
     byId("live").hidden = false;
     byId("stop").hidden = robotSide;
     this.tell(robotSide ? "Waiting for the robots to say something." : "Waiting for the run to begin.");
@@ -115,7 +129,9 @@ class LivePage {
 
   heard(part) {
     if (this.lockstep && this.view && !this.over && !document.hidden) {
-      this.waiting = part;
+      // Of each series of bouts the newest waits.
+      if (this.waiting.length && sortOf(this.waiting.at(-1)) === sortOf(part)) this.waiting.pop();
+      this.waiting.push(part);
       if (this.view.player.following && this.view.player.time >= this.until) this.next();
       else this.takeWords(part);
     } else this.take(part);
@@ -123,10 +139,11 @@ class LivePage {
 
   // The next bout, where this one has been seen.
   next(now = false) {
-    const part = this.waiting;
-    if (!part || !(now || this.view.player.time >= this.until)) return;
-    this.waiting = null;
-    this.take(part);
+    if (now || this.view.player.time >= this.until) this.takeWaiting();
+  }
+
+  takeWaiting() {
+    for (const part of this.waiting.splice(0)) this.take(part);
   }
 
   // How learning goes is shown at once, whichever bout is being looked at.
@@ -171,10 +188,30 @@ class LivePage {
   end(text) {
     this.over = true;
     this.source.close();
-    if (this.waiting) this.take(this.waiting);
-    this.waiting = null;
+    this.takeWaiting();
     byId("stop").disabled = byId("asked").hidden = true;
-    this.tell(text, text.includes("died"));
+    const died = text.includes("died");
+    this.tell(text, died);
+    if (died) return;
+    byId("stop").hidden = byId("follow").hidden = true;
+    this.taking = this.taking.then(() => this.conclude(text));
+  }
+
+  // Nothing more comes: what was learnt and how it plays stands first, and of the bouts one that shows it.
+  conclude(text) {
+    const { model, view } = this;
+    if (!view) return;
+    if (model.all) this.tell(`${text} All of it: ${model.all}`);
+    view.goOn();
+    byId("result").append(byId("said"), byId("lessons"));
+    byId("result").hidden = !(model.said.length || model.lessons.length);
+    const { player } = view;
+    if (!this.lockstep || !player.following) return;
+    const bouts = model.chapters.filter((one) => one.outcome);
+    const tried = bouts.find((one) => one.series && one.series !== "coaching");
+    const shown = bouts.findLast((one) => !tried || one.series === tried.series);
+    player.toggle(false);
+    player.seek(shown ? shown.end - 1e-3 : model.end);
   }
 
   // What the run asks of a person; no choices: nothing.

@@ -37,10 +37,11 @@ class View {
     document.body.classList.toggle("bare", !model.terrain);
     fillPage(model, this.colors);
     fillLegend(model);
+    this.several = new Set(model.chapters.map((one) => one.series)).size > 1;
     this.chips = fillBouts(model, (index) => {
       player.chapter(index);
       player.toggle(true);
-    });
+    }, !this.live || this.live.over);
     this.fillRobots();
     byId("curves").hidden = !model.curves.size;
   }
@@ -81,7 +82,7 @@ class View {
   goOn() {
     const { model, player } = this;
     const { terrain } = model;
-    const words = [model.title, model.said, model.facts, model.notes, model.about, model.lessons, model.chapters, [...model.tracks.keys()], terrain];
+    const words = [model.title, model.said, model.facts, model.notes, model.about, model.lessons, model.chapters, model.played, this.live?.over, [...model.tracks.keys()], terrain];
     const [said, drawn, marks] = [JSON.stringify(words), JSON.stringify([terrain, [...model.tracks.keys()]]), model.marks.length];
     if (drawn !== this.drawnBefore) {
       this.arena.arrange();
@@ -249,7 +250,7 @@ class View {
       byId("ending-title").textContent = `How ${chapter.name.replace(/^[BR]/, (letter) => letter.toLowerCase())} ended`;
       byId("story").textContent = chapter.story;
     }
-    byId("where").textContent = chapter ? chapter.name : "";
+    byId("where").textContent = chapter ? chapter.name + (this.several ? `, ${chapter.series}` : "") : "";
     this.chips.forEach((chip, index) => {
       if ((index === at) !== (chip.getAttribute("aria-current") === "true")) chip.setAttribute("aria-current", String(index === at));
     });

@@ -88,6 +88,8 @@ class Model {
     this.chapters = [];
     this.curves = new Map();
     this.lessons = [];
+    this.played = 0; // bouts of the whole run, where fewer of them are told
+    this.all = ""; // the command that shows all of them
   }
 
   async take(part) {
@@ -96,6 +98,8 @@ class Model {
     const column = (place) => unpack(bytes, place);
     for (const name of ["title", "source"]) if (part[name]) this[name] = part[name];
     for (const name of ["said", "facts", "notes", "about", "lessons"]) if (part[name].length) this[name] = part[name];
+    this.played = part.played || this.played;
+    this.all = part.all || this.all;
     if (part.terrain) {
       const [ground, width, height, wall, obstacles] = part.terrain;
       this.terrain = { ground, width, height, wall, obstacles };

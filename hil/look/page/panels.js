@@ -43,11 +43,15 @@ function fillLegend(model) {
   );
 }
 
-function fillBouts(model, onPick) {
+function fillBouts(model, onPick, over) {
   const section = byId("bouts");
   section.hidden = model.chapters.length < 2 && !model.chapters.some((one) => one.outcome);
   if (section.hidden) return [];
   section.querySelector("h2").textContent = model.chapters.some((one) => one.name.startsWith("Bout")) ? "Bouts" : "Runs";
+  const fewer = model.chapters.length < model.played;
+  byId("bout-words").hidden = !fewer;
+  const later = model.all && ` All${over ? "" : " of them, after the run"}: ${model.all}`;
+  byId("bout-words").textContent = `Listed here, and under Events, ${model.chapters.length === 1 ? "is the bout that was" : `are the ${model.chapters.length} bouts that were`} shown, of ${model.played.toLocaleString("en")}${over ? "" : " so far"}.${later}`;
   const counts = new Map();
   for (const { outcome } of model.chapters) if (outcome) counts.set(outcome, (counts.get(outcome) || 0) + 1);
   byId("bout-key").textContent = [...counts].map(([outcome, count]) => `${own(OUTCOMES, outcome)?.sign || ""} ${count} ${outcome}`).join("   ");
@@ -81,6 +85,11 @@ function fillLessons(model, colors) {
       box.append(element("h3", lesson.when));
       if (lesson.steps.length) box.append(strip(lesson.steps, colors));
       box.append(element("p", lesson.does), element("p", lesson.worth, "soft small"));
+      if (lesson.why.length) {
+        const why = element("details");
+        why.append(element("summary", "Why this one"), ...lesson.why.map((text) => element("p", text, "small")));
+        box.append(why);
+      }
       return box;
     }),
   );

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hil.policies import Policy, PolicyDriver, PolicyError
 from hil.seeds import Branch, generator
 from hil.sumo.controllers import BUILT_IN, AdviceController
-from hil.sumo.tournament.players import DriverPlayer, HostPlayer, MemoryPlayer
+from hil.sumo.driving import DriverPlayer
+from hil.sumo.tournament.players import HostPlayer, MemoryPlayer
 from pal_advisor.fields import FieldError, Fields
 from pal_advisor.maneuvers import Advice, AdviceError
 

@@ -14,12 +14,11 @@ from firmware_protocol.roles.junior import contest
 from firmware_protocol.vocabulary import Outcome, Stimulus
 from hil.sumo.deploying import deploy
 from hil.sumo.junior import STIMULUS_BITS
-from hil.sumo.ring import DRIVING
 
 if TYPE_CHECKING:
     from firmware_protocol.messages import JuniorManeuverResult, RobotAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
-    from hil.sumo.controllers import Controller, Driver
+    from hil.sumo.controllers import Controller
     from hil.sumo.junior import Junior
     from pal_advisor.maneuvers import Advice
 
@@ -98,37 +97,6 @@ class HostPlayer:
     def _choose(self, junior: Junior) -> None:
         self.maneuvers += 1
         self._performed = junior.start(self._controller.choose(self._current, self._previous))
-
-
-class DriverPlayer:
-    """A host that sets the wheels at every reading of the sensors.
-
-    Args:
-        driver: Says to what.
-    """
-
-    def __init__(self, driver: Driver) -> None:
-        self.maneuvers = 0
-        self._driver = driver
-        self._reading: JuniorSensors | None = None
-        self._steered: Ticket[RobotAck] | None = None
-
-    def prepare(self, junior: Junior) -> None:
-        """There is nothing to be done before."""
-
-    def begin(self, junior: Junior) -> None:
-        """The next reading is the first that counts."""
-        self._driver.begin()
-        self._reading, self._steered = junior.latest, None
-
-    def attend(self, junior: Junior) -> None:
-        """Set the wheels, where a reading has come."""
-        if self._steered is not None and self._steered.done:
-            junior.answer(self._steered)
-            self._steered = None
-        if (reading := junior.latest) is not None and reading is not self._reading:
-            self._reading = reading
-            self._steered = junior.steer(*self._driver.drive(reading), DRIVING)
 
 
 class MemoryPlayer:

@@ -1,0 +1,367 @@
+"""Pal coaches several times over, apart, and one advice is put together from what was learnt."""
+
+from __future__ import annotations
+
+import json
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
+
+from firmware_protocol.errors import HilError
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS
+from hil.jobs.options import MOST_SEED, none_or, opponent_of
+from hil.jobs.session import ADVICE, attach, begin_log
+from hil.jobs.words import nothing
+from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
+from hil.seeds import Branch, run_seed
+from hil.sumo.advice_file import advice_text
+from hil.sumo.bouts import Tally
+from hil.sumo.summary import per_stimulus
+from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, bouts_of, parts_of, play_bouts, score_of
+from hil.working import WorkerError
+from hil.working.recorded import CUT_SHORT, Recorded
+from pal_advisor.fields import SettingsError
+from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
+from pal_advisor.maneuvers.team import BOUTS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Self
+
+    from hil.jobs.stage import Stage
+    from hil.recording.recorder import Recorder
+    from pal_advisor.fields import Fields
+    from pal_advisor.maneuvers import TeamVerdict
+
+R = TypeVar("R")
+
+MOST_RUNS: Final = 100
+VERB: Final = "coach --runs"
+EXAM, HELD_OUT, RANDOM = "team exam", "held out", "random maneuvers"
+
+
+@dataclass(frozen=True)
+class RunOrder:
+    """A coaching that is wanted, for a worker; who does it knows where its log goes.
+
+    Attributes:
+        number: Its number, from 1.
+        seed: Its seed.
+        url: Address of its emulated robot.
+        settings: How Pal coaches.
+        opponent: Name of the opponent.
+    """
+
+    number: int
+    seed: int
+    url: str
+    settings: PalSettings
+    opponent: str
+
+
+@dataclass(frozen=True)
+class TeamOutputs:
+    """Where it leaves what; by default nowhere.
+
+    Attributes:
+        coach: Does a coaching, in a worker; of a module.
+        task_of: Makes of an order what `coach` takes.
+        save: Writes the advice.
+        cut: Is told that it is cut short.
+    """
+
+    coach: Callable[[Any], CoachedRun] | None = None
+    task_of: Callable[[RunOrder], object] = nothing
+    save: Callable[[Advice], object] = nothing
+    cut: Callable[[], object] = nothing
+
+
+@dataclass(frozen=True)
+class Team:
+    """What came of it.
+
+    Attributes:
+        advice: What was put together.
+        runs: What came of each run.
+        verdicts: What the team exam found out.
+        seed: Seed of it all.
+        opponent: Name of the opponent.
+        tally: Held-out bouts played by the advice; None where there were none.
+        random: The same with random maneuvers.
+    """
+
+    advice: Advice
+    runs: tuple[CoachedRun, ...]
+    verdicts: tuple[TeamVerdict, ...]
+    seed: int
+    opponent: str
+    tally: Tally | None
+    random: Tally | None
+
+    @property
+    def best_run(self) -> int:
+        """Number of the run whose advice the rest was put into."""
+        whole = [verdict.run for verdict in self.verdicts if verdict.category is None and verdict.kept]
+        return whole[0] if whole else 1
+
+    @property
+    def robot_seconds(self) -> float:
+        """Time that robots performed for it, the team exam included, in s."""
+        return sum(run.robot_seconds for run in self.runs) + sum(verdict.score.seconds for verdict in self.verdicts)
+
+    def facts(self) -> dict[str, object]:
+        """What was learnt and won, as plain values."""
+        return {
+            "opponent": self.opponent,
+            "seed": self.seed,
+            "objective": self.advice.objective.value,
+            "runs": len(self.runs),
+            "maneuvers": sum(run.maneuvers for run in self.runs),
+            "bouts": sum(run.bouts for run in self.runs),
+            "robot_seconds": round(self.robot_seconds, 3),
+            "best_run": self.best_run,
+            "exchanged": [
+                {"run": verdict.run, "situation": list(verdict.category)}
+                for verdict in self.verdicts
+                if verdict.category is not None and verdict.kept
+            ],
+            "per_stimulus": per_stimulus(self.advice),
+            "held_out": self.tally.to_dict() if self.tally else None,
+        }
+
+
+@dataclass(frozen=True)
+class TeamJob:
+    """Several coachings by workers, each on an emulated robot of its own, and the team exam of what they have learnt.
+
+    What comes out, log and all, is the same for any number of workers.
+
+    Attributes:
+        settings: How Pal coaches, in each run.
+        opponent: Name of the opponent.
+        urls: Address of the emulated robot of each run; the first is that of the exam too.
+        held_out: Bouts to be played with the advice afterwards; None is as many as usual.
+        seed: Seed of every random choice.
+        outputs: Where it leaves what.
+    """
+
+    VERB: ClassVar[str] = VERB
+
+    settings: PalSettings
+    opponent: str
+    urls: tuple[str, ...]
+    held_out: int | None
+    seed: int
+    outputs: TeamOutputs = field(default=TeamOutputs(), compare=False)
+
+    @property
+    def reconnect(self) -> float:
+        """Nobody is waited for: every run has a robot of its own."""
+        return 0.0
+
+    def options(self) -> dict[str, Any]:
+        """Everything that decides."""
+        return {
+            "settings": self.settings.to_dict(),
+            "opponent": self.opponent,
+            "urls": list(self.urls),
+            "held_out": self.held_out,
+            "seed": self.seed,
+        }
+
+    def files(self) -> dict[str, bytes]:
+        """There is none."""
+        return {}
+
+    @classmethod
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:  # noqa: ARG003 - as every job has it
+        """As a log has it; see `Job.of_log`."""
+        settings = options.take("settings")
+        try:
+            parsed = PalSettings.of_saved(settings)
+        except (SettingsError, TypeError, AttributeError) as error:
+            raise options.wrong("settings", str(error)) from error
+        urls = options.texts("urls")
+        if not 1 <= len(urls) <= MOST_RUNS:
+            raise options.wrong("urls", f"expected 1 to {MOST_RUNS}, not {len(urls)}")
+        return cls(
+            settings=parsed,
+            opponent=opponent_of(options, "opponent"),
+            urls=urls,
+            held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
+            seed=options.integer("seed", 0, MOST_SEED),
+        )
+
+    def perform(self, stage: Stage) -> Team:
+        """Coach, put together, and try.
+
+        Args:
+            stage: The outside.
+
+        Raises:
+            WorkerError: Runs can't be had.
+            KeyboardInterrupt: The operator asked for it.
+        """
+        with ExitStack() as stack:
+            stack.enter_context(stage.interrupts())
+            work = _TeamWork(self, stage, begin_log(stack, stage))
+            try:
+                return work.do()
+            except (HilError, KeyboardInterrupt) as error:
+                work.cut_short(error)
+                self.outputs.cut()
+                raise
+
+
+class _Results(Generic[R]):
+    """What workers give of one kind, counted for a replay."""
+
+    def __init__(self, stage: Stage, recorded: Recorded[R]) -> None:
+        self._stage = stage
+        self._recorded = recorded
+        self._before = 0
+
+    def of(self, function: Callable[[Any], R], tasks: Sequence[object], take: Callable[[int, R], None]) -> None:
+        """Have tasks done; each result is taken as it comes."""
+        for place, result in enumerate(self._stage.results(function, tasks, self._recorded, self._before)):
+            take(place, result)
+        self._before += len(tasks)
+
+
+class _TeamWork:
+    """The runs, the exam and the bouts afterwards.
+
+    Args:
+        job: What was asked for.
+        stage: The outside.
+        recorder: Writes the log; None where there is none.
+    """
+
+    def __init__(self, job: TeamJob, stage: Stage, recorder: Recorder | None) -> None:
+        self._job = job
+        self._stage = stage
+        self._recorder = recorder
+        self._runs: list[CoachedRun] = []
+        self._coached = _Results(stage, RUNS)
+        self._bouts = _Results(stage, PLAYED)
+        self._seconds = 0.0
+
+    def do(self) -> Team:
+        job = self._job
+        settings = job.settings
+        budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
+        self._say(
+            f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: {budget} each, "
+            f"objective {settings.objective.value}. Then one advice is put together."
+        )
+        orders = [
+            RunOrder(number, run_seed(job.seed, number), url, job.settings, job.opponent)
+            for number, url in enumerate(job.urls, start=1)
+        ]
+        self._coached.of(job.outputs.coach or _nobody, [job.outputs.task_of(order) for order in orders], self._take_run)
+        exam = TeamExam([Advice.from_dict(json.loads(run.json)) for run in self._runs])
+        while len(self._runs) > 1 and not exam.finished:
+            self._examine(exam)
+        advice = exam.best
+        if self._recorder is not None:
+            self._recorder.advice(advice.to_dict())
+            attach(self._recorder, ADVICE, advice_text(advice).encode())
+        job.outputs.save(advice)
+        tally = self._tally(advice, HELD_OUT_LOCKSTEP if job.held_out is None else job.held_out)
+        random = None if tally is None else self._tally(None, min(tally.trials, RANDOM_BOUTS))
+        team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random)
+        if self._recorder is not None:
+            self._recorder.note("result", "done", **team.facts())
+        return team
+
+    def _take_run(self, place: int, run: CoachedRun) -> None:
+        self._runs.append(run)
+        self._pass(run.robot_seconds)
+        if self._recorder is not None:
+            self._recorder.coached_run(place + 1, run)
+        learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
+        self._say(f"Run {place + 1} of {len(self._job.urls)}: {learnt}.")
+
+    def _examine(self, exam: TeamExam) -> None:
+        """One turn of the exam."""
+        wanted, before = exam.wanted, len(exam.verdicts)
+        played = self._play(EXAM, wanted, Branch.VALIDATION, BOUTS)
+        exam.tell([score_of(each) for each in played])
+        for verdict in exam.verdicts[before:]:
+            if self._recorder is not None:
+                self._recorder.team_verdict(verdict)
+        kept = [verdict for verdict in exam.verdicts[before:] if verdict.kept]
+        score = exam.score
+        if score is not None:
+            what = f"run {kept[0].run} does better" if kept else "nothing better was found"
+            self._say(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+
+    def _tally(self, advice: Advice | None, trials: int) -> Tally | None:
+        """Bouts from poses that nothing was learnt from or chosen by."""
+        if not trials:
+            return None
+        (played,) = self._play(RANDOM if advice is None else HELD_OUT, (advice,), Branch.HELD_OUT_BOUTS, trials)
+        return Tally.of(self._job.opponent, bouts_of(played, self._job.seed, Branch.HELD_OUT_BOUTS))
+
+    def _play(self, what: str, advices: Sequence[Advice | None], branch: Branch, trials: int) -> list[list[PlayedBouts]]:
+        """Bouts by each of several advices, from the same poses."""
+        parts = parts_of(trials)
+        url, seed = self._job.urls[0], self._job.seed
+        tasks = [BoutsTask(url, advice, seed, branch, numbers) for advice in advices for numbers in parts]
+        played: list[PlayedBouts] = []
+
+        def take(place: int, result: PlayedBouts) -> None:
+            played.append(result)
+            self._pass(sum(result.times))
+            if self._recorder is not None:
+                self._recorder.team_bouts(what, tasks[place].numbers[0], result)
+
+        self._bouts.of(play_bouts, tasks, take)
+        return [played[first : first + len(parts)] for first in range(0, len(played), len(parts))]
+
+    def _pass(self, seconds: float) -> None:
+        """Robots have performed: that is the time of the log."""
+        self._seconds += seconds
+        if self._recorder is not None:
+            self._recorder.now = self._seconds
+
+    def _say(self, text: str) -> None:
+        if not self._stage.quiet:
+            self._stage.say(text)
+
+    def cut_short(self, error: HilError | KeyboardInterrupt) -> None:
+        """Say in the log why nothing further comes."""
+        if self._recorder is not None:
+            interrupted = isinstance(error, KeyboardInterrupt)
+            status = error.status if isinstance(error, WorkerError) else 0
+            self._recorder.note(CUT_SHORT, "interrupted" if interrupted else str(error), interrupted=interrupted, status=status)
+
+
+def _nobody(task: object) -> CoachedRun:
+    raise WorkerError(f"nobody is there to coach: {task}")
+
+
+def _run_of(entry: object) -> CoachedRun | None:
+    """The run that an entry of a log tells of."""
+    if not isinstance(entry, CoachedRunRecord):
+        return None
+    try:
+        Advice.from_dict(json.loads(entry.json))
+    except (AdviceError, ValueError):
+        return None
+    return CoachedRun(**{name: value for name, value in vars(entry).items() if name != "number"})
+
+
+def _played_of(entry: object) -> PlayedBouts | None:
+    """The bouts that an entry of a log tells of."""
+    if not isinstance(entry, TeamBoutsRecord) or not len(entry.outcomes) == len(entry.times) == len(entry.maneuvers) > 0:
+        return None
+    if not all(1 <= outcome <= 3 for outcome in entry.outcomes):
+        return None
+    return PlayedBouts(entry.outcomes, entry.times, entry.maneuvers)
+
+
+RUNS: Final = Recorded("/pal/run", _run_of)
+"""How a log tells of coachings."""
+PLAYED: Final = Recorded("/pal/bouts", _played_of)
+"""How a log tells of bouts."""

@@ -1,0 +1,180 @@
+"""Coaching a robot that nobody referees, rehearsed: a robot on a pty, and a person at a terminal of their own."""
+
+from __future__ import annotations
+
+import re
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import pytest
+from serving import Stepped, in_thread
+from shell import Shell
+
+import hil
+from hil.cli.app import run
+from hil.mcaplog.reading.reader import LogReader
+from hil.sumo.advice_file import load_advice
+from simdevice.serving.endpoints import PtyEndpoint
+from simdevice.sumo.settings import WorldSettings
+from simdevice.sumo.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+LOW = 7.2
+"""What the robot warns of, in V: its battery is full at 7.5 V."""
+
+
+class Handled(Stepped):
+    """A robot and its ring, in which hands do something between two control periods.
+
+    Attributes:
+        world: The ring.
+        touched: Whether the wheels turned whenever somebody's hands were in the ring.
+    """
+
+    def __init__(self) -> None:
+        self.world = World(WorldSettings(seed=5, referee=False))
+        super().__init__(self.world)
+        self.touched: list[bool] = []
+        self._hands: list[Callable[[], object]] = []
+        self._away = False
+
+    def step(self, inbound: bytes) -> bytes:
+        while self._hands:
+            self._hands.pop(0)()
+        if self._away:
+            self.world.match.robot.body.place(0.0, 0.5, 1.57)
+        return super().step(inbound)
+
+    def do(self, *hands: Callable[[], object]) -> None:
+        """Do these things, and wait until they are done."""
+        self._hands += hands
+        self.until(lambda: not self._hands)
+
+    def reach_in(self, *hands: Callable[[], object]) -> None:
+        """Likewise, with hands in the ring."""
+        self.do(lambda: self.touched.append(self.world.device.wheels != (0.0, 0.0)), *hands)
+
+    def set_up(self, seed: int) -> None:
+        """Put both robots on to the ring."""
+        self._away = False
+        self.reach_in(lambda: self.world.match.reset(seed))
+
+    def take_off(self) -> None:
+        """Hold our robot far off the ring."""
+        self._away = True
+
+
+@contextmanager
+def handled() -> Iterator[tuple[Handled, str]]:
+    """A robot that hands can reach, on a pty."""
+    robot, endpoint = Handled(), PtyEndpoint()
+    with in_thread(robot, endpoint):
+        yield robot, endpoint.url
+
+
+def inputs_of(log: Path) -> list[str]:
+    return [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
+
+
+def hil_on(*words: str) -> str:
+    """A command line of ours."""
+    return f"{sys.executable} -m hil {' '.join(words)}\n"
+
+
+@pytest.mark.slow
+def test_a_person_sets_up_judges_and_changes_the_battery(tmp_path: Path) -> None:
+    with handled() as (robot, url), Shell(tmp_path) as shell:
+        with hil.connect(url) as junior:
+            junior.set_parameter("BATT_LOW", LOW * 1e3)
+        words = ("--reset", "ask", "--budget", "100000", "--held-out", "0", "--no-report", "--out", "run")
+        shell.types(hil_on("coach", url, *words))
+        shell.until("Bout 1: set up both robots")
+        robot.set_up(1)
+        shell.types("\n")
+        shell.until("Bout 1: how does it end?")
+        robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
+        shell.types("w")
+        shell.until("Bout 2: set up both robots")
+        robot.take_off()
+        shell.types("\n")
+        shell.until("Bout 2: the floor sensors see no ring")
+        robot.set_up(2)
+        shell.types("\n")
+        shell.until("Bout 2: how does it end?")
+        robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
+        robot.do(lambda: robot.world.match.robot.motors.feed(6.5))
+        end = robot.world.now() + 1.5
+        robot.until(lambda: robot.world.now() >= end)
+        robot.take_off()  # the floor sensors say that it is lost
+        shell.until("The battery is low, 6.")
+        saved = load_advice(tmp_path / "run" / "advice.toml")
+        assert saved.entries
+        shell.types("\n")
+        shell.until("The battery is low, 6.")  # nobody has changed it
+        robot.reach_in(robot.world.switch_off)
+        shell.until("is lost")
+        robot.do(lambda: robot.world.match.robot.motors.feed(None), robot.world.switch_on)
+        shell.until("is back, restarted")
+        shell.types("\n")
+        shell.until("Bout 3: set up both robots")
+        robot.set_up(3)
+        shell.types("\n")
+        shell.until("Bout 3: how does it end?")
+        shell.types("d")
+        shell.until("Bout 4: set up both robots")
+        shell.types("\x03")
+        told = shell.until("Interrupted.")
+    assert "The best advice so far: run/advice.toml" in told
+    assert "--reset ask --resume-from run" in re.sub(r"\s+", " ", told)
+    assert robot.touched == [False] * 4
+    log = tmp_path / "run" / "log.mcap"
+    bouts = [entry.value.text for entry in LogReader(log).entries(["/events"]) if entry.value.kind == "bout"]
+    assert len(bouts) == 3, bouts
+    assert [what.removeprefix("key ") for what in inputs_of(log)][-1:] == ["interrupt"]
+    assert hil.replay(log).difference is None
+
+
+@pytest.mark.slow
+def test_a_robot_sets_itself_up_and_asks_where_it_cannot(tmp_path: Path) -> None:
+    with handled() as (robot, url), Shell(tmp_path) as shell:
+        shell.types(hil_on("coach", url, "--reset", "auto", "--budget", "100000", "--no-report", "--out", "run"))
+        assert "The battery is not watched" in shell.until("A pause begins before the next maneuver")
+        robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
+        robot.take_off()
+        shell.until("The floor sensors see no ring: put both robots back")
+        robot.set_up(2)
+        shell.types("\n")
+        shell.until("A pause begins before the next maneuver")
+        robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
+        shell.types("p")
+        shell.until("Pause: the robot is disarmed.")
+        robot.reach_in()
+        shell.types("r")
+        shell.until("A pause begins before the next maneuver")
+        shell.types("\x03")
+        shell.until("Interrupted.")
+    assert robot.touched == [False] * 2
+    log = tmp_path / "run" / "log.mcap"
+    assert [what for what in inputs_of(log) if what != "interrupt"] == ["key \n", "key p", "key r"]
+    assert hil.replay(log).difference is None
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (["--reset", "ask"], "a robot that is emulated in this process has a referee: leave --reset out"),
+        (["--judge"], "leave --judge out"),
+        (["tcp://127.0.0.1:9", "--reset", "ask"], "--reset asks a person, and nobody can be asked here"),
+        (["tcp://127.0.0.1:9", "--reset", "auto", "--judge"], "leave --reset auto out"),
+    ],
+)
+def test_a_person_is_asked_only_where_one_can_be(
+    words: list[str], text: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    assert run(["coach", *words, "--no-log", "--budget", "1"]) == 2
+    assert text in capsys.readouterr().err
