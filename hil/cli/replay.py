@@ -84,6 +84,7 @@ def replay(
         from hil.cli.replay_viewer import stream  # noqa: PLC0415 - likewise
 
         stream(found, limits, console, port=port, as_json=as_json, quiet=quiet)
+        return common.EXIT_DONE
     from hil.replaying.host import replay as replay_log  # noqa: PLC0415 - it loads all verbs' jobs
 
     if rerecord is not None:

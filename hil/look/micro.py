@@ -166,6 +166,9 @@ class MicroPart:
         if self._table is None or self._table.kind != TableKind.BOX or not self._boxes:
             return
         rows = np.array([(time, *state.box, state.box_heading, *state.goal) for time, state in self._boxes])
+        rows = rows[np.isfinite(rows).all(axis=1) & (np.abs(rows[:, 1:]) < FARTHEST).all(axis=1)]
+        if not len(rows):
+            return
         half = MicroProfile().box_half
         square = ((half, half), (-half, half), (-half, -half), (half, -half))
         shape = BodyShape(square if self._table.box == BoxShape.CUBE else (), half)

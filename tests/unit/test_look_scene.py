@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from itertools import pairwise
+from math import inf, nan
 from typing import IO, TYPE_CHECKING, Final
 
 import numpy as np
@@ -33,7 +34,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.messages.junior import SensorFlag
 from firmware_protocol.messages.robot import AckResult, Reason, State
-from firmware_protocol.messages.table import TableKind, TableReset
+from firmware_protocol.messages.table import TableKind, TableReset, TableState
 from firmware_protocol.vocabulary import Action, Outcome
 from hil.bridge.operator import OperatorInput
 from hil.bridge.taps import Circumstances
@@ -44,7 +45,7 @@ from hil.look.pages import page_of
 from hil.look.reading import read_scene
 from hil.look.scene import Ground, Scene, Terrain
 from hil.mcaplog.errors import LogError, UnreadableLogError
-from hil.mcaplog.reading.reader import LogReader
+from hil.mcaplog.reading.reader import LogEntry, LogReader
 from hil.questions import ASKED
 from simdevice.swarm.rooms import NAMES, built_in
 
@@ -280,6 +281,19 @@ def test_obstacles_of_a_room_that_every_table_knows_stand_on_the_table(tmp_path:
         assert drawn == set(built_in(name).walls)
         assert all(outline[0] == outline[-1] for outline in terrain.obstacles)
         assert f'"terrain":["table",2.0,1.5,true,[[[{terrain.obstacles[0][0][0]}'[:40] in text_of(read_scene(log))
+
+
+def test_a_box_that_is_nowhere_is_left_out(tmp_path: Path) -> None:
+    swarm_log(tmp_path / "box.mcap", TableKind.BOX)
+    entries = LogReader(tmp_path / "box.mcap").entries(micro.TOPICS)
+    part, scene = micro.MicroPart(), Scene(begin=0.0, end=9.0)
+    for entry in entries:
+        part.take(entry)
+    for time, x in enumerate((nan, 0.25, inf, 1e9)):
+        state = TableState(time, (x, 0.5), 0.1, (0.0, 0.0), 0, 1)
+        part.take(LogEntry("/table/state", float(time), state, None, None))
+    part.put(scene)
+    assert [track.poses["x"].tolist() for track in scene.tracks if track.key == "box"] == [[0.25]]
 
 
 def test_obstacles_that_the_log_does_not_tell_are_said_to_be_there(tmp_path: Path) -> None:

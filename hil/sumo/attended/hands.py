@@ -23,8 +23,7 @@ def put_aside(junior: Junior) -> None:
         RefusedError: Its emergency stop is engaged, which disarming would end.
         PeerError: It does not answer.
     """
-    if junior.stopped:
-        raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
+    _check_not_stopped(junior)
     junior.disarm()
 
 
@@ -54,6 +53,10 @@ def wait_for_answer(junior: Junior, questions: Questions) -> str:
     """
     while not (answer := questions.answer()):
         junior.step(WAIT)
-        if junior.stopped:
-            raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
+        _check_not_stopped(junior)
     return answer
+
+
+def _check_not_stopped(junior: Junior) -> None:
+    if junior.stopped:
+        raise RefusedError("to go on", "somebody pressed the emergency stop; disarm and arm the robot")
