@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "frame.h"
+#include "framing.h"
 #include "order.h"
 
 enum { FARTHEST = 32, UNDECIDED = 0, NUMBER_EYES = 0, NUMBER_FLOOR = 2, NUMBER_TRAVEL = 4, NUMBER_BATTERY = 6, NUMBER_FLAGS = 7 };

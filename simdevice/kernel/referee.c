@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "frame.h"
+#include "framing.h"
 #include "order.h"
 
 enum { RECORD = 16 };

@@ -41,6 +41,9 @@ class CoreBuild:
     Args:
         folder: Where to; it is made.
         flags: More flags of the compiler, to compile and to link with.
+
+    Raises:
+        BuildError: A source does not compile, or two have one name.
     """
 
     def __init__(self, folder: Path, flags: Sequence[str] = ()) -> None:
@@ -54,6 +57,8 @@ class CoreBuild:
             builder.emit_c_code(str(wrapper))
         sources = [*CORE, ROOT / FIRMWARE / "targets/host/host.c"]
         sources += [*sorted((ROOT / KERNEL).glob("*.c")), wrapper]
+        if len({source.stem for source in sources}) < len(sources):
+            raise BuildError("two sources have one name, and so would their objects: give one of them another")
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             made = pool.map(lambda source: self.compile(source, folder / f"{source.stem}.o"), sources)
             self.objects: Mapping[str, Path] = dict(zip((source.name for source in sources), made, strict=True))

@@ -1,4 +1,4 @@
-#include "frame.h"
+#include "framing.h"
 
 #include <string.h>
 

@@ -1,6 +1,6 @@
 /* MAVLink 2 frames without signatures, as the firmware's send.c makes them. */
-#ifndef KERNEL_FRAME_H
-#define KERNEL_FRAME_H
+#ifndef KERNEL_FRAMING_H
+#define KERNEL_FRAMING_H
 
 #include "core/wire.h"
 
