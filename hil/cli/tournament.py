@@ -168,6 +168,7 @@ class _Playing:
         self._console = console
         self._quiet = quiet
         self.bouts: list[TournamentBout] = list(saved.bouts)
+        self._saved = len(self.bouts)
         self.checkpoint = checkpoint
 
     def play(self, workers: int, scheduler: str | None) -> None:
@@ -204,12 +205,13 @@ class _Playing:
                     if not alive and not self._quiet and len(self.bouts) * LINES // total > before * LINES // total:
                         self._console.print(f"{len(self.bouts)}/{total} bouts")
         except BaseException:
+            self._save()  # an interrupt may have come between bouts and their checkpoint
             if self.checkpoint.is_file():
                 where = (
                     self.checkpoint.parent if self._run.run and self.checkpoint == self._run.run.checkpoint else self.checkpoint
                 )
                 self._console.print(
-                    f"The {len(self.bouts)} bouts that were played are in {self.checkpoint}. "
+                    f"The {self._saved} bouts that were played are in {self.checkpoint}. "
                     f"To go on: hil tournament --resume-from {where}",
                     markup=False,
                 )
@@ -218,6 +220,7 @@ class _Playing:
     def _save(self) -> None:
         try:
             replace_file(self.checkpoint, TournamentCheckpoint(self._tournament, tuple(self.bouts)).to_bytes())
+            self._saved = len(self.bouts)
         except OSError as error:
             text = f"cannot write the checkpoint {self.checkpoint}: {error.strerror}"
             if text not in self._run.failures:

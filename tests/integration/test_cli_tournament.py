@@ -14,6 +14,7 @@ from processes import Hil
 
 import hil.cli.tournament
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from hil.cli import tournament
 from hil.cli.app import run
 from hil.files.outputs import replace_file
 from hil.look.reading import read_scene
@@ -151,6 +152,23 @@ def test_what_a_resumed_one_was_begun_with_can_not_be_changed(capsys: pytest.Cap
     assert "leave them out" in capsys.readouterr().err
     assert run(["tournament", "--resume-from", "first", "--bouts", "6"]) == 2
     assert "begun with bouts 4, not 6" in capsys.readouterr().err
+
+
+def test_an_interrupt_between_bouts_and_their_checkpoint_loses_none(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save, interrupts = tournament._Playing._save, [KeyboardInterrupt]
+
+    def interrupted(playing: tournament._Playing) -> None:
+        if playing.bouts and interrupts:
+            raise interrupts.pop()
+        save(playing)
+
+    monkeypatch.setattr(tournament._Playing, "_save", interrupted)
+    assert run(["tournament", "chase", "random", "--bouts", "20", "--workers", "1", "--out", "cut"]) == 130
+    kept = len(load_checkpoint(folder / "cut" / "checkpoint.json").bouts)
+    assert kept
+    assert f"The {kept} bouts that were played are in cut/checkpoint.json" in capsys.readouterr().out
 
 
 @pytest.mark.slow
