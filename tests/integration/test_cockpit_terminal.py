@@ -73,7 +73,13 @@ def test_a_key_that_is_held_down_drives_and_the_robot_stands_when_it_is_let_go(t
 
 
 @pytest.mark.parametrize(
-    ("key", "state"), [("e", State.STOPPED), ("d", State.DISARMED), (" ", State.READY), ("\x03", State.DISARMED)]
+    ("key", "state"),
+    [
+        ("e", State.STOPPED),
+        (" ", State.READY),
+        pytest.param("d", State.DISARMED, marks=pytest.mark.nightly),
+        pytest.param("\x03", State.DISARMED, marks=pytest.mark.nightly),
+    ],
 )
 def test_a_terminal_that_takes_nothing_stops_neither_keep_alive_nor_a_stop(key: str, state: State, tmp_path: Path) -> None:
     with served() as (robot, url), Shell(tmp_path) as shell:
