@@ -8,9 +8,8 @@ import gymnasium
 from gymnasium.error import ResetNeeded
 
 from firmware_protocol.messages import BoutOutcome
-from hil.gym.task import REWARDS, Task, action_space, observation_space
+from hil.gym.task import REWARDS, Task, action_space, observation_space, timed_out
 from hil.policies import scaled
-from simdevice.junior.profile import JuniorProfile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from firmware_protocol.faults.spec import FaultSpec
+    from simdevice.junior.profile import JuniorProfile
 
 
 class JuniorEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
@@ -56,8 +56,7 @@ class JuniorEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         profile: JuniorProfile | None = None,
         faults: FaultSpec | str | None = None,
     ) -> None:
-        numbers = JuniorProfile() if profile is None else profile
-        self._task = Task.of(opponent, faults, delay=delay, duration=duration, shaping=shaping, profile=numbers)
+        self._task = Task.of(opponent, profile, faults, delay=delay, duration=duration, shaping=shaping)
         self._rings = rings = self._task.rings(1)
         self.observation_space, self.action_space = observation_space(), action_space()
         self._actions, self._readings = rings.actions, rings.readings[0]
@@ -110,6 +109,6 @@ class JuniorEnv(gymnasium.Env["NDArray[np.float32]", "NDArray[np.float32]"]):
         if self._living[0]:
             return scaled(self._readings), reward, False, False, {}
         outcome = BoutOutcome(self._outcomes[0])
-        truncated = outcome is BoutOutcome.DRAW and self._clearances[0] >= 0.0
+        truncated = bool(timed_out(self._outcomes, self._clearances)[0])
         info = {"outcome": outcome.name.lower(), "elapsed": float(self._rings.periods[0] * self._rings.period)}
-        return scaled(self._readings), reward + float(REWARDS[outcome]), not truncated, bool(truncated), info
+        return scaled(self._readings), reward + float(REWARDS[outcome]), not truncated, truncated, info

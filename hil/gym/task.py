@@ -61,20 +61,28 @@ class Task:
             raise ValueError("of faults, only those of the robot can befall it here; of a line there is `delay`")
 
     @classmethod
-    def of(cls, opponent: str | Sequence[str], faults: FaultSpec | str | None, **others: Any) -> Task:  # noqa: ANN401 - fields
+    def of(
+        cls,
+        opponent: str | Sequence[str],
+        profile: JuniorProfile | None,
+        faults: FaultSpec | str | None,
+        **others: float,
+    ) -> Task:
         """A task as the environments take it.
 
         Args:
             opponent: One opponent, or several.
+            profile: The robot's numbers; None are the defaults.
             faults: As the class has them, or their text.
-            others: Fields of the class.
+            others: Numbers among the class's fields.
 
         Raises:
             ValueError: As the class.
             FaultSpecError: The text says nothing that can go wrong.
         """
         spec = FaultSpec.parse(faults) if isinstance(faults, str) else faults
-        return cls((opponent,) if isinstance(opponent, str) else tuple(opponent), faults=spec, **others)
+        opponents = (opponent,) if isinstance(opponent, str) else tuple(opponent)
+        return cls(opponents, profile=JuniorProfile() if profile is None else profile, faults=spec, **others)
 
     def rings(self, count: int) -> PilotedRings:
         """Rings to play in.

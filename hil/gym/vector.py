@@ -12,7 +12,6 @@ from gymnasium.vector.utils import batch_space
 from firmware_protocol.messages import BoutOutcome
 from hil.gym.task import REWARDS, Task, action_space, observation_space, timed_out
 from hil.policies import scaled
-from simdevice.junior.profile import JuniorProfile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,9 +19,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from firmware_protocol.faults.spec import FaultSpec
+    from simdevice.junior.profile import JuniorProfile
 
 _NAMES = np.array([outcome.name.lower() for outcome in BoutOutcome])
-_OPTIONS = ("bout", "opponent")
 
 
 class JuniorVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "NDArray[Any]"]):
@@ -54,8 +53,7 @@ class JuniorVectorEnv(VectorEnv["NDArray[np.float32]", "NDArray[np.float32]", "N
         profile: JuniorProfile | None = None,
         faults: FaultSpec | str | None = None,
     ) -> None:
-        numbers = JuniorProfile() if profile is None else profile
-        self._task = Task.of(opponent, faults, delay=delay, duration=duration, shaping=shaping, profile=numbers)
+        self._task = Task.of(opponent, profile, faults, delay=delay, duration=duration, shaping=shaping)
         self._rings = self._task.rings(num_envs)
         self.num_envs = num_envs
         self.single_observation_space, self.single_action_space = observation_space(), action_space()
