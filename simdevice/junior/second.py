@@ -45,21 +45,15 @@ REFLEXES: Final[dict[Stimulus, tuple[Action, ...]]] = {
 
 
 class Keeper:
-    """Sets the second Junior up at the start of each bout, each time in the same way and the same number of periods.
-
-    Attributes:
-        playing: The second Junior is on the table.
-    """
+    """Sets the second Junior up at the start of each bout, each time in the same way and the same number of periods."""
 
     def __init__(self) -> None:
         self._codec = MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
         self._session = 0
         self._frames: list[bytes] = []
-        self.playing = False
 
     def rest(self) -> None:
         """The second Junior is off the table."""
-        self.playing = False
         self._frames.clear()
 
     def begin(self) -> None:
@@ -96,7 +90,6 @@ class Keeper:
             JuniorContest(session, sequence + 1, 0.0, *robot, ContestCommand.START),
         ]
         self._frames = [self._codec.encode(message) for message in messages]
-        self.playing = True
 
     @property
     def speaking(self) -> bool:
