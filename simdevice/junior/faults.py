@@ -107,6 +107,10 @@ class DeviceFaults:
         self.dark = False
         self.restored = False
 
+    def anew(self) -> DeviceFaults:
+        """The same faults, before any time has passed."""
+        return DeviceFaults(self._spec, self._battery, self._period)
+
     def advance(self) -> None:
         """A control period begins."""
         now = self._ticks * self._period + _SLACK

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from simdevice.boards import Board
 from simdevice.junior.device import VirtualDevice
-from simdevice.junior.faults import DeviceFaults
 from simdevice.kernel.arrays import MANY
 
 if TYPE_CHECKING:
@@ -55,7 +54,6 @@ class KernelDevice(VirtualDevice):
     ) -> None:
         self._ring = ring
         self._piece = piece
-        self._spec = faults
         self.faulty = faults is not None and bool(faults.of_device)
         super().__init__(robot, uid=uid, nvm=nvm, wire=wire, faults=faults, start_held=start_held)
         assert isinstance(self._board, Board)
@@ -136,9 +134,9 @@ class KernelDevice(VirtualDevice):
         self._ring.power_on(self._piece)
         self._ring.remember(self._piece, moment.memory, moment.micros)
         self.set_running(running=True)
-        if self.faulty and self._spec is not None:
+        if self._faults is not None:
             self.feed(None)
-            self._faults = DeviceFaults(self._spec, self, self._robot.body.period)
+            self._faults = self._faults.anew()
             self._ring.befall(self._piece, self._faults)
 
     def begin(self) -> int:
