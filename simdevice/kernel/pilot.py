@@ -26,6 +26,7 @@ from firmware_protocol.wire.fields import MAVLINK
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from simdevice.kernel.arrays import PIECES, Arrays
 from simdevice.kernel.world import KernelWorld
+from simdevice.sumo.eeprom import NEW_SYSTEM
 from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 
 if TYPE_CHECKING:
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
 
 STEP: Final = 0.02
 """A step: the interval of JUNIOR_SENSORS, in s."""
-NUMBERS: Final = 18
-"""Numbers of a reading; `pilot.h` tells which."""
 LONGEST_DELAY: Final = 0.1
 """A line that is later than this each way loses a robot whose keeper is silent for 250 ms, in s."""
 LONGEST_DURATION: Final = 5.0
@@ -47,7 +46,6 @@ _SETTLING: Final = 3
 """Steps from the placing to the first reading that counts: thresholds and debounced switches forget the bout before."""
 _SESSION: Final = 1
 _HOST: Final = 1
-_SYSTEM: Final = 1
 _UNTIL_ARMED: Final = 100
 """Control periods in which a robot is surely armed, and has sent a reading."""
 
@@ -95,7 +93,7 @@ class PilotedRings:
     Attributes:
         actions: What the next step sends, shape (count, 2): left and right wheel, share of full, -1..1; what is beyond is sent
             as the limit. To be set.
-        readings: What JUNIOR_SENSORS said last, shape (count, NUMBERS), in the wire's counts; see `pilot.h`.
+        readings: What JUNIOR_SENSORS said last, shape (count, PILOT_NUMBERS), in the wire's counts; see `pilot.h`.
         outcomes: Of each ring's bout, shape (count,), as `BoutOutcome` numbers them.
         periods: Control periods of each ring's bout so far, shape (count,).
         clearances: From each opponent's centre to the border, shape (count,), in m; negative outside.
@@ -114,7 +112,7 @@ class PilotedRings:
         self._ffi, self._lib = arrays.ffi, cast("PilotLibrary", arrays.lib)
         self.worlds = [KernelWorld(settings, arrays, number) for number in range(count)]
         self.actions = np.zeros((count, 2), np.float32)
-        self.readings = np.zeros((count, NUMBERS), np.float32)
+        self.readings = np.zeros((count, self._lib.PILOT_NUMBERS), np.float32)
         self.clearances = np.zeros(count, np.float64)
         self.outcomes = self._seen(arrays.world.outcome, count, np.uint8)
         self.periods = self._seen(arrays.world.steps, count, np.uint32)
@@ -130,7 +128,7 @@ class PilotedRings:
 
     def _make_pilot(self, count: int, duration: float) -> Any:  # noqa: ANN401 - a struct of cffi
         ffi, codec = self._ffi, MavlinkCodec(system=HOST_SYSTEM, component=HOST_COMPONENT)
-        robot = (_SYSTEM, ROBOT_COMPONENT)
+        robot = (NEW_SYSTEM, ROBOT_COMPONENT)
         session = codec.encode(RobotSession(_SESSION, 0, _HOST, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR))
         greeting = session + codec.encode(CommandLong(*robot, Command.ARM_DISARM, param1=1.0, param3=float(_HOST)))
         pilot = ffi.new("kernel_pilot *")

@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode
 
 from hil.gym import ENVIRONMENT, JuniorEnv, JuniorVectorEnv
 from hil.policies import HIGH, LOW, NAMES
-from simdevice.kernel.pilot import NUMBERS, PilotedRings
+from simdevice.kernel.pilot import PilotedRings
 from simdevice.sumo.opponents import OPPONENTS
 from simdevice.sumo.settings import WorldSettings
 
@@ -55,7 +55,8 @@ def test_the_vector_environment_is_made_by_the_same_name() -> None:
 
 
 def test_the_kernel_and_the_observation_have_the_same_numbers() -> None:
-    assert len(NAMES) == len(LOW) == len(HIGH) == NUMBERS
+    rings = PilotedRings(1, WorldSettings(referee=False))
+    assert len(NAMES) == len(LOW) == len(HIGH) == rings.readings.shape[1] == 18
 
 
 @pytest.mark.parametrize("opponent", list(OPPONENTS))
