@@ -125,7 +125,7 @@ AIM = 0.2
 
 
 def jitter(options: argparse.Namespace) -> None:
-    """How far from their period apart the beginnings of steps are, in real time; three kinds by turns, compared in pairs."""
+    """How far from their period apart the beginnings of steps are, in real time; the kinds by turns, compared in pairs."""
     robots = options.robots
     networks = 1 if robots == 1 else -(-robots // 250)
     what = ["junior"] if robots == 1 else ["swarm", "--count", str(robots), "--networks", str(networks), "--quiet"]
@@ -136,9 +136,10 @@ def jitter(options: argparse.Namespace) -> None:
             assert served.stdout is not None
             urls = [served.stdout.readline().decode().split()[-1] for _ in range(networks)]
             for number in range(options.rounds):
-                for name in (*JITTER_KINDS[number % 4 :], *JITTER_KINDS[: number % 4]):
-                    late = _paced(urls, options.seconds, name)
-                    found[name].append([_percentile(late, share) for share in SHARES])
+                first = number % len(JITTER_KINDS)
+                for name in (*JITTER_KINDS[first:], *JITTER_KINDS[:first]):
+                    late = sorted(_paced(urls, options.seconds, name, swarm=robots > 1))
+                    found[name].append([late[int(len(late) * share / 100)] * 1e3 for share in SHARES])
         finally:
             served.send_signal(signal.SIGINT)
     load = f"load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "load unknown"
@@ -154,11 +155,6 @@ def jitter(options: argparse.Namespace) -> None:
         print(f"  99 %, {one} less {other}: median {median(more):+.3f} ms, {more[0]:+.3f} to {more[-1]:+.3f}")
     verdict = "met" if more[-1] <= AIM else "not met" if more[0] > AIM else "not to be told: pairs differ more than that"
     print(f"  aim, shown less without at most {AIM} ms: {verdict}")
-
-
-def _percentile(late: list[float], share: float) -> float:
-    """In ms."""
-    return sorted(late)[int(len(late) * share / 100)] * 1e3
 
 
 VIEWERS = """
@@ -179,7 +175,7 @@ for thread in threads: thread.start()
 """
 
 
-def _paced(urls: list[str], seconds: float, name: str) -> list[float]:
+def _paced(urls: list[str], seconds: float, name: str, *, swarm: bool) -> list[float]:
     """Deviations of the period in s: 5 ms of a Junior, 20 ms of a swarm."""
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         log = Path(folder, "log.mcap")
@@ -191,8 +187,8 @@ def _paced(urls: list[str], seconds: float, name: str) -> list[float]:
             looking, where = (VIEWERS, recorder.page) if live else (GUESTS, recorder.shared)
             stack.enter_context(subprocess.Popen([sys.executable, "-c", looking, where]))  # noqa: S603 - ourselves
         taps = [recorder] if recorder else []
-        period = PERIOD if len(urls) == 1 else SWARM_PERIOD
-        robots = hil.connect(urls[0], taps=taps) if len(urls) == 1 else connect_swarm(*urls, taps=taps)
+        period = SWARM_PERIOD if swarm else PERIOD
+        robots = connect_swarm(*urls, taps=taps) if swarm else hil.connect(urls[0], taps=taps)
         with robots:
             robots.wait(0.5)
             begun, late, last = perf_counter(), list[float](), perf_counter()
