@@ -17,36 +17,30 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from coaching import DUMMIES, JUDGE, Run, ring_of
 
-import hil
 from firmware_protocol.messages import BoutOutcome
 from hil.book.measurement import Measurement, mean_of
 from hil.seeds import Branch, bout_seed, run_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
-from hil.sumo.ring import open_ring
 from hil.working import open_crew
 from pal_advisor.maneuvers import PalSettings, TeamExam, TeamScore
 from pal_advisor.maneuvers.settings import BEFORE
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from hil.sumo.bouts import Bout
-    from hil.sumo.ring import Ring
 
-DUMMIES: Final = "flat-light,flat-heavy,curved-light,corner-light,point-light"
-JUDGE: Final = 77
-"""Seed of the held-out bouts."""
 METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "now": {},
     "before": {**BEFORE, "loss": 12.0},
@@ -126,11 +120,12 @@ def made(cell: Cell) -> Row:
     Args:
         cell: Which.
     """
+    run = Run(cell.opponent, cell.seed, cell.settings)
     advices, maneuvers, seconds = [], 0, 0.0
     for number in range(1, cell.runs + 1):
         seed = run_seed(cell.seed, number)
-        with ring_of(cell, seed) as ring:
-            coaching = Coaching(ring, new_pal(cell.settings, seed), seed=seed)
+        with ring_of(replace(run, seed=seed)) as ring:
+            coaching = Coaching(ring, new_pal(run.settings, seed), seed=seed)
             coaching.run()
         advices.append(coaching.advice())
         maneuvers += coaching.pal.used
@@ -140,27 +135,14 @@ def made(cell: Cell) -> Row:
     while cell.runs > 1 and not exam.finished:
         scores = []
         for advice in exam.wanted:
-            with ring_of(cell, cell.seed) as ring:
+            with ring_of(run) as ring:
                 scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
         seconds += sum(score.seconds for score in scores)
         exam.tell(scores)
     seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
-    with ring_of(cell, cell.seed) as ring:
+    with ring_of(run) as ring:
         tally = Tally.of(cell.opponent, list(play(ring, AdviceController(exam.best), seeds)))
     return Row(cell, tally.wins, tally.losses, tally.median_time_to_win, maneuvers, round(seconds, 3))
-
-
-@contextmanager
-def ring_of(cell: Cell, seed: int) -> Iterator[Ring]:
-    """A new emulated robot in a ring.
-
-    Args:
-        cell: Against whom.
-        seed: Seed of the robot.
-    """
-    with hil.connect(f"sim://junior?opponent={cell.opponent}&seed={seed}") as junior:
-        junior.arm()
-        yield open_ring(junior)
 
 
 def score_of(bouts: Sequence[Bout]) -> TeamScore:
