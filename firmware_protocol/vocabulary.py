@@ -32,6 +32,8 @@ MICRO_ROBOT_RADIUS: Final = 0.02
 
 ANY_STIMULUS: Final = 255
 """In a memory slot, "whatever the previous stimulus was"."""
+ANY: Final = "any"
+"""The same in a file or a log."""
 
 
 class Family(IntEnum):
@@ -167,6 +169,15 @@ class Stimulus(IntFlag):
         raise ValueError(f"unknown stimulus {label!r}: expected none, left, right or both, with +touch-left, -right or -both")
 
 
+def stimulus_label(code: int) -> str:
+    """Name of a stimulus in files and logs: `left`; `ANY` where it does not count.
+
+    Args:
+        code: Its code, or `ANY_STIMULUS`.
+    """
+    return ANY if code == ANY_STIMULUS else Stimulus(code).label
+
+
 def situation_name(previous: int, current: int) -> str:
     """A situation in a table or a legend: `left`, or `both, left arm touches, before: right`.
 
@@ -228,7 +239,16 @@ class Maneuver:
             raise ValueError(f"an action lasts 0.02 to 5 s, not {self.period:g} s")
 
     def __str__(self) -> str:
-        return " ".join(action.name for action in self.actions)
+        return codes(self.actions)
+
+
+def codes(actions: Iterable[Action]) -> str:
+    """A maneuver by the names of its actions: `MF FF FF S`.
+
+    Args:
+        actions: Its actions.
+    """
+    return " ".join(action.name for action in actions)
 
 
 def spelled_out(actions: Iterable[Action]) -> str:

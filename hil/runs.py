@@ -54,6 +54,7 @@ VIEW: Final = "view.html"
 VERSION: Final = 1
 RUNNING: Final = "running"
 DONE: Final = "done"
+FELL_SHORT: Final = "fell short"
 
 
 class RunError(HilError):

@@ -21,7 +21,6 @@ from hil.jobs.bout import BoutJob, ControllerName
 from hil.policies import load_policy
 from hil.sumo.advice_file import load_advice
 from hil.sumo.ring import OPPONENTS
-from hil.working.processes import MOST_WORKERS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,13 +70,9 @@ def bout(
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(
-            "--workers",
-            min=1,
-            max=MOST_WORKERS,
-            metavar="N",
-            help="Play in N processes side by side, ten bouts at a time on a new emulated robot, with a log of each ten: the "
-            "same result for every N. Left out: all bouts on one robot, in one log.",
+        common.workers_option(
+            "Play in N processes side by side, ten bouts at a time on a new emulated robot, with a log of each ten: the "
+            "same result for every N. Left out: all bouts on one robot, in one log."
         ),
     ] = None,
     judge: Annotated[

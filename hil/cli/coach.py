@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from contextlib import closing
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,19 +17,17 @@ from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
+from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
-from hil.files.outputs import free_folder
 from hil.going_on import saved_by, successor
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
 from hil.jobs.team import MOST_RUNS, TeamJob
-from hil.mcaplog import LogError
 from hil.seeds import run_seed
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
 from hil.sumo.ring import OPPONENTS
-from hil.sumo.summary import coaching_summary
-from hil.working.processes import MOST_WORKERS
+from hil.sumo.summary import coaching_summary, shortfall
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
@@ -85,13 +82,7 @@ def coach(
     ] = 1,
     workers: Annotated[
         int | None,
-        typer.Option(
-            "--workers",
-            min=1,
-            max=MOST_WORKERS,
-            metavar="N",
-            help="With --runs: processes that share the work; the same result for every N [default: one a core].",
-        ),
+        common.workers_option("With --runs: processes that share the work; the same result for every N [default: one a core]."),
     ] = None,
     objective: Annotated[
         Objective | None,
@@ -234,7 +225,7 @@ def coach(
         makes={runs.ADVICE: advice_out, runs.CHECKPOINT: checkpoint},
         kept=(checkpoint,) if checkpoint is not None and begun.goes_on_in(checkpoint) else (),
     ) as run:
-        files = _CoachingFiles(run, advice_out, checkpoint, report=report)
+        files = _CoachingFiles(run, advice_out, checkpoint, console, report=report)
         job = CoachJob(
             settings=settings,
             choose_objective=objective is None,
@@ -253,7 +244,7 @@ def coach(
                 save=files.save_advice,
                 keep=files.keep_advice,
                 cut=lambda coaching: files.tell_how_to_resume(
-                    coaching, console, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
+                    coaching, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
                 ),
                 unsaved=run.failed,
                 resumed=lambda found: begun.tell(found, run, console),
@@ -288,15 +279,14 @@ def coach(
                     coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
                 ):
                     console.print(line, markup=False)
-            files.draw(stage, document, console, announce=not as_json)
-        short = require is not None and (tally is None or tally.win_rate.value < require)
+            files.draw(stage, document, announce=not as_json)
+        short = shortfall(tally, require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():
         if as_json:
             common.print_json(document)
         if short:
-            none = ": there were none" if tally is None else ""
-            console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
+            console.print(short)
     return run.ended()
 
 
@@ -359,15 +349,6 @@ def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) 
 def _words(reset: Reset | None, *, judge: bool) -> list[str]:
     """How the ring is set up, as on a command line."""
     return ["--judge"] if judge else ["--reset", reset.value] if reset else []
-
-
-def _report_folder(run: ActiveRun) -> Path | None:
-    """Where the report goes: into the run's folder; beside the log, where there is none."""
-    if run.log is None:
-        return None
-    if run.run is not None:
-        return run.run.report
-    return free_folder(run.log.with_name(f"{run.log.stem}-report"))
 
 
 class _Begun:
@@ -492,7 +473,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
     for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
         wanted = context.params[name]
-        if name == "budget" and wanted is not None and budget_of(wanted) == budget_of(budget):
+        if name == "budget" and wanted is not None and budget_of(wanted) == (settings.budget, settings.robot_time):
             continue
         if common.was_given(context, name) and wanted != begun[name]:
             raise common.UsageError(
@@ -501,27 +482,24 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
             )
 
 
-class _CoachingFiles:
+class _CoachingFiles(RunFiles):
     """Where a coaching run leaves what.
 
     Args:
         run: The run.
         advice: Advice file, instead of the one in the run's folder.
         checkpoint: Checkpoint, likewise.
+        console: Where to say so.
         report: A report is wanted.
 
     Attributes:
         advice: Advice file.
-        checkpoint: Checkpoint.
-        report: Folder of the report; None where there is none.
         unsaved: No file holds the advice.
     """
 
-    def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, *, report: bool) -> None:
-        self._run = run
+    def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, console: Console, *, report: bool) -> None:
+        super().__init__(run, checkpoint, console, report=report)
         self.advice = run.place(advice, runs.ADVICE)
-        self.checkpoint = run.place(checkpoint, runs.CHECKPOINT)
-        self.report = _report_folder(run) if report else None
         self.unsaved = False
         self._kept = False
         self._unkept = False
@@ -546,31 +524,13 @@ class _CoachingFiles:
             common.complain(advice_text(advice), program=False)
             self.unsaved = True
 
-    def tell_how_to_resume(self, coaching: Coaching, console: Console, words: list[str], signing_key: Path | None) -> None:
+    def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
         """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
         if not self.checkpoint.is_file() or coaching.unsaved:
             if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")
                 common.complain(advice_text(coaching.advice()), program=False)
             return
-        run = self._run.run
-        source = run.folder if run is not None and self.checkpoint == run.checkpoint else self.checkpoint
-        command = ["hil", "coach", *words, "--resume-from", str(source)]
-        if signing_key is not None:
-            command += ["--signing-key", str(signing_key)]
         if self._kept:
-            console.print(f"The best advice so far: {self.advice}", markup=False)
-        console.print(f"What was learnt so far is in {self.checkpoint}. To go on: {shlex.join(command)}", markup=False)
-
-    def draw(self, stage: LiveStage, document: dict[str, object], console: Console, *, announce: bool) -> None:
-        """Draw the report, if there is to be one, and say where it is."""
-        log = self._run.log
-        if self.report is None or log is None or not log.is_file():
-            return
-        try:
-            document["report"] = str(stage.report(log, self.report))
-        except LogError as error:
-            self._run.failed(str(error))
-            return
-        if announce:
-            console.print(f"{'Report:':12}{document['report']}", markup=False)
+            self._console.print(f"The best advice so far: {self.advice}", markup=False)
+        self.tell_where("What was learnt so far is", ["hil", "coach", *words], signing_key)

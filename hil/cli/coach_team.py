@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
 from contextlib import closing
@@ -27,9 +26,10 @@ from hil.mcaplog.making.slimming import slim
 from hil.sumo.advice_file import save_advice
 from hil.sumo.coaching import DOOR as CHECKPOINT
 from hil.sumo.coaching import CheckpointError
-from hil.sumo.summary import team_summary
+from hil.sumo.summary import shortfall, team_summary
 from hil.sumo.team import CoachedRun
 from hil.working import WorkerError, interruptible, open_crew
+from hil.working.processes import cores
 from pal_advisor.fields import FieldError, Fields
 from pal_advisor.maneuvers.settings import MOST_BUDGET
 
@@ -133,7 +133,7 @@ def begun_team(*, resume: bool, resume_from: Path | None, opponent: str | None) 
     found = [run for run in runs.all_runs() if run.record.verb == "coach" and not run.record.link]
     continued = {Path(run.record.resumed_from).resolve() for run in found if run.record.resumed_from}
     for run in found:
-        unfinished = run.state not in {runs.DONE, runs.RUNNING, "fell short"} and opponent in {None, run.record.opponent}
+        unfinished = run.state not in {runs.DONE, runs.RUNNING, runs.FELL_SHORT} and opponent in {None, run.record.opponent}
         if unfinished and not {(run.folder / TEAM).resolve(), run.saved_to.resolve()} & continued:
             return _begun(run.folder / TEAM) if (run.folder / TEAM).is_file() else None
     return None
@@ -267,7 +267,7 @@ def coach_team(
         Exit status.
     """
     clock = MonotonicClock()
-    hands = workers or max(1, min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 1, len(job.urls)))
+    hands = workers or min(cores(), len(job.urls))
     with running(
         "coach",
         job.opponent,
@@ -327,15 +327,13 @@ def coach_team(
             ):
                 console.print(line, markup=False)
         _draw(run, team, document, console, wanted=report and not places.no_log, announce=not as_json)
-        won = None if team.tally is None else team.tally.win_rate.value
-        short = require is not None and (won is None or won < require)
+        short = shortfall(team.tally, require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():
         if as_json:
             common.print_json(document)
         if short:
-            none = ": there were none" if won is None else ""
-            console.print(f"Fewer than the required {require:g} of the held-out bouts were won{none}.")
+            console.print(short)
     return run.ended()
 
 

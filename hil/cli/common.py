@@ -23,6 +23,7 @@ from hil.mcaplog.errors import UnreadableLogError
 from hil.sumo.deploying import DeployError
 from hil.sumo.ring import OPPONENTS
 from hil.working.errors import WorkerError
+from hil.working.processes import MOST_WORKERS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -193,6 +194,15 @@ ReconnectOption = Annotated[
 ]
 RECONNECT = 30.0
 """How long a lost robot is waited for, in s, where nothing else is said: time to plug it in again or to change a battery."""
+
+
+def workers_option(text: str) -> Any:  # noqa: ANN401 - as typer has it
+    """The option `--workers`: how many processes share the work.
+
+    Args:
+        text: Its help.
+    """
+    return typer.Option("--workers", min=1, max=MOST_WORKERS, metavar="N", help=text, show_default=False)
 
 
 def _check_numbers(options: dict[str, Any]) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hil.runs import Run
 
 FAILED = "failed"
-STATES = {common.EXIT_DONE: runs.DONE, common.EXIT_FELL_SHORT: "fell short"}
+STATES = {common.EXIT_DONE: runs.DONE, common.EXIT_FELL_SHORT: runs.FELL_SHORT}
 """How a run that came to its end stands, by its exit status; `failed` for any other."""
 
 

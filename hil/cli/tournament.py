@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -11,6 +10,7 @@ import typer
 
 from hil import runs
 from hil.cli import common
+from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
@@ -23,7 +23,7 @@ from hil.sumo.tournament.schedule import MOST_BOUTS, Tournament, play_part
 from hil.sumo.tournament.standings import Standings
 from hil.terminal.bars import bar
 from hil.terminal.interrupts import interrupts
-from hil.working.processes import MOST_WORKERS
+from hil.working.processes import cores
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,14 +59,7 @@ def tournament(
     ] = 5,
     workers: Annotated[
         int | None,
-        typer.Option(
-            "--workers",
-            min=1,
-            max=MOST_WORKERS,
-            metavar="N",
-            help="Play in N processes, with the same result for every N; as many as there are cores if left out.",
-            show_default=False,
-        ),
+        common.workers_option("Play in N processes, with the same result for every N; as many as there are cores if left out."),
     ] = None,
     scheduler: options.SchedulerOption = None,
     png: Annotated[bool, typer.Option("--png", help="The picture in pixels as well.")] = False,
@@ -108,15 +101,16 @@ def tournament(
             console.print(f"Going on from {begun.source}: {len(saved.bouts)} bouts.", markup=False)
         elif not quiet:
             console.print(_headline(saved.tournament), markup=False)
-        played = _Playing(run, saved, run.place(checkpoint, runs.CHECKPOINT), console, quiet=quiet)
+        files = RunFiles(run, checkpoint, console, report=False)
+        played = _Playing(files, saved, console, quiet=quiet)
         with interrupts():
-            played.play(workers or min(os.cpu_count() or 1, MOST_WORKERS), scheduler)
+            played.play(workers or cores(), scheduler)
             standings = Standings.of(saved.tournament, played.bouts)
             document = {
                 **standings.to_dict(),
                 "upsets": _record_upsets(run, standings, upsets, config),
                 "picture": _draw(run, standings, console, png=png),
-                "checkpoint": str(played.checkpoint),
+                "checkpoint": str(files.checkpoint),
                 "run": run.folder,
             }
         first = standings.name(standings.order[0])
@@ -151,25 +145,22 @@ class _Playing:
     """The bouts, as far as they have been played.
 
     Args:
-        run: The run.
+        files: Where the run leaves what.
         saved: What is gone on from.
-        checkpoint: Where the checkpoint goes.
         console: Where a bar, or lines, go.
         quiet: Show nothing.
 
     Attributes:
         bouts: What was played.
-        checkpoint: Where the checkpoint goes.
     """
 
-    def __init__(self, run: ActiveRun, saved: TournamentCheckpoint, checkpoint: Path, console: Console, *, quiet: bool) -> None:
-        self._run = run
+    def __init__(self, files: RunFiles, saved: TournamentCheckpoint, console: Console, *, quiet: bool) -> None:
+        self._files = files
         self._tournament = saved.tournament
         self._console = console
         self._quiet = quiet
         self.bouts: list[TournamentBout] = list(saved.bouts)
-        self._saved = len(self.bouts)
-        self.checkpoint = checkpoint
+        self._saved = 0
 
     def play(self, workers: int, scheduler: str | None) -> None:
         """Play what is left.
@@ -200,31 +191,20 @@ class _Playing:
                 for bouts in crew.in_order(play_part, parts):
                     before = len(self.bouts)
                     self.bouts += bouts
-                    self._save()
+                    if len(self.bouts) - self._saved >= total / 100:
+                        self._save()
                     progress.update(task, completed=len(self.bouts))
                     if not alive and not self._quiet and len(self.bouts) * LINES // total > before * LINES // total:
                         self._console.print(f"{len(self.bouts)}/{total} bouts")
         except BaseException:
             self._save()  # an interrupt may have come between bouts and their checkpoint
-            if self.checkpoint.is_file():
-                where = (
-                    self.checkpoint.parent if self._run.run and self.checkpoint == self._run.run.checkpoint else self.checkpoint
-                )
-                self._console.print(
-                    f"The {self._saved} bouts that were played are in {self.checkpoint}. "
-                    f"To go on: hil tournament --resume-from {where}",
-                    markup=False,
-                )
+            self._files.tell_where(f"The {len(self.bouts)} bouts that were played are", ["hil", "tournament"])
             raise
+        self._save()
 
     def _save(self) -> None:
-        try:
-            replace_file(self.checkpoint, TournamentCheckpoint(self._tournament, tuple(self.bouts)).to_bytes())
-            self._saved = len(self.bouts)
-        except OSError as error:
-            text = f"cannot write the checkpoint {self.checkpoint}: {error.strerror}"
-            if text not in self._run.failures:
-                self._run.failed(text)
+        self._files.save_checkpoint(TournamentCheckpoint(self._tournament, tuple(self.bouts)).to_bytes())
+        self._saved = len(self.bouts)
 
 
 def _record_upsets(run: ActiveRun, standings: Standings, most: int, config: Path | None) -> list[dict[str, object]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, spelled_out
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes, spelled_out
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,10 +27,26 @@ def in_words(stimulus: int) -> str:
     return EYES[stimulus & 3] + ARMS[stimulus & 12]
 
 
+def situation_in_words(entry: AdviceEntry) -> str:
+    """The situation that an entry is for: `both eyes see it`, and what was seen before, where that matters."""
+    before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
+    return f"{in_words(entry.current)}{before}"
+
+
 def label(entry: AdviceEntry) -> str:
-    """Short name of the situation an entry is for: `both`, or `left>both` where the previous stimulus matters."""
-    current = Stimulus(entry.current).label
-    return current if entry.previous == ANY_STIMULUS else f"{Stimulus(entry.previous).label}>{current}"
+    """Short name of the situation an entry is for; see `situation_label`."""
+    return situation_label(entry.previous, entry.current)
+
+
+def situation_label(previous: int, current: int) -> str:
+    """Short name of a situation: `both`, or `left>both` where the previous stimulus matters.
+
+    Args:
+        previous: Previous stimulus as a wire code, or `ANY_STIMULUS`.
+        current: Current stimulus as a wire code.
+    """
+    name = Stimulus(current).label
+    return name if previous == ANY_STIMULUS else f"{Stimulus(previous).label}>{name}"
 
 
 def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
@@ -129,15 +145,26 @@ def team_summary(
     return [*lines, *_learnt(advice, tally, random, opponent=opponent, files=files)]
 
 
+def shortfall(tally: Tally | None, require: float | None) -> str:
+    """What is said where fewer of the held-out bouts were won than required; empty where none fewer were.
+
+    Args:
+        tally: These bouts; None where there were none.
+        require: Share of them to be won; None for any.
+    """
+    if require is None or (tally is not None and tally.win_rate.value >= require):
+        return ""
+    none = ": there were none" if tally is None else ""
+    return f"Fewer than the required {require:g} of the held-out bouts were won{none}."
+
+
 def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, opponent: str, files: dict[str, object]) -> list[str]:
     lines = ["", "What Junior learnt:"]
     for entry in advice.entries:
-        before = "" if entry.previous == ANY_STIMULUS else f" (before: {in_words(entry.previous)})"
-        actions = " ".join(action.name for action in entry.actions)
         called = f", {' and '.join(entry.names)}" if entry.names else ""
         times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
         worth = f"Worth {entry.fitness:.1f}, tried {times}."
-        lines.append(f"  When {in_words(entry.current)}{before}: {actions}{called}. {worth}")
+        lines.append(f"  When {situation_in_words(entry)}: {codes(entry.actions)}{called}. {worth}")
         lines.append(f"      {spelled_out(entry.actions)}")
     lines.append("")
     if tally is None:

@@ -29,6 +29,12 @@ _LAST_WORDS: Final = 1.0
 """So long a worker that is to end may take to send the result of its task, in s."""
 
 
+def cores() -> int:
+    """Cores that this process may use, and as many workers as may be at the most."""
+    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(there, MOST_WORKERS)
+
+
 class ProcessHands:
     """A pool of processes, made anew where one of them has died.
 

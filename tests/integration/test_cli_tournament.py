@@ -101,7 +101,7 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
 ) -> None:
     whole = played(capsys, *FIELD, "--workers", "1")
     with monkeypatch.context() as patched:
-        patched.setattr(hil.cli.tournament, "replace_file", cut(3))
+        patched.setattr(hil.cli.run_files, "replace_file", cut(3))
         assert run([*FIELD, "--workers", "2", "--out", "runs/cut"]) == 130
     told = capsys.readouterr().out
     assert "The 8 bouts that were played are in runs/cut/checkpoint.json" in told

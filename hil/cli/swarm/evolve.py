@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
+from hil.cli.run_files import RunFiles
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.cli.swarm import options
-from hil.cli.swarm.mission_files import MissionFiles
 from hil.cli.swarm.resuming import EVOLVE, CutRun
 from hil.jobs.swarm.evolve import EvolutionOutputs, EvolveJob
 from hil.swarm.missions.evolving.checkpoint import search_dict
@@ -186,7 +186,7 @@ def evolve_conditions(asked: SearchRequest, console: Console) -> int:
     return run.ended()
 
 
-class _EvolutionFiles(MissionFiles):
+class _EvolutionFiles(RunFiles):
     """Where searches leave what, and what is told of them."""
 
     def __init__(self, run: ActiveRun, checkpoint: Path | None, console: Console, *, report: bool) -> None:
@@ -201,7 +201,7 @@ class _EvolutionFiles(MissionFiles):
             command += ["--scheduler", asked.scheduler]
         elif asked.workers > 1:
             command += ["--workers", str(asked.workers)]
-        self.tell_where(f"What came of {_counted(reached.evaluations)}", command)
+        self.tell_where(f"What came of {_counted(reached.evaluations)} is", command)
 
     def tell_resumed(self, reached: EvolutionCheckpoint, source: Path | None) -> None:
         """Say what is gone on from."""
@@ -215,7 +215,7 @@ class _EvolutionFiles(MissionFiles):
             "wall_seconds": round(self._clock.now() - self._since, 3),
             "run": self._run.folder,
             "log": self._run.log_file,
-            "checkpoint": str(self._checkpoint),
+            "checkpoint": str(self.checkpoint),
             "report": None,
         }
 

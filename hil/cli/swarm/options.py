@@ -14,7 +14,6 @@ from hil.cli.completion import link_words
 from hil.swarm.placing import StartPlace
 from hil.working import Crew, open_crew
 from hil.working.cluster import scheduler_address
-from hil.working.processes import MOST_WORKERS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -96,13 +95,8 @@ CheckpointOption = Annotated[
 ReportOption = Annotated[bool, typer.Option("--report/--no-report", help="Draw a report of the log at the end.")]
 WorkersOption = Annotated[
     int | None,
-    typer.Option(
-        "--workers",
-        min=1,
-        max=MOST_WORKERS,
-        metavar="N",
-        help="Play in N processes side by side, each run on an emulated table of its own: the same result for every N.",
-        show_default=False,
+    common.workers_option(
+        "Play in N processes side by side, each run on an emulated table of its own: the same result for every N."
     ),
 ]
 SchedulerOption = Annotated[

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hil.bridge.clock import MonotonicClock
-from hil.cli.swarm.mission_files import MissionFiles
+from hil.cli.run_files import RunFiles
 from hil.jobs.swarm.surround import tables_name
 from hil.swarm.missions.surround_words import surround_document, surround_summary
 from hil.swarm.missions.tables_file import TablesFileError, save_tables
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pal_advisor.surround import Tables
 
 
-class SurroundFiles(MissionFiles):
+class SurroundFiles(RunFiles):
     """Where runs of the surround task leave what.
 
     Args:
@@ -68,7 +68,7 @@ class SurroundFiles(MissionFiles):
 
     def tell_how_to_resume(self, reached: SurroundCheckpoint, links: Sequence[str], key: Path | None) -> None:
         """Say where the work is, and how to go on."""
-        self.tell_where(f"What was learnt in {reached.steps} steps", ["hil", "swarm", "surround", *links], key)
+        self.tell_where(f"What was learnt in {reached.steps} steps is", ["hil", "swarm", "surround", *links], key)
 
     def document(self, outcomes: list[SurroundOutcome], settings: SurroundSettings) -> dict[str, Any]:
         """What came of it, with the files that it has left."""

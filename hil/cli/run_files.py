@@ -1,4 +1,4 @@
-"""Where any mission of a swarm leaves what: checkpoint and report."""
+"""Where a run that can be gone on with leaves what: checkpoint and report."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from hil.cli.stage import LiveStage
 
 
-class MissionFiles:
-    """Where a mission leaves what.
+class RunFiles:
+    """Where a run leaves what.
 
     Args:
         run: The run.
@@ -29,12 +29,13 @@ class MissionFiles:
         report: A report is wanted.
 
     Attributes:
+        checkpoint: Checkpoint.
         report: Folder of the report; None where there is none.
     """
 
     def __init__(self, run: ActiveRun, checkpoint: Path | None, console: Console, *, report: bool) -> None:
         self._run = run
-        self._checkpoint = run.place(checkpoint, runs.CHECKPOINT)
+        self.checkpoint = run.place(checkpoint, runs.CHECKPOINT)
         self._console = console
         self._unsaved: set[Path] = set()
         self.report: Path | None = None
@@ -44,10 +45,10 @@ class MissionFiles:
     def save_checkpoint(self, data: bytes) -> None:
         """Write the checkpoint, whole or not at all; where that fails, say so once."""
         try:
-            replace_file(self._checkpoint, data)
-            self._unsaved.discard(self._checkpoint)
+            replace_file(self.checkpoint, data)
+            self._unsaved.discard(self.checkpoint)
         except OSError as error:
-            self._failed(self._checkpoint, f"cannot write the checkpoint {self._checkpoint}: {error.strerror}")
+            self._failed(self.checkpoint, f"cannot write the checkpoint {self.checkpoint}: {error.strerror}")
 
     def _failed(self, path: Path, text: str) -> None:
         if path not in self._unsaved:
@@ -55,21 +56,21 @@ class MissionFiles:
             self._run.failed(text)
 
     def tell_where(self, what: str, command: Sequence[str], key: Path | None = None) -> None:
-        """Say where what was done before a mission was cut is, and how to go on.
+        """Say where what was done before a run was cut is, and how to go on.
 
         Args:
-            what: That, in words.
-            command: The command that begins such a mission.
+            what: That, in words, as "what was learnt is".
+            command: The command that begins such a run.
             key: Key file that it was begun with.
         """
-        if not self._checkpoint.is_file() or self._checkpoint in self._unsaved:
+        if not self.checkpoint.is_file() or self.checkpoint in self._unsaved:
             return
         run = self._run.run
-        source = run.folder if run is not None and self._checkpoint == run.checkpoint else self._checkpoint
+        source = run.folder if run is not None and self.checkpoint == run.checkpoint else self.checkpoint
         words = [*command, "--resume-from", str(source)]
         if key is not None:
             words += ["--signing-key", str(key)]
-        self._console.print(f"{what} is in {self._checkpoint}. To go on: {shlex.join(words)}", markup=False)
+        self._console.print(f"{what} in {self.checkpoint}. To go on: {shlex.join(words)}", markup=False)
 
     def draw(self, stage: LiveStage, document: dict[str, Any], *, announce: bool) -> None:
         """Draw the report, if there is to be one, and say where it is."""
