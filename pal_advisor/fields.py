@@ -140,8 +140,15 @@ class Fields:
         except ValueError as error:
             raise self.wrong(name, f"expected one of {', '.join(names)}, not {shown(value)}") from error
 
-    def flag(self, name: str) -> bool:
-        """A truth value."""
+    def flag(self, name: str, missing: bool | None = None) -> bool:  # noqa: FBT001 - what it is where nothing is said
+        """A truth value.
+
+        Args:
+            name: Name of the field.
+            missing: What it is where there is no such field; None: there has to be one.
+        """
+        if missing is not None and not self.has(name):
+            return missing
         value = self.take(name)
         if type(value) is not bool:
             raise self.wrong(name, f"expected true or false, not {shown(value)}")

@@ -120,8 +120,8 @@ class BoutJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             first=options.integer("first", 1, MOST_TRIALS) if options.has("first") else 1,
-            judged=options.has("judged") and options.flag("judged"),
-            pauses=options.has("pauses") and options.flag("pauses"),
+            judged=options.flag("judged", missing=False),
+            pauses=options.flag("pauses", missing=False),
             policy=policy_of(wanted_file(files, POLICY)) if controller is ControllerName.POLICY else None,
         )
 
@@ -155,7 +155,7 @@ class BoutJob:
 
     def _keys(self, stage: Stage) -> AbstractContextManager[None]:
         """Inside, a person who judges may do it by keys."""
-        return keys_taken_in(stage, lambda keys: [""] * len(keys)) if self.judged else nullcontext()
+        return keys_taken_in(stage) if self.judged else nullcontext()
 
     def _ring(self, session: Session[Junior], stage: Stage) -> Ring:
         """The ring, with the person beside it, if one is."""

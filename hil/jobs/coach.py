@@ -51,6 +51,22 @@ class Reset(StrEnum):
     """The robot backs off and turns."""
 
 
+def settings_of(options: Fields) -> PalSettings:
+    """How Pal coaches, as a log has it.
+
+    Args:
+        options: What the run was asked for.
+
+    Raises:
+        FieldError: There are no settings, or they make no sense.
+    """
+    settings = options.take("settings")
+    try:
+        return PalSettings.of_saved(settings)
+    except (SettingsError, TypeError, AttributeError) as error:
+        raise options.wrong("settings", str(error)) from error
+
+
 @dataclass(frozen=True)
 class Outputs:
     """Where a coaching run leaves what; by default nowhere.
@@ -163,23 +179,18 @@ class CoachJob:
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
         """As a log has it; see `Job.of_log`."""
-        settings = options.take("settings")
-        try:
-            parsed = PalSettings.of_saved(settings)
-        except (SettingsError, TypeError, AttributeError) as error:
-            raise options.wrong("settings", str(error)) from error
         return cls(
-            settings=parsed,
+            settings=settings_of(options),
             choose_objective=options.flag("choose_objective"),
-            choose_mirror=options.has("choose_mirror") and options.flag("choose_mirror"),
+            choose_mirror=options.flag("choose_mirror", missing=False),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             saved=files.get(CHECKPOINT),
-            pauses=options.has("pauses") and options.flag("pauses"),
+            pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
-            judged=options.has("judged") and options.flag("judged"),
+            judged=options.flag("judged", missing=False),
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -201,7 +212,7 @@ class CoachJob:
 
     def _keys(self, stage: Stage) -> AbstractContextManager[None]:
         """Inside, a person beside the ring may answer by keys."""
-        return nullcontext() if self.reset is None else keys_taken_in(stage, lambda keys: [""] * len(keys))
+        return nullcontext() if self.reset is None else keys_taken_in(stage)
 
 
 class _CoachingRun:

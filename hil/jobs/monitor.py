@@ -7,34 +7,23 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import RefusedError
-from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from hil.bridge.operator import KEY
-from hil.connecting.handle import RobotHandle
-from hil.connecting.handles import RobotHandles
 from hil.connecting.swarm_address import is_swarm
 from hil.jobs.options import DAY, MOST_SEED, none_or
-from hil.jobs.session import open_watch
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.watched.dead_man import HOLD
 from hil.jobs.watched.juniors import JuniorsWatch
 from hil.jobs.watched.micro_robots import MicroRobotsWatch
-from hil.sumo.junior import Junior
-from hil.swarm.robot import MicroRobot
+from hil.jobs.watched.one_role import LONGEST, OfOneRole, open_one_role, refusals_noted, shared
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
 
-    from firmware_protocol.errors import HilError
-    from firmware_protocol.peer.peer import Peer
-    from firmware_protocol.peer.role import Role
-    from hil.bridge.networks import Networks
     from hil.bridge.operator import Operator
     from hil.jobs.stage import Stage, Window
     from hil.recording.recorder import Recorder
-    from hil.safety import Limits
     from pal_advisor.fields import Fields
 
 STOPS: Final = "Ee "
@@ -49,10 +38,6 @@ LINE_EVERY: Final = 1.0
 """Without a display a line is printed this often, in s."""
 LEAVING: Final = 1.0
 """So long what keys have asked for last may take when the view is left, in s."""
-LONGEST: Final = 1e9
-"""No longer look is asked for, in s."""
-_KINDS: Final[tuple[type[RobotHandle], ...]] = (Junior, MicroRobot)
-"""What robots are held by that can be looked at."""
 
 
 @dataclass(frozen=True)
@@ -105,37 +90,23 @@ class MonitorJob:
             seed=options.integer("seed", 0, MOST_SEED),
             reconnect=options.number("reconnect", 0, DAY),
             silent=True,
-            micro=options.has("micro") and options.flag("micro"),
+            micro=options.flag("micro", missing=False),
             robot=options.text("robot") if options.has("robot") else "",
-            live=options.has("live") and options.flag("live"),
+            live=options.flag("live", missing=False),
             hold=options.number("hold", 0.0, LONGEST) if options.has("hold") else None,
         )
 
     def perform(self, stage: Stage) -> dict[str, object] | list[dict[str, object]]:
         """Show them, and do what the keys ask; what `--json` prints of them in the end."""
         only = MICRO_ROBOT if self.micro or self.robot or is_swarm(parse_address(stage.url)) else None
-        with (
-            stage.window() as window,
-            open_watch(stage, make=lambda networks, limits: OfOneRole(networks, limits, only), reconnect=self.reconnect) as (
-                robots,
-                recorder,
-            ),
-        ):
+        with stage.window() as window, open_one_role(stage, only, self.reconnect) as (robots, recorder):
             watch = self._watch(robots, recorder, stage)
             _View(stage, window, self).look(watch, robots)
             return watch.document()
 
     def _watch(self, robots: OfOneRole, recorder: Recorder | None, stage: Stage) -> JuniorsWatch | MicroRobotsWatch:
         """What is to be seen of the robots that are there."""
-
-        def refused(error: HilError) -> None:
-            if recorder is not None and isinstance(error, RefusedError):
-                recorder.note("safety", str(error))
-
-        members = list(robots)
-        if stage.tell is not None:
-            for error in robots.refused.values():
-                stage.tell(str(error))
+        members, refused = list(robots), refusals_noted(recorder)
         if robots.role is MICRO_ROBOT:
             which = self.robot
             if not which and len(robots) == 1:
@@ -146,48 +117,6 @@ class MonitorJob:
             if recorder is not None and members[0].bridge.link.lockstep:
                 recorder.metadata("robot", {name: f"{value:g}" for name, value in members[0].parameters().items()})
         return JuniorsWatch(robots, tell=stage.tell, refused=refused, seed=self.seed, hold=self.hold)
-
-
-def shared(robots: RobotHandles[Any]) -> str:
-    """What is said of who drives, where another program does, and shares its link; empty: none does.
-
-    Args:
-        robots: The robots.
-    """
-    return next((bridge.acquaintances.shared for bridge in robots.networks.bridges.values() if bridge.acquaintances.shared), "")
-
-
-class OfOneRole(RobotHandles[Any]):
-    """The robots of one role on one link or several: of that which is heard first, unless another is asked for.
-
-    Args:
-        networks: The links, open.
-        limits: Bounds on what is asked of each robot.
-        only: The role that they must have; None: of those that can be looked at, the first that is heard.
-
-    Attributes:
-        role: The role that they have; None as long as nobody has been heard, and every role will do.
-    """
-
-    def __init__(self, networks: Networks, limits: Limits, only: Role | None) -> None:
-        super().__init__(RobotHandle if only is None else _kind_of(only) or RobotHandle, networks, limits)
-        self.role = only
-
-    def _needed_of(self, peer: Peer) -> Role | None:
-        if self.role is None:
-            return JUNIOR if _kind_of(peer.role) is None else None
-        return super()._needed_of(peer)
-
-    def _join(self, network: str, system: int) -> None:
-        role = self.networks.bridges[network].peers[system].role
-        if self.role is None and (kind := _kind_of(role)) is not None:
-            self.role, self._make = role, kind
-        super()._join(network, system)
-
-
-def _kind_of(role: Role) -> type[RobotHandle] | None:
-    """What a robot of a role is held by; None where it can't be looked at."""
-    return next((kind for kind in _KINDS if kind.ROLE is role), None)
 
 
 class _View:

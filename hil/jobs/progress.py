@@ -11,7 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from hil.sumo.summary import situation_label
 from hil.terminal.suspending import around_stop
 
 if TYPE_CHECKING:
@@ -143,6 +143,4 @@ class CoachingDisplay:
 
 
 def _name(record: GenerationRecord) -> str:
-    previous, current = record.category
-    name = Stimulus(current).label
-    return name if previous == ANY_STIMULUS else f"{Stimulus(previous).label}>{name}"
+    return situation_label(*record.category)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import AddressError, LinkOpenError, PeerLostError
+from firmware_protocol.errors import AddressError, HilError, LinkOpenError, PeerLostError
 from firmware_protocol.events import LinkNews, PeerBack, PeerLost, StreamBack, StreamStopped
 from hil.connecting.connecting import asked_for, connect_as
 from hil.connecting.connecting_all import connect_all_as
@@ -19,6 +19,8 @@ from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
 from hil.questions import Questions
 from hil.terminal.suspending import Suspension
+from hil.working.errors import WorkerError
+from hil.working.recorded import CUT_SHORT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -316,6 +318,19 @@ def open_watch(
             listener = _teller(bridge, stage.tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
+
+
+def note_cut_short(recorder: Recorder | None, error: HilError | KeyboardInterrupt) -> None:
+    """Say in a log, if there is one, why other processes gave no further result.
+
+    Args:
+        recorder: Writes the log; None where there is none.
+        error: Why.
+    """
+    if recorder is not None:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        status = error.status if isinstance(error, WorkerError) else 0
+        recorder.note(CUT_SHORT, "interrupted" if interrupted else str(error), interrupted=interrupted, status=status)
 
 
 def attach(recorder: Recorder | None, name: str, data: bytes, *, begun: bool = False) -> None:

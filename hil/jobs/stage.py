@@ -224,12 +224,12 @@ class Stage(ABC):
 
 
 @contextmanager
-def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]]) -> Iterator[None]:
+def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]] | None = None) -> Iterator[None]:
     """Inside, the bridges' steps take in the keys that are pressed.
 
     Args:
         stage: Has a terminal, or not.
-        aim: Says of each of several keys for which robot it is.
+        aim: Says of each of several keys for which robot it is; None: for no one alone.
     """
     operator = stage.operator
     with stage.keys() as read:
@@ -237,7 +237,8 @@ def keys_taken_in(stage: Stage, aim: Callable[[str], list[str]]) -> Iterator[Non
 
             def pressed() -> list[OperatorInput]:
                 keys = read()
-                return [OperatorInput(f"{KEY}{key}", robot) for key, robot in zip(keys, aim(keys), strict=True)] if keys else []
+                robots = aim(keys) if keys and aim is not None else [""] * len(keys)
+                return [OperatorInput(f"{KEY}{key}", robot) for key, robot in zip(keys, robots, strict=True)]
 
             operator.keys = pressed
         try:

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
-from hil.jobs.session import ADVICE, attach, begin_log
+from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
 from hil.seeds import Branch, run_seed
@@ -19,8 +19,7 @@ from hil.sumo.bouts import Tally
 from hil.sumo.summary import per_stimulus
 from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, bouts_of, parts_of, play_bouts, score_of
 from hil.working import WorkerError
-from hil.working.recorded import CUT_SHORT, Recorded
-from pal_advisor.fields import SettingsError
+from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
 from pal_advisor.maneuvers.team import BOUTS
 
@@ -176,16 +175,12 @@ class TeamJob:
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:  # noqa: ARG003 - as every job has it
         """As a log has it; see `Job.of_log`."""
-        settings = options.take("settings")
-        try:
-            parsed = PalSettings.of_saved(settings)
-        except (SettingsError, TypeError, AttributeError) as error:
-            raise options.wrong("settings", str(error)) from error
+        settings = settings_of(options)
         urls = options.texts("urls")
         if not 1 <= len(urls) <= MOST_RUNS:
             raise options.wrong("urls", f"expected 1 to {MOST_RUNS}, not {len(urls)}")
         return cls(
-            settings=parsed,
+            settings=settings,
             opponent=opponent_of(options, "opponent"),
             urls=urls,
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
@@ -204,11 +199,11 @@ class TeamJob:
         """
         with ExitStack() as stack:
             stack.enter_context(stage.interrupts())
-            work = _TeamWork(self, stage, begin_log(stack, stage))
+            recorder = begin_log(stack, stage)
             try:
-                return work.do()
+                return _TeamWork(self, stage, recorder).do()
             except (HilError, KeyboardInterrupt) as error:
-                work.cut_short(error)
+                note_cut_short(recorder, error)
                 self.outputs.cut()
                 raise
 
@@ -328,13 +323,6 @@ class _TeamWork:
     def _say(self, text: str) -> None:
         if not self._stage.quiet:
             self._stage.say(text)
-
-    def cut_short(self, error: HilError | KeyboardInterrupt) -> None:
-        """Say in the log why nothing further comes."""
-        if self._recorder is not None:
-            interrupted = isinstance(error, KeyboardInterrupt)
-            status = error.status if isinstance(error, WorkerError) else 0
-            self._recorder.note(CUT_SHORT, "interrupted" if interrupted else str(error), interrupted=interrupted, status=status)
 
 
 def _nobody(task: object) -> CoachedRun:

@@ -6,20 +6,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from firmware_protocol.address import parse_address
-from firmware_protocol.errors import RefusedError
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from hil.connecting.swarm_address import is_swarm
-from hil.jobs.monitor import LONGEST, OfOneRole, shared
 from hil.jobs.options import DAY, none_or
-from hil.jobs.session import open_watch
 from hil.jobs.watched.juniors import JuniorsWatch
 from hil.jobs.watched.micro_robots import MicroRobotsWatch
+from hil.jobs.watched.one_role import LONGEST, OfOneRole, open_one_role, refusals_noted, shared
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Self
 
-    from firmware_protocol.errors import HilError
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
     from pal_advisor.fields import Fields
@@ -60,10 +57,7 @@ class WatchJob:
     def perform(self, stage: Stage) -> int:
         """Look at them until the time is over; how many there are. Whoever looks on may stop all, as on every watched link."""
         only = MICRO_ROBOT if is_swarm(parse_address(stage.url)) else None
-        with open_watch(stage, make=lambda networks, limits: OfOneRole(networks, limits, only), reconnect=self.reconnect) as (
-            robots,
-            recorder,
-        ):
+        with open_one_role(stage, only, self.reconnect) as (robots, recorder):
             watch = _watch(robots, recorder, stage)
             if stage.tell is not None:
                 who = f"{len(robots)} robots on {stage.url}" if len(robots) > 1 else next(iter(robots)).description
@@ -79,14 +73,7 @@ class WatchJob:
 
 def _watch(robots: OfOneRole, recorder: Recorder | None, stage: Stage) -> JuniorsWatch | MicroRobotsWatch:
     """What is to be seen of the robots that are there: micro-robots are asked, Juniors tell by themselves."""
-
-    def refused(error: HilError) -> None:
-        if recorder is not None and isinstance(error, RefusedError):
-            recorder.note("safety", str(error))
-
-    if stage.tell is not None:
-        for error in robots.refused.values():
-            stage.tell(str(error))
+    refused = refusals_noted(recorder)
     if robots.role is MICRO_ROBOT:
         return MicroRobotsWatch(robots, tell=stage.tell, refused=refused)
     return JuniorsWatch(robots, tell=stage.tell, refused=refused)

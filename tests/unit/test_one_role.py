@@ -12,7 +12,7 @@ from firmware_protocol.roles.junior import JUNIOR
 from firmware_protocol.roles.swarm import MICRO_ROBOT
 from hil.bridge.bridge import Bridge
 from hil.bridge.networks import Networks
-from hil.jobs.monitor import OfOneRole
+from hil.jobs.watched.one_role import OfOneRole
 from hil.safety import Limits
 from hil.sumo.junior import Junior
 from hil.swarm.robot import MicroRobot

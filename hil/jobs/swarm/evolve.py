@@ -8,7 +8,7 @@ from math import isnan
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from hil.jobs.options import MOST_SEED
-from hil.jobs.session import CHECKPOINT, attach, begin_log
+from hil.jobs.session import CHECKPOINT, attach, begin_log, note_cut_short
 from hil.jobs.words import nothing
 from hil.mcaplog.records import SurroundEvaluationRecord
 from hil.swarm.missions.evolving.checkpoint import (
@@ -24,7 +24,7 @@ from hil.swarm.missions.surround_checkpoint import MOST_SEEDS
 from hil.swarm.missions.surround_settings import SurroundSettings
 from hil.terminal.bars import bar
 from hil.working import WorkerError
-from hil.working.recorded import CUT_SHORT, Recorded
+from hil.working.recorded import Recorded
 from pal_advisor.fields import is_number
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ class _Searches:
                     self._go_on(evolution, show)
         except (WorkerError, KeyboardInterrupt) as error:
             self._save()
-            self._cut_short(error)
+            note_cut_short(self._recorder, error)
             self._attach()
             self._job.outputs.cut(self.checkpoint)
             if isinstance(error, KeyboardInterrupt) or not self.checkpoint.evaluations:
@@ -213,13 +213,6 @@ class _Searches:
         self._unsaved += 1
         if told and (generation is not None or self._unsaved >= SAVE_EVERY):
             self._save()
-
-    def _cut_short(self, error: WorkerError | KeyboardInterrupt) -> None:
-        """Say in the log why nothing further comes."""
-        if self._recorder is not None:
-            interrupted = isinstance(error, KeyboardInterrupt)
-            text = "interrupted" if interrupted else str(error)
-            self._recorder.note(CUT_SHORT, text, interrupted=interrupted, status=getattr(error, "status", 0))
 
     def _save(self) -> None:
         self._unsaved = 0

@@ -194,7 +194,7 @@ def open_swarm(
             replayed=stage.replayed,
         )
         stack.enter_context(suspension)
-        stack.enter_context(keys_taken_in(stage, lambda keys: [""] * len(keys)))
+        stack.enter_context(keys_taken_in(stage))
         if poses:
             stack.enter_context(_poses_taken_in(stage, poses))
         keys = SwarmKeys(swarm, stage.operator, suspension.attend)
