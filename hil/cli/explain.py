@@ -10,10 +10,10 @@ import typer
 from rich.table import Table
 
 from firmware_protocol.near import did_you_mean
-from firmware_protocol.vocabulary import Stimulus, spelled_out
+from firmware_protocol.vocabulary import Stimulus, codes, spelled_out
 from hil.cli import common
 from hil.explaining import learning_of
-from hil.explaining.words import codes, plain, reasons, when, with_error
+from hil.explaining.words import plain, reasons, when, with_error
 from hil.sumo.summary import label
 
 if TYPE_CHECKING:

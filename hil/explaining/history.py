@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from firmware_protocol.vocabulary import codes, stimulus_label
 from hil.mcaplog.records import CreditRecord, DecisionRecord
-from pal_advisor.maneuvers import ANY, Telling
+from pal_advisor.maneuvers import Telling
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +98,7 @@ class LearningHistory:
             current: Current stimulus as a wire code.
             actions: The maneuver.
         """
-        return self._performed.get((_label(previous), _label(current), " ".join(action.name for action in actions)))
+        return self._performed.get((stimulus_label(previous), stimulus_label(current), codes(actions)))
 
     @property
     def count(self) -> int:
@@ -108,7 +108,3 @@ class LearningHistory:
 
 def _key_of(asked: DecisionRecord) -> _Key:
     return asked.previous, asked.current, asked.actions
-
-
-def _label(code: int) -> str:
-    return ANY if code == ANY_STIMULUS else Stimulus(code).label

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from firmware_protocol.vocabulary import stimulus_label
 from hil.doors import DocumentError, parse_json
 from hil.explaining.explanation import Explanation, explain
 from hil.mcaplog.records import CoachedRunRecord, TeamVerdictRecord
-from pal_advisor.maneuvers import ANY, Advice, AdviceError
+from pal_advisor.maneuvers import Advice, AdviceError
 from pal_advisor.maneuvers.mirror import home_of
 
 if TYPE_CHECKING:
@@ -86,10 +86,6 @@ class TeamHistory:
         (one,) = explain([entry], member.pal, member.history)
         category = entry.previous, entry.current
         home = home_of(category)[0] if member.advice.settings.mirror else category
-        places = {("", ""), (_label(home[0]), Stimulus(home[1]).label)}
+        places = {("", ""), (stimulus_label(home[0]), stimulus_label(home[1]))}
         verdicts = tuple(verdict for verdict in self.verdicts if (verdict.previous, verdict.current) in places)
         return replace(one, runs=len(self.members), run=number, verdicts=verdicts)
-
-
-def _label(code: int) -> str:
-    return ANY if code == ANY_STIMULUS else Stimulus(code).label

@@ -6,8 +6,8 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.vocabulary import ANY_STIMULUS
-from hil.sumo.summary import in_words
+from firmware_protocol.vocabulary import codes
+from hil.sumo.summary import situation_in_words
 from pal_advisor.maneuvers import Origin
 
 if TYPE_CHECKING:
@@ -177,8 +177,7 @@ def when(one: Explanation) -> str:
     Args:
         one: The explanation.
     """
-    before = "" if one.entry.previous == ANY_STIMULUS else f" (before: {in_words(one.entry.previous)})"
-    return f"When {in_words(one.entry.current)}{before}"
+    return f"When {situation_in_words(one.entry)}"
 
 
 def runner_up(one: Candidacy) -> str:
@@ -189,15 +188,6 @@ def runner_up(one: Candidacy) -> str:
     """
     mean = "" if one.mean is None else f", mean {one.mean:.1f}"
     return f"{codes(one.actions)}: worth {with_error(one.value, one.error)}, performed {_times(one.performed)}{mean}"
-
-
-def codes(actions: Sequence[Action]) -> str:
-    """The names of a maneuver's actions.
-
-    Args:
-        actions: The maneuver.
-    """
-    return " ".join(action.name for action in actions)
 
 
 def with_error(value: float, error: float) -> str:

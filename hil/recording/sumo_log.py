@@ -6,7 +6,7 @@ import json
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus
+from firmware_protocol.vocabulary import stimulus_label
 from hil.mcaplog.records import (
     SERIES,
     AdviceRecord,
@@ -57,7 +57,7 @@ class SumoLog(ABC):
         Args:
             trial: What it asks for, and why.
         """
-        previous, current = (_label(code) for code in trial.category)
+        previous, current = (stimulus_label(code) for code in trial.category)
         record = DecisionRecord(
             trial=trial.id,
             phase=trial.phase,
@@ -129,7 +129,7 @@ class SumoLog(ABC):
         Args:
             verdict: What.
         """
-        previous, current = ("", "") if verdict.category is None else (_label(code) for code in verdict.category)
+        previous, current = ("", "") if verdict.category is None else (stimulus_label(code) for code in verdict.category)
         score = verdict.score
         record = TeamVerdictRecord(
             verdict.run, previous, current, score.wins, score.trials, score.seconds, score.value, verdict.kept
@@ -145,7 +145,7 @@ class SumoLog(ABC):
             performance: What the learner was told of it.
             fitness: What that was worth to the learner.
         """
-        previous, current = (_label(code) for code in trial.category)
+        previous, current = (stimulus_label(code) for code in trial.category)
         record = TrialRecord(
             id=trial.id,
             previous=previous,
@@ -170,7 +170,7 @@ class SumoLog(ABC):
         Args:
             generation: The state of that category.
         """
-        previous, current = (_label(code) for code in generation.category)
+        previous, current = (stimulus_label(code) for code in generation.category)
         record = StepRecord(
             previous=previous,
             current=current,
@@ -213,7 +213,3 @@ class SumoLog(ABC):
 
 def _words(member: IntEnum) -> str:
     return member.name.lower().replace("_", " ")
-
-
-def _label(code: int) -> str:
-    return "any" if code == ANY_STIMULUS else Stimulus(code).label

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.messages import BoutOutcome
-from firmware_protocol.vocabulary import ANY_STIMULUS, Speed, Stimulus, situation_name
+from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, Speed, Stimulus, situation_name, stimulus_label
 from hil.report.style import BLUE, GREEN, GREY, INK, PALE, VERMILLION, bare, figure
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ _CODES: Final = {Stimulus(code).label: code for code in range(16)}
 
 def situation(entry: AdviceEntry) -> Category:
     """The category that an entry of advice is for."""
-    return "any" if entry.previous == ANY_STIMULUS else Stimulus(entry.previous).label, Stimulus(entry.current).label
+    return stimulus_label(entry.previous), stimulus_label(entry.current)
 
 
 def known(category: Category) -> bool:
@@ -60,7 +60,7 @@ def category_name(category: Category) -> str:
     if not known(category):
         return f"{category[0][:40]}, {category[1][:40]} (not known)"
     previous, current = category
-    return situation_name(ANY_STIMULUS if previous == "any" else _CODES[previous], _CODES[current])
+    return situation_name(ANY_STIMULUS if previous == ANY else _CODES[previous], _CODES[current])
 
 
 def sort_key(category: Category) -> tuple[int, int, int]:
@@ -69,7 +69,7 @@ def sort_key(category: Category) -> tuple[int, int, int]:
         return 1, 0, 0
     previous, current = category
     code = _CODES[current]
-    return -(code & 3), code >> 2, -1 if previous == "any" else _CODES[previous]
+    return -(code & 3), code >> 2, -1 if previous == ANY else _CODES[previous]
 
 
 def wins_over_run(data: RunData, bouts: Sequence[BoutPath]) -> Figure | None:

@@ -1,7 +1,7 @@
 """Pal, who coaches Junior: multi-phase genetic programming of maneuvers (Liu & Wu 2001, ch. 10)."""
 
 from pal_advisor.fields import SettingsError, StateError
-from pal_advisor.maneuvers.advice import ANY, Advice, AdviceEntry, AdviceError
+from pal_advisor.maneuvers.advice import Advice, AdviceEntry, AdviceError
 from pal_advisor.maneuvers.coach import Pal
 from pal_advisor.maneuvers.decisions import Credit, GenerationRecord, Motive, Origin, Telling, Trial, state_digest
 from pal_advisor.maneuvers.fitness import ObjectiveError, Performance, action_worth, fitness
@@ -10,7 +10,6 @@ from pal_advisor.maneuvers.settings import Objective, PalSettings
 from pal_advisor.maneuvers.team import TeamExam, TeamScore, TeamVerdict
 
 __all__ = [
-    "ANY",
     "Advice",
     "AdviceEntry",
     "AdviceError",

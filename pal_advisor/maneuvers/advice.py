@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus
+from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus, stimulus_label
 from pal_advisor.fields import FieldError, Fields, SettingsError, shown
 from pal_advisor.maneuvers.settings import Objective, PalSettings
 
@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 ADVICE_VERSION: Final = 1
-ANY: Final = "any"
-"""In a file, "whatever the previous stimulus was"."""
 MOST_SEED: Final = 2**32 - 1
 """The greatest seed."""
 EYES: Final = 3
@@ -52,8 +50,8 @@ class AdviceEntry:
     def to_dict(self) -> dict[str, Any]:
         """The entry as plain values."""
         return {
-            "previous": _label(self.previous),
-            "current": _label(self.current),
+            "previous": stimulus_label(self.previous),
+            "current": stimulus_label(self.current),
             "actions": [action.name for action in self.actions],
             "fitness": self.fitness,
             "evaluations": self.evaluations,
@@ -182,7 +180,9 @@ class Advice:
         seen: set[tuple[int, int]] = set()
         for index, entry in enumerate(entries):
             if (entry.previous, entry.current) in seen:
-                raise AdviceError(f"entries[{index}]", f"a second entry for {_label(entry.previous)}, {_label(entry.current)}")
+                raise AdviceError(
+                    f"entries[{index}]", f"a second entry for {stimulus_label(entry.previous)}, {stimulus_label(entry.current)}"
+                )
             seen.add((entry.previous, entry.current))
         return cls(settings, entries, opponent, seed)
 
@@ -213,7 +213,3 @@ def _stimulus(label: str, path: str) -> int:
         return int(Stimulus.from_label(label))
     except ValueError as error:
         raise AdviceError(path, str(error) if len(label) <= 60 else f"unknown stimulus {shown(label)}") from error
-
-
-def _label(code: int) -> str:
-    return ANY if code == ANY_STIMULUS else Stimulus(code).label
