@@ -12,7 +12,8 @@ from firmware_protocol.parameters import JUNIOR_PARAMETERS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from client_fixtures import Served, Sharer
+    from client_fixtures import Served
+    from sharer import Sharer
 
 pytest_plugins = ["client_fixtures"]
 pytestmark = pytest.mark.clients

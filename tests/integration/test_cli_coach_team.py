@@ -5,18 +5,17 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import os
 import signal
 import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
+from logged import entries_of
 from processes import Program
 
 import hil
 from hil.cli.app import run
-from hil.mcaplog import LogReader
 from hil.runs import load_run
 from hil.seeds import run_seed
 from hil.sumo.advice_file import load_advice
@@ -62,16 +61,8 @@ def found(*arguments: str) -> dict[str, Any]:
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """Two runs that one worker has made: their folder, and what it said."""
     folder = tmp_path_factory.mktemp("whole")
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
+    with contextlib.chdir(folder):
         return folder / "run", found("--workers", "1", "--out", "run")
-    finally:
-        os.chdir(before)
-
-
-def entries(log: Path) -> list[tuple[str, int, bytes]]:
-    return [(entry.topic, entry.log_time, entry.data) for entry in LogReader(log).raw_entries()]
 
 
 def test_the_number_of_workers_changes_nothing(whole: tuple[Path, dict[str, Any]]) -> None:
@@ -80,7 +71,7 @@ def test_the_number_of_workers_changes_nothing(whole: tuple[Path, dict[str, Any]
     assert (one["runs"], one["held_out"]["trials"]) == (2, 10)
     assert (with_1 / "advice.toml").read_bytes() == Path("with-2/advice.toml").read_bytes()
     for name in ("log.mcap", "run-1.mcap", "run-2.mcap"):
-        assert entries(with_1 / name) == entries(Path("with-2", name))
+        assert entries_of(with_1 / name) == entries_of(Path("with-2", name))
     assert (with_1 / "run-2.mcap").stat().st_size < (with_1 / "run-1.mcap").stat().st_size
 
 
@@ -89,7 +80,7 @@ def test_the_decisions_and_each_run_are_replayed(whole: tuple[Path, dict[str, An
     for name in ("log.mcap", "run-1.mcap", "run-2.mcap"):
         report = hil.replay(folder / name)
         assert report.same, str(report)
-    topics = [entry.topic for entry in LogReader(folder / "log.mcap").raw_entries()]
+    topics = [topic for topic, *_ in entries_of(folder / "log.mcap")]
     assert topics.count("/pal/run") == 2
     assert topics.count("/pal/bouts") >= 12 + 1 + 1
     assert topics.count("/pal/verdict") >= 2

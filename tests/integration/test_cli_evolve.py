@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from deadly import die_at_the_last
+from logged import entries_of
 from processes import Program
 
 from hil.cli.app import run
@@ -66,10 +67,7 @@ def test_one_worker_and_two_find_the_same_and_leave_one_log_each(capsys: pytest.
     for name in ("one", "two"):
         assert sorted(path.name for path in Path(name).iterdir()) == ["checkpoint.json", "log.mcap", "run.json"]
         assert load_run(Path(name)).state == "done"
-    one_log, two_log = (
-        [(entry.topic, entry.log_time, entry.data) for entry in LogReader(Path(name) / "log.mcap").raw_entries()]
-        for name in ("one", "two")
-    )
+    one_log, two_log = (entries_of(Path(name, "log.mcap")) for name in ("one", "two"))
     assert len(one_log) > 14
     assert one_log == two_log
     assert Path("one/checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()

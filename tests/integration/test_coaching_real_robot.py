@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
+from logged import inputs_of
 from serving import Stepped, in_thread
 from shell import Shell
 
@@ -74,10 +75,6 @@ def handled() -> Iterator[tuple[Handled, str]]:
     robot, endpoint = Handled(), PtyEndpoint()
     with in_thread(robot, endpoint):
         yield robot, endpoint.url
-
-
-def inputs_of(log: Path) -> list[str]:
-    return [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
 
 
 def hil_on(*words: str) -> str:

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from logged import inputs_of
 from observed import Observed, served
 from processes import Hil
 from serving import in_thread
@@ -15,7 +16,6 @@ from shell import Shell
 
 import hil
 from firmware_protocol.messages import State
-from hil.mcaplog.reading.reader import LogReader
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.swarm.settings import SwarmSettings
 from simdevice.swarm.world import SwarmWorld
@@ -119,8 +119,7 @@ def test_without_a_link_an_emulated_robot_is_driven_in_real_time_and_the_log_rep
         shell.types("q")
         shell.until(LEFT)
         shell.until("ready> ")
-    keys = [key for entry in LogReader(log).entries({"/bridge/step"}) for key in entry.value.inputs]
-    assert keys == ["key a", "key ^", "key b", "key e", "key q"]
+    assert inputs_of(log) == ["key a", "key ^", "key b", "key e", "key q"]
     report = hil.replay(log, strict=True)
     assert report.same, str(report)
     assert report.duration < 60.0

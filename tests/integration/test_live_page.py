@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 from chromium import Chromium
+from logged import inputs_of
 from served_swarm import served_swarm
 from serving import served
 
@@ -161,8 +162,7 @@ def test_the_stop_is_confirmed_recorded_and_replayed(page: Page, tmp_path: Path)
         assert "emergency stop" in run.end()
         assert run.process.returncode == 1
     log = run.folder / "log.mcap"
-    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
-    assert inputs[0] == "stop"
+    assert inputs_of(log)[0] == "stop"
     assert hil.replay(log).difference is None
 
 
@@ -234,8 +234,7 @@ def test_a_person_judges_on_the_page(page: Page, tmp_path: Path) -> None:
         assert page.ask("document.getElementById('asked').hidden")
         page.wait("hilView.model.chapters.map((one) => one.outcome).join() === 'lost,won'")
     log = run.folder / "log.mcap"
-    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
-    assert inputs == ["ready", "lost", "ready", "won"]
+    assert inputs_of(log) == ["ready", "lost", "ready", "won"]
     assert [(bout.name, bout.outcome) for bout in read_scene(log).chapters] == [("Bout 1", "lost"), ("Bout 2", "won")]
     assert hil.replay(log).difference is None
     assert not page.seen.console
@@ -251,8 +250,7 @@ def test_a_coaching_pauses_and_goes_on(page: Page, tmp_path: Path) -> None:
         run.process.send_signal(signal.SIGINT)
         run.end()
     log = run.folder / "log.mcap"
-    inputs = [what for entry in LogReader(log).entries(["/bridge/step"]) for what in entry.value.inputs]
-    assert inputs == ["pause", "resume", "interrupt"]
+    assert inputs_of(log) == ["pause", "resume", "interrupt"]
     assert hil.replay(log).difference is None
 
 
@@ -266,8 +264,7 @@ def test_robots_at_a_link_are_watched_and_stopped_but_not_taken(page: Page, tmp_
         assert run.process.returncode == 130
         page.wait(f"/over/.test({WORDS})")
     log = run.folder / "log.mcap"
-    steps = [entry.value for entry in LogReader(log).entries(["/bridge/step"])]
-    inputs = [what for step in steps for what in step.inputs]
+    inputs = inputs_of(log)
     assert (set(inputs[:-1]), inputs[-1]) == ({"stop"}, "interrupt")
     assert not list(LogReader(log).entries(["/robot/session"]))
     assert hil.replay(log).difference is None

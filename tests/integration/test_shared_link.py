@@ -7,14 +7,15 @@ import json
 import os
 import re
 import signal
-from contextlib import closing, contextmanager
+from contextlib import closing
 from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 import pytest
-from guest import Guest
+from guest import ROBOT, STOP, Guest
 from processes import Hil
 from serving import MULTICAST, served
+from sharer import sharing
 
 import hil
 from firmware_protocol.errors import NoRobotError, PeerError
@@ -47,40 +48,11 @@ from simdevice.sumo.junior_world import junior_world
 from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 pytestmark = pytest.mark.slow
-ROBOT: Final = (1, 1)
 TCP: Final = "tcp://127.0.0.1:0"
 LONG: Final = ("--no-report", "--budget", "100000", "--held-out", "0")
-STOP: Final = CommandLong(*ROBOT, Command.FLIGHT_TERMINATION, 0, 1.0)
-
-
-class Sharer:
-    """A program that drives a robot, and shares its link."""
-
-    def __init__(self, program: Hil, folder: Path) -> None:
-        self.program = program
-        self.log = folder / "run" / "log.mcap"
-        self.url = program.until("Shared: ").split()[1]
-        self.port = int(self.url.rpartition(":")[2])
-
-    def inputs(self) -> list[tuple[str, str]]:
-        """What its bridge was asked for, by the log."""
-        steps = [entry.value for entry in LogReader(self.log).entries(["/bridge/step"])]
-        return [one for step in steps for one in zip(step.inputs, step.input_robots, strict=True)]
-
-    def check_replay(self) -> None:
-        """A replay decides the same."""
-        assert hil.replay(self.log).difference is None
-
-
-@contextmanager
-def sharing(folder: Path, *words: str) -> Iterator[Sharer]:
-    """A verb that shares its link."""
-    with Hil(folder, *words, "--share", "tcp://127.0.0.1:0", "--out", str(folder / "run")) as program:
-        yield Sharer(program, folder)
 
 
 def asks_as_qgroundcontrol(guest: Guest) -> None:

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
+from logged import inputs_of
 
 import hil
 from hil.cli.app import run
-from hil.mcaplog.reading.reader import LogReader
 
 pytest.importorskip("websockets", reason="the viewer speaks by it: pip install websockets")
 from viewer_client import Shown, ViewerClient
@@ -58,8 +58,7 @@ def test_a_viewer_sees_a_run_and_stops_it_and_the_stop_is_recorded_and_replayed(
         assert viewer.call("/hil/stop") == {"confirmed": True, "robots": 1, "missing": 0}
         said, _ = process.communicate(timeout=PATIENCE)
     assert "emergency stop" in said
-    steps = LogReader(folder / "log.mcap").entries(["/bridge/step"])
-    assert [what for entry in steps for what in entry.value.inputs] == ["stop"]
+    assert inputs_of(folder / "log.mcap") == ["stop"]
     assert hil.replay(folder).same
 
 

@@ -6,22 +6,18 @@ import random
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from opening import opening
 
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     REFEREE_COMPONENT,
     ROBOT_COMPONENT,
-    Command,
-    CommandLong,
     JuniorManeuver,
     ManeuverOption,
     OpponentCode,
     RefereeReset,
     RobotAlive,
-    RobotSession,
 )
 from firmware_protocol.vocabulary import MAX_ACTIONS, Action
 from firmware_protocol.wire.codec import open_codec
@@ -54,8 +50,7 @@ class Hosts:
         opponent = chance.choice([OpponentCode.JUNIOR] * 3 + [OpponentCode.FLAT_LIGHT])
         message = chance.choice(
             [
-                RobotSession(5, 0, HOST, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR),
-                CommandLong(*robot, Command.ARM_DISARM, param1=1.0, param3=float(HOST)),
+                *opening(5, HOST, system),
                 RobotAlive(HOST),
                 JuniorManeuver(
                     5, self._sequence, 0.1, *robot, ManeuverOption.FLOOR_REFLEX, 3, actions,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import struct
 from typing import TYPE_CHECKING, Any, Final
 
+from guest import ROVER
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.messages import Command, CommandLong, Heartbeat, ParamRequestList, ParamRequestRead, ParamSet
+from firmware_protocol.messages import Command, CommandLong, ParamRequestList, ParamRequestRead, ParamSet
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from firmware_protocol.wire.payload import PAYLOADS, BadValueError
 from hil.bridge.operator import GUEST_STOP, PARAMETERS
@@ -17,7 +18,6 @@ from hil.sharing.desk import Asker, FrontDesk
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
-ROVER: Final = Heartbeat(type=10, autopilot=0, base_mode=65, custom_mode=0, system_status=3)
 ASKING: Final = (CommandLong, ParamRequestList, ParamRequestRead, ParamSet)
 COMMANDS: Final = [*(command.value for command in Command), 519]
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from client_programs import Program
+from sharer import sharing
 
 from hil.bridge.clock import MonotonicClock
 from simdevice.serving.opening import open_endpoint
@@ -23,6 +24,8 @@ from simdevice.sumo.settings import WorldSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from sharer import Sharer
 
     from simdevice.sumo.world import World
 
@@ -73,10 +76,10 @@ class Served:
         self.start = (body.x, body.y)
 
 
-def coach(served: Served, folder: Path, *options: str, log: bool = False) -> Program:
+def coach(served: Served, folder: Path, *options: str) -> Program:
     """`hil coach` of a served robot, as a program of its own: a host that opens a session and leaves it open."""
     start = [sys.executable, "-c", "import hil.cli; hil.cli.main()", "coach", served.url]
-    return Program([*start, "--held-out", "0", *([] if log else ["--no-log"]), "--no-report", *options], folder)
+    return Program([*start, "--held-out", "0", "--no-log", "--no-report", *options], folder)
 
 
 def _serve(link: str) -> Iterator[Served]:
@@ -124,22 +127,9 @@ def pty() -> Iterator[Served]:
     yield from _serve("pty")
 
 
-@dataclass
-class Sharer:
-    """A `hil coach` that goes on, and shares its link.
-
-    Attributes:
-        program: It.
-        port: TCP port at which others look on.
-    """
-
-    program: Program
-    port: int
-
-
 @pytest.fixture
 def sharer(tcp: Served, tmp_path: Path) -> Iterator[Sharer]:
     """A robot on a TCP port that is being coached, and a port at which others look on."""
-    with coach(tcp, tmp_path, "--budget", "100000", "--share", "tcp://127.0.0.1:0", log=True) as program:
-        program.until("Pal coaches it")
-        yield Sharer(program, int(program.text.partition("Shared: tcp://127.0.0.1:")[2].split()[0]))
+    with sharing(tmp_path, "coach", tcp.url, "--held-out", "0", "--no-report", "--budget", "100000") as host:
+        host.program.until("Pal coaches it")
+        yield host

@@ -7,7 +7,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from firmware_protocol.events import Received
-from firmware_protocol.messages import Statustext
+from firmware_protocol.messages import ROBOT_COMPONENT, Command, CommandLong, Heartbeat, Statustext
 from firmware_protocol.wire.mavlink import MavlinkCodec
 
 if TYPE_CHECKING:
@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 M = TypeVar("M", bound="Message")
 PATIENCE = 30.0
 """How long anything may take to come, in s."""
+ROVER = Heartbeat(type=10, autopilot=0, base_mode=65, custom_mode=0, system_status=3)
+"""What a robot says that is there."""
+ROBOT = (1, ROBOT_COMPONENT)
+STOP = CommandLong(*ROBOT, Command.FLIGHT_TERMINATION, 0, 1.0)
+"""The emergency stop, as a guest asks for it."""
 
 
 class Guest:

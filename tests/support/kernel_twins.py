@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from opening import opening
+
 from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     REFEREE_COMPONENT,
     ROBOT_COMPONENT,
     Command,
@@ -26,7 +26,6 @@ from firmware_protocol.messages import (
     RefereeReset,
     RefereeState,
     RobotAlive,
-    RobotSession,
 )
 from firmware_protocol.vocabulary import ANY_STIMULUS, MAX_ACTIONS, Action
 from firmware_protocol.wire.codec import open_codec
@@ -194,11 +193,7 @@ class Player:
 
     def _opening(self) -> list[Message]:
         """Open a session and arm."""
-        robot = (self.twins.oracle.device.system, ROBOT_COMPONENT)
-        return [
-            RobotSession(77, 0, HOST, *robot, PROTOCOL_MAJOR, PROTOCOL_MINOR),
-            CommandLong(*robot, Command.ARM_DISARM, param1=1.0, param3=float(HOST)),
-        ]
+        return opening(77, HOST, self.twins.oracle.device.system)
 
     def _contest(self) -> list[Message]:
         """Teach reflexes that look for the other and charge, and begin a contest."""

@@ -20,6 +20,7 @@ from firmware_protocol.messages import (
 )
 from firmware_protocol.peer.peer import Peer
 from firmware_protocol.roles.known import ROLES
+from firmware_protocol.vocabulary import Action, Maneuver
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,6 +35,8 @@ M = TypeVar("M", bound="Message")
 
 HOST_NUMBER = 4321
 """Number of the host that the peer belongs to."""
+QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
+"""A maneuver of two actions."""
 
 
 class Bench:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from opening import opening
+
 from firmware_protocol.events import Received
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     ROBOT_COMPONENT,
     TABLE_COMPONENT,
     BoxShape,
-    Command,
-    CommandLong,
     RobotAlive,
-    RobotSession,
     SwarmMove,
     TableKind,
     TablePlace,
@@ -99,9 +96,7 @@ class SwarmBench:
         settings = self.world.settings
         for row in range(settings.count):
             network, number = divmod(row, settings.per)
-            session = RobotSession(SESSION, 0, HOST, number + 1, ROBOT_COMPONENT, PROTOCOL_MAJOR, PROTOCOL_MINOR)
-            arm = CommandLong(number + 1, ROBOT_COMPONENT, Command.ARM_DISARM, param1=1.0, param3=float(HOST))
-            self.say(session, arm, network=network, seconds=0.03)
+            self.say(*opening(SESSION, HOST, number + 1), network=network, seconds=0.03)
 
     def keep(self, seconds: float) -> None:
         """Let time pass, and keep all robots alive meanwhile."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from struct import Struct
+from time import monotonic
 from typing import TYPE_CHECKING, Any, Self
 
 from websockets.sync.client import connect
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 SUBPROTOCOL = "foxglove.sdk.v1"
 PATIENCE = 10.0
 """For what is certain to come, in s."""
+LONGEST = 60.0
+"""For what is wanted to come among others, in s: time is told without end."""
 MESSAGE, TIME, SERVICE_RESPONSE, PLAYBACK_STATE = 1, 2, 3, 5
 """First bytes of what a server sends."""
 SERVICE_REQUEST, PLAYBACK_REQUEST = 2, 3
@@ -103,7 +106,9 @@ class ViewerClient:
     def until(self, wanted: Callable[[Any], bool]) -> list[Any]:
         """All that comes, up to what is wanted."""
         came: list[Any] = []
+        end = monotonic() + LONGEST
         while not came or not wanted(came[-1]):
+            assert monotonic() < end, f"it does not come; what came last: {came[-3:]}"
             came.append(self.next())
         return came
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from opening import opening
+
 from firmware_protocol.events import Received
 from firmware_protocol.faults.spec import FaultSpec
 from firmware_protocol.links.faulty import FaultyLink
@@ -11,19 +13,14 @@ from firmware_protocol.links.memory import MemoryLink
 from firmware_protocol.messages import (
     HOST_COMPONENT,
     HOST_SYSTEM,
-    PROTOCOL_MAJOR,
-    PROTOCOL_MINOR,
     REFEREE_COMPONENT,
     ROBOT_COMPONENT,
     BoutOutcome,
-    Command,
-    CommandLong,
     JuniorSensors,
     JuniorWheels,
     OpponentCode,
     RefereeReset,
     RefereeState,
-    RobotSession,
 )
 from firmware_protocol.wire.codec import SPLITTERS
 from firmware_protocol.wire.mavlink import MavlinkCodec
@@ -68,8 +65,7 @@ class WireDriver:
 
     def _greet(self) -> None:
         """Open the session, and arm."""
-        arm = CommandLong(*_ROBOT, Command.ARM_DISARM, param1=1.0, param3=float(_HOST))
-        self._send(RobotSession(_SESSION, 0, _HOST, *_ROBOT, PROTOCOL_MAJOR, PROTOCOL_MINOR), arm)
+        self._send(*opening(_SESSION, _HOST))
         self._sequence = 0
 
     def _send(self, *messages: Message) -> None:

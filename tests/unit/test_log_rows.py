@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from logged import entries_of
 
 from firmware_protocol.events import Received
 from firmware_protocol.messages import MESSAGES, CommandAck, RobotStatus, SwarmMove, SwarmObservation
 from firmware_protocol.wire.batch import Arrivals, batch_of
 from firmware_protocol.wire.fields import wire_fields
 from firmware_protocol.wire.rows import ROWS, good_rows, messages_of
-from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.schemas import message_schema
 from hil.mcaplog.writing.encode import compile_encoder, sender_suffix
 from hil.mcaplog.writing.row_encoding import encodable, encode_rows
@@ -70,8 +70,7 @@ def came() -> Arrivals:
 
 def entries(path: Path) -> list[tuple[str, int, bytes]]:
     """What is in a log, in order, but for what is drawn."""
-    kept = ((entry.topic, entry.log_time, bytes(entry.data)) for entry in LogReader(path).raw_entries())
-    return [entry for entry in kept if entry[0] not in {"/tf", "/arena/scene"}]
+    return [entry for entry in entries_of(path) if entry[0] not in {"/tf", "/arena/scene"}]
 
 
 def listening(path: Path) -> WireLog:

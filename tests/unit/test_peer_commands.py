@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from peer_bench import HOST_NUMBER, Bench, failed
+from peer_bench import HOST_NUMBER, QUICK, Bench, failed
 from scripted_robot import sensors
 
 from firmware_protocol.errors import EncodeError, PeerError, RefusedError
@@ -36,15 +36,13 @@ from firmware_protocol.peer.peer import Peer
 from firmware_protocol.peer.quality import ClockComparison, Counters
 from firmware_protocol.roles.junior import contest, drive, erase_memory, perform, read_memory, write_memory
 from firmware_protocol.roles.referee import reset_bout
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver
+from firmware_protocol.vocabulary import ANY_STIMULUS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from firmware_protocol.messages import CommandAck
     from firmware_protocol.peer.exchanges.exchange import Ticket
-
-QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
 
 
 @pytest.fixture

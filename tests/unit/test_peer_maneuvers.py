@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from peer_bench import Bench, failed
+from peer_bench import QUICK, Bench, failed
 from scripted_robot import result
 
 from firmware_protocol.messages import (
@@ -21,8 +21,6 @@ from firmware_protocol.vocabulary import Action, Maneuver, Outcome
 
 if TYPE_CHECKING:
     from firmware_protocol.peer.exchanges.exchange import Ticket
-
-QUICK = Maneuver((Action.F, Action.R), period=0.1, floor_reflex=False)
 
 
 @pytest.fixture

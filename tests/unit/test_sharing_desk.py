@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import pytest
+from guest import ROBOT, ROVER, STOP
 
 from firmware_protocol.messages import (
     GROUND_STATION,
@@ -41,12 +42,9 @@ from hil.sharing.desk import READ_AGAIN, STOP_WAIT, Asker, FrontDesk, Reply
 if TYPE_CHECKING:
     from firmware_protocol.wire.fields import Message
 
-ROVER = Heartbeat(type=10, autopilot=0, base_mode=65, custom_mode=0, system_status=3)
 VERSION = AutopilotVersion(7, 1, 2, uid=99)
 QGC = Asker(1, 255, 190)
 OTHER = Asker(2, 250, 1)
-ROBOT = (1, ROBOT_COMPONENT)
-STOP = CommandLong(*ROBOT, Command.FLIGHT_TERMINATION, 0, 1.0)
 
 
 def value(index: int, *, count: int = 2, name: str = "") -> ParamValue:

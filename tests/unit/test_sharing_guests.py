@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from guest import PATIENCE, Guest
+from guest import PATIENCE, ROVER, STOP, Guest
 
 from firmware_protocol.events import Received
 from firmware_protocol.messages import (
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
     from firmware_protocol.wire.fields import Message
 
-ROVER = Heartbeat(type=10, autopilot=0, base_mode=65, custom_mode=0, system_status=3)
 LONG = "a line of a length that a robot may well say, at most"[:50]
 QUESTION = CommandLong(1, 1, Command.REQUEST_MESSAGE, 0, 148.0)
 
@@ -139,7 +138,7 @@ def test_answers_to_the_host_are_not_taken_for_a_guest_s_own(shared: Shared) -> 
 
 def test_a_guest_s_stop_is_asked_for_and_answered_to_it_alone(shared: Shared) -> None:
     with Guest(shared.port, 250, 7) as one, Guest(shared.port, 251, 7) as other:
-        one.say(CommandLong(1, 1, Command.FLIGHT_TERMINATION, 0, 1.0))
+        one.say(STOP)
         shared.wait_for_asked(1)
         assert shared.asked == [("guest stop", "")]
         shared.says(CommandAck(185, 0, target_system=HOST_SYSTEM, target_component=HOST_COMPONENT))
@@ -151,7 +150,7 @@ def test_a_guest_s_stop_is_asked_for_and_answered_to_it_alone(shared: Shared) ->
 
 def test_a_stop_that_the_robot_does_not_confirm_has_failed(shared: Shared) -> None:
     with Guest(shared.port, 250, 7) as guest:
-        guest.say(CommandLong(1, 1, Command.FLIGHT_TERMINATION, 0, 1.0))
+        guest.say(STOP)
         assert guest.wait_for(CommandAck).result == CommandResult.FAILED
 
 
@@ -195,7 +194,7 @@ def test_a_page_in_a_browser_stops_nothing(shared: Shared, method: str) -> None:
     with Guest(shared.port) as page, Guest(shared.port, 250, 7) as good:
         page.socket.sendall(f"{method} / HTTP/1.1\r\nContent-Length: 45\r\n\r\n".encode())
         with suppress(OSError):
-            page.say(CommandLong(1, 1, Command.FLIGHT_TERMINATION, 0, 1.0))
+            page.say(STOP)
         good.say(QUESTION)
         good.wait_for(AutopilotVersion)
     assert shared.asked == []
