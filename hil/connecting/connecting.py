@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from hil.bridge.taps import Tap
     from simdevice.sumo.crowd import Crowd
     from simdevice.sumo.world import World
+    from simdevice.swarm.settings import SwarmSettings
     from simdevice.swarm.world import SwarmWorld
 
 H = TypeVar("H", bound=RobotHandle)
@@ -474,13 +475,18 @@ def _befalling(address: Address) -> FaultSpec | None:
 
 def _swarm(address: Address, key: SigningKey | None) -> SwarmWorld:
     """Emulated micro-robots on one network, and their table."""
-    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
-
     settings = swarm_settings(address, _befalling(address))
     if settings.networks > 1:
         raise AddressError(address.url, f"it has {settings.networks} networks", "Use connect_swarm, or connect_all")
     if key is not None:
         raise AddressError(address.url, "emulated micro-robots come without a signing key", "Leave --signing-key out")
+    return _table(address, settings)
+
+
+def _table(address: Address, settings: SwarmSettings) -> SwarmWorld:
+    """A table with emulated micro-robots."""
+    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415 - pymunk is only needed here
+
     try:
         return SwarmWorld(settings)
     except ValueError as error:
@@ -505,13 +511,8 @@ def _emulated(address: Address, faults: FaultSpec | None, key: SigningKey | None
 
 def _networked(address: Address, key: SigningKey | None) -> SharedTime:
     """What several networks of one emulated place share; a swarm's robots are too many to be heard one by one."""
+    if is_swarm(address):
+        return SharedTime(_table(address, swarm_settings(address, _befalling(address))))
     from simdevice.sumo.junior_world import junior_world  # noqa: PLC0415 - as above
-    from simdevice.swarm.world import SwarmWorld  # noqa: PLC0415
 
-    if not is_swarm(address):
-        return SharedTime(junior_world(junior_settings(address, _befalling(address), key)), prompt=True)
-    settings = swarm_settings(address, _befalling(address))
-    try:
-        return SharedTime(SwarmWorld(settings))
-    except ValueError as error:
-        raise AddressError(address.url, str(error)) from error
+    return SharedTime(junior_world(junior_settings(address, _befalling(address), key)), prompt=True)

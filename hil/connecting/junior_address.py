@@ -55,7 +55,7 @@ def junior_settings(address: Address, faults: FaultSpec | None = None, key: Sign
         raise AddressError(address.url, f"board is {' or '.join(BOARDS)}")
     if (networks := number_option(address, "networks")) not in {None, 1, 2}:
         raise AddressError(address.url, f"a ring has two robots, each on one network: networks is 1 or 2, not {networks}")
-    maker, hosted = board_maker(board, wire), networks == 2
+    seed, maker, hosted = number_option(address, "seed") or 0, board_maker(board, wire), networks == 2
     if hosted and "count" in given:
         raise AddressError(address.url, "several rings have one network", "Leave out count, or networks")
     if key is not None and wire != MAVLINK:
@@ -67,7 +67,7 @@ def junior_settings(address: Address, faults: FaultSpec | None = None, key: Sign
     try:
         return WorldSettings(
             opponent=given.get("opponent", JUNIOR if hosted else WorldSettings.opponent),
-            seed=number_option(address, "seed") or 0,
+            seed=seed,
             referee=referee == "1",
             wire=wire,
             faults=faults,

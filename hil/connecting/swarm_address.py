@@ -76,6 +76,8 @@ def swarm_settings(address: Address, faults: FaultSpec | None = None) -> SwarmSe
             rooms=rooms_of(names),
             faults=faults,
         )
+    except AddressError:  # which is a ValueError, and names the address already
+        raise
     except (ValueError, ProfileFileError) as error:
         raise AddressError(address.url, str(error)) from error
 

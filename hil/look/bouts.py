@@ -13,6 +13,8 @@ from hil.look.scene import Chapter
 from hil.recording.scene import ring_size
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from firmware_protocol.messages import RefereeState
@@ -25,12 +27,14 @@ OUTCOMES: Final = {
     BoutOutcome.DRAW: "drawn",
     BoutOutcome.UNDECIDED: "broken off",
 }
+BROKEN_OFF: Final = OUTCOMES[BoutOutcome.UNDECIDED]
+BY_WORD: Final = {outcome.name.lower(): word for outcome, word in OUTCOMES.items()}
+"""Likewise, by what the event that ends a bout says of it."""
 LATELY: Final = 0.5
 """What happened within so long before the end of a bout, in s, led to it."""
 LONGEST: Final = 1e6
 """No bout lasts longer, in s."""
 UNNAMED: Final = "an opponent that nobody has named"
-_BY_WORD: Final = {"win": BoutOutcome.WIN, "loss": BoutOutcome.LOSS, "draw": BoutOutcome.DRAW}
 ARMS: Final = int(SensorFlag.ARM_LEFT | SensorFlag.ARM_RIGHT)
 
 Told = list[tuple[float, "RefereeState"]]
@@ -82,10 +86,9 @@ class Bouts:
         outcome = BoutOutcome(last.outcome) if last.outcome in set(BoutOutcome) else BoutOutcome.UNDECIDED
         code = last.opponent_code
         against = OpponentCode(code).label if code in set(OpponentCode) else f"opponent {code}"
-        series = next((title for time, title in reversed(self._series) if time <= begin), "")
+        series = _series_at(begin, self._series)
         story = self._story(outcome, bout)
-        number = 1 + sum(chapter.series == series for chapter in found)
-        found.append(Chapter(f"Bout {number}", series, begin, end, OUTCOMES[outcome], against, story))
+        found.append(Chapter(next_name(found, series), series, begin, end, OUTCOMES[outcome], against, story))
 
     def _story(self, outcome: BoutOutcome, bout: Told) -> str:
         end, last = bout[-1]
@@ -121,6 +124,16 @@ class Bouts:
         return lane.meanings[int(lane.code[at])].partition(" (")[0] if at >= 0 and lane.end[at] >= end - LATELY else ""
 
 
+def next_name(found: Iterable[Chapter], series: str) -> str:
+    """What the next bout of a series is called: they are numbered from 1 in each.
+
+    Args:
+        found: The bouts so far.
+        series: Title of the series.
+    """
+    return f"Bout {1 + sum(chapter.series == series for chapter in found)}"
+
+
 def judged(told: list[tuple[float, EventRecord]], series: list[tuple[float, str]]) -> list[Chapter]:
     """Bouts of which no referee has seen anything: as a person has judged them.
 
@@ -138,15 +151,18 @@ def judged(told: list[tuple[float, EventRecord]], series: list[tuple[float, str]
         except ValueError:
             continue
         said = fields if isinstance(fields, dict) else {}
-        outcome, lasted = _BY_WORD.get(str(said.get("outcome"))), said.get("time")
-        if outcome is None or not isinstance(lasted, int | float) or not 0.0 <= lasted <= LONGEST:
+        word, lasted = BY_WORD.get(str(said.get("outcome")), BROKEN_OFF), said.get("time")
+        if word == BROKEN_OFF or not isinstance(lasted, int | float) or not 0.0 <= lasted <= LONGEST:
             continue
-        title = next((title for time, title in reversed(series) if time <= end), "")
-        number = 1 + sum(chapter.series == title for chapter in found)
-        word = OUTCOMES[outcome]
+        title = _series_at(end, series)
         story = f"{word.capitalize()} after {lasted:.1f} s, by the word of the person who judged."
-        found.append(Chapter(f"Bout {number}", title, end - lasted, end, word, UNNAMED, story))
+        found.append(Chapter(next_name(found, title), title, end - lasted, end, word, UNNAMED, story))
     return found
+
+
+def _series_at(time: float, series: list[tuple[float, str]]) -> str:
+    """Title of the series that was going on; empty before the first."""
+    return next((title for begun, title in reversed(series) if begun <= time), "")
 
 
 def _side(place: tuple[float, ...]) -> str:

@@ -16,7 +16,6 @@ from firmware_protocol.errors import EncodeError
 from firmware_protocol.events import Received
 from firmware_protocol.links.tcp import notice_half_open
 from firmware_protocol.messages import (
-    GROUND_STATION,
     HOST_COMPONENT,
     HOST_SYSTEM,
     ROBOT_COMPONENT,
@@ -27,6 +26,7 @@ from firmware_protocol.messages import (
     Statustext,
 )
 from firmware_protocol.peer.exchanges.answers import ANSWERS
+from firmware_protocol.peer.timing import HEARTBEAT_PERIOD, HOST_HEARTBEAT
 from firmware_protocol.wire.mavlink import MavlinkCodec
 from hil.sharing.desk import Asker
 
@@ -46,14 +46,11 @@ MOST_HEARD: Final = 4096
 """Bytes that a guest is listened to in each `LISTENING`: its heartbeats and questions are a hundredth of that."""
 LISTENING: Final = 0.25
 """In s."""
-HEARTBEAT: Final = Heartbeat(type=GROUND_STATION, autopilot=8, base_mode=0, custom_mode=0, system_status=4)
-"""What says once a second that the link is shared: of the host's system and `SHARE_COMPONENT`."""
-HEARTBEAT_PERIOD: Final = 1.0
-"""In s."""
 INFORMATION, WARNING = 6, 4
 """MAV_SEVERITY."""
 HOST: Final = (HOST_SYSTEM, HOST_COMPONENT)
 SHARE: Final = (HOST_SYSTEM, SHARE_COMPONENT)
+"""Who says, by a host's heartbeat, that the link is shared."""
 
 
 class Guests:
@@ -104,7 +101,7 @@ class Guests:
 
     def _enter(self, guest: _Guest) -> bool:
         """Let one in, and tell it how things stand; False where there is no room."""
-        guest.say(SHARE, HEARTBEAT)
+        guest.say(SHARE, HOST_HEARTBEAT)
         if len(self._guests) >= MOST_GUESTS:
             guest.say(SHARE, Statustext(SEVERITY_ERROR, f"{MOST_GUESTS} programs look on already"))
             return False
@@ -131,7 +128,7 @@ class Guests:
             self.give(self._desk.overdue(now))
             if now >= due:
                 due = now + HEARTBEAT_PERIOD
-                self.tell(SHARE, HEARTBEAT)
+                self.tell(SHARE, HOST_HEARTBEAT)
             await asyncio.sleep(LISTENING)
 
     def tell(self, sender: tuple[int, int], message: Message) -> None:

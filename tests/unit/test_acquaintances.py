@@ -6,8 +6,9 @@ import pytest
 
 from firmware_protocol.events import Received
 from firmware_protocol.messages import HOST_COMPONENT, HOST_SYSTEM, SHARE_COMPONENT, Heartbeat, Statustext
+from firmware_protocol.peer.timing import HOST_HEARTBEAT
 from hil.bridge.acquaintances import Acquaintances
-from hil.sharing.guests import HEARTBEAT, SHARE
+from hil.sharing.guests import SHARE
 
 WORDS = "watching, coach drives"
 
@@ -22,20 +23,20 @@ def hears(*messages: tuple[int, int, Heartbeat | Statustext]) -> Acquaintances:
 
 def test_a_link_is_ours_until_another_host_says_that_it_shares_it() -> None:
     assert hears().shared == ""
-    assert hears((HOST_SYSTEM, HOST_COMPONENT, HEARTBEAT)).shared == ""
-    assert hears((1, SHARE_COMPONENT, HEARTBEAT)).shared == ""
+    assert hears((HOST_SYSTEM, HOST_COMPONENT, HOST_HEARTBEAT)).shared == ""
+    assert hears((1, SHARE_COMPONENT, HOST_HEARTBEAT)).shared == ""
     assert hears((HOST_SYSTEM, HOST_COMPONENT, Statustext(6, WORDS))).shared == ""
 
 
 @pytest.mark.parametrize(
     ("messages", "said"),
     [
-        ([HEARTBEAT], "watching"),
-        ([HEARTBEAT, Statustext(6, WORDS)], WORDS),
-        ([Statustext(6, WORDS), HEARTBEAT], WORDS),
+        ([HOST_HEARTBEAT], "watching"),
+        ([HOST_HEARTBEAT, Statustext(6, WORDS)], WORDS),
+        ([Statustext(6, WORDS), HOST_HEARTBEAT], WORDS),
         ([Statustext(6, WORDS), Statustext(3, "coach has ended: nobody drives")], WORDS),
         ([Statustext(3, "4 programs look on already")], "watching"),
-        ([HEARTBEAT, Statustext(6, "")], "watching"),
+        ([HOST_HEARTBEAT, Statustext(6, "")], "watching"),
     ],
 )
 def test_what_is_said_of_who_drives(messages: list[Heartbeat | Statustext], said: str) -> None:

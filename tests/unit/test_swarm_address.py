@@ -75,8 +75,9 @@ def test_everything_can_be_said(tmp_path: Path) -> None:
     ],
 )
 def test_what_can_t_be_is_said(options: str, told: str) -> None:
-    with pytest.raises(AddressError, match=told):
+    with pytest.raises(AddressError, match=told) as raised:
         AddressOpeners().opener_of(parse_address(f"sim://swarm?{options}"))
+    assert str(raised.value).count("sim://swarm") == 1
 
 
 def test_one_link_is_one_network() -> None:

@@ -92,6 +92,7 @@ def test_the_address_names_a_network_for_each() -> None:
         ("networks=2&opponent=flat-light", "the opponent is flat-light"),
         ("networks=2&network=5", "network is 1 to 2, not 5"),
         ("networks=2&opponent=juniper", "the opponent is juniper"),
+        ("networks=2&seed=many", "seed is a whole number, 0 to"),
     ],
 )
 def test_what_can_not_be_is_said_to_be(options: str, told: str) -> None:

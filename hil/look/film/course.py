@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from firmware_protocol.errors import HilError
+from firmware_protocol.vocabulary import ObservationFlag
 from hil.look.scene import Chapter, Ground
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ LONGEST: Final = 16.0
 """An animation lasts no longer, in s: a bout has 15."""
 SPEEDS: Final = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024)
 """How much faster than it happened; the slowest that fits is taken."""
-CONTACTS: Final = 3
+CONTACTS: Final = int(ObservationFlag.CONTACT_AHEAD | ObservationFlag.CONTACT)
 """Bits of an observation's flags: it touches something."""
 
 
@@ -132,9 +134,7 @@ def _choices(chapters: list[Chapter]) -> str:
     """What could be named."""
     if not chapters:
         return "the log has no bouts"
-    counts: dict[str, int] = {}
-    for one in chapters:
-        counts[one.series] = counts.get(one.series, 0) + 1
+    counts = Counter(one.series for one in chapters)
     if len(counts) == 1:
         return f"the log has 1 to {len(chapters)}"
     listed = ", ".join(f"{count} of {title or 'no series'!r}" for title, count in counts.items())

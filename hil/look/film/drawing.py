@@ -36,8 +36,10 @@ SAMPLED: Final = (0.0, 0.25, 0.5, 0.75, 0.9, 1.0)
 """They are those of the pictures at these shares of the animation."""
 LAST: Final = 2.5
 """The last picture stays for so long, in s."""
-MARGIN: Final = {Ground.RING: 0.06, Ground.TABLE: 0.0}
-"""Drawn beyond the arena, in m."""
+RING_MARGIN: Final = 0.06
+"""Drawn beyond a ring, in m."""
+TABLE_MARGIN: Final = 0.04
+"""Drawn beyond a table, as a share of its width."""
 STRIP: Final = 28
 """Above the arena, in pixels."""
 LINE: Final = 18
@@ -118,7 +120,7 @@ class _Painter:
     def __init__(self, film: Film) -> None:
         self._film = film
         place = film.terrain
-        margin = MARGIN.get(place.ground, 0.0) or 0.04 * place.width
+        margin = RING_MARGIN if place.ground is Ground.RING else TABLE_MARGIN * place.width
         self._scale = FINER * min(WIDTH / (place.width + 2 * margin), MOST_HEIGHT / (place.height + 2 * margin))
         high = int(self._scale * (place.height + 2 * margin)) // FINER * FINER
         self._lines = [textwrap.wrap(one, LETTERS, max_lines=LINES, placeholder=" …") for one in film.captions]

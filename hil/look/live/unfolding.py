@@ -19,6 +19,7 @@ import numpy as np
 from firmware_protocol.messages import ParamValue, Phase, RobotSession, SwarmSense
 from firmware_protocol.messages.table import TableReset
 from hil.look import lessons, micro, sumo, timeline, words
+from hil.look.bouts import BROKEN_OFF, BY_WORD, next_name
 from hil.look.document import TimeScale, document_of
 from hil.look.lessons import LearningPart
 from hil.look.micro import MicroPart
@@ -50,8 +51,6 @@ STEP: Final = 1e-3
 """What times are rounded to, in s."""
 BOUT: Final = "bout"
 """Kind of the event that ends a bout."""
-OUTCOMES: Final = {"win": "won", "loss": "lost", "draw": "drawn", "undecided": "broken off"}
-BROKEN_OFF: Final = OUTCOMES["undecided"]
 _LEARNER: Final = frozenset(lessons.TOPICS)
 _SETTING: Final = frozenset((
     "/events", "/mavlink/param_value", "/robot/session", "/mavlink/table_reset", "/swarm/sense", "/bridge/open",
@@ -202,13 +201,12 @@ class Unfolding:
     def _bout(self, time: float, event: EventRecord) -> bool:
         """Note a bout that is over, as the one who plays tells of it; whether it is."""
         told = json.loads(event.fields)
-        outcome = OUTCOMES.get(told.get("outcome", ""))
+        outcome = BY_WORD.get(told.get("outcome", ""))
         if outcome is None:
             return False
         series = self._series[-1][1] if self._series else ""
-        number = 1 + sum(one.series == series for one in self._played)
         begin = time - float(told.get("time", 0.0))
-        self._played.append(Chapter(f"Bout {number}", series, begin, time, outcome))
+        self._played.append(Chapter(next_name(self._played, series), series, begin, time, outcome))
         return True
 
     # --- what is told of it ------------------------------------------------------------------------------------------
