@@ -502,7 +502,6 @@ class _CoachingFiles(RunFiles):
         self.advice = run.place(advice, runs.ADVICE)
         self.unsaved = False
         self._kept = False
-        self._unkept = False
 
     def keep_advice(self, advice: Advice) -> None:
         """Write the best advice so far; where that fails, say so once."""
@@ -510,9 +509,7 @@ class _CoachingFiles(RunFiles):
             save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
             self._kept = True
         except AdviceFileError as error:
-            if not self._unkept:
-                self._run.failed(str(error))
-            self._unkept = True
+            self._failed(self.advice, str(error))
 
     def save_advice(self, advice: Advice) -> None:
         """Write the advice; where that fails, say what it is."""

@@ -196,11 +196,11 @@ class _Playing:
                     progress.update(task, completed=len(self.bouts))
                     if not alive and not self._quiet and len(self.bouts) * LINES // total > before * LINES // total:
                         self._console.print(f"{len(self.bouts)}/{total} bouts")
+            self._save()
         except BaseException:
             self._save()  # an interrupt may have come between bouts and their checkpoint
             self._files.tell_where(f"The {len(self.bouts)} bouts that were played are", ["hil", "tournament"])
             raise
-        self._save()
 
     def _save(self) -> None:
         self._files.save_checkpoint(TournamentCheckpoint(self._tournament, tuple(self.bouts)).to_bytes())
