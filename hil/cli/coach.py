@@ -16,6 +16,7 @@ from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
+from hil.cli.coach_from import FromOption, beside, given_advice
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
 from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
@@ -130,6 +131,7 @@ def coach(
     resume_from: Annotated[
         Path | None, typer.Option("--resume-from", metavar="RUN|FILE", help="Go on with this run, or from this checkpoint.")
     ] = None,
+    begin_from: FromOption = None,
     checkpoint: Annotated[
         Path | None, typer.Option("--checkpoint", metavar="FILE", help="Instead of checkpoint.json in the run's folder.")
     ] = None,
@@ -188,6 +190,7 @@ def coach(
     if team_begun is not None or team > 1:
         return coach_team(
             _together(asked, link, opponent, team=team, held_out=held_out, seed=seed) if team_begun is None else team_begun.job,
+            begin_from=begin_from,
             workers=workers,
             require=require,
             advice_out=advice_out,
@@ -206,6 +209,7 @@ def coach(
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
+    given = given_advice(begin_from, settings, resumes=begun.wanted, reset=reset)
     url = common.url_of(link, opponent, seed)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
@@ -238,10 +242,12 @@ def coach(
             pauses=page is not None and not links.emulated_here(url) and reset is None,
             reset=reset,
             judged=judge,
+            given=given,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
                 save=files.save_advice,
+                learnt=files.save_learnt,
                 keep=files.keep_advice,
                 cut=lambda coaching: files.tell_how_to_resume(
                     coaching, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
@@ -269,6 +275,7 @@ def coach(
                 **coached.facts(),
                 "run": run.folder,
                 "advice": None if files.unsaved else str(files.advice),
+                "learnt": str(files.learnt) if files.learnt.is_file() else None,
                 "checkpoint": None if coaching.unsaved else str(files.checkpoint),
                 "log": run.log_file,
                 "report": None,
@@ -494,12 +501,14 @@ class _CoachingFiles(RunFiles):
 
     Attributes:
         advice: Advice file.
+        learnt: Beside it, what was learnt where the advice that was begun from stays.
         unsaved: No file holds the advice.
     """
 
     def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, console: Console, *, report: bool) -> None:
         super().__init__(run, checkpoint, console, report=report)
         self.advice = run.place(advice, runs.ADVICE)
+        self.learnt = beside(self.advice)
         self.unsaved = False
         self._kept = False
 
@@ -520,6 +529,13 @@ class _CoachingFiles(RunFiles):
             common.complain("what was learnt, for no file to hold:")
             common.complain(advice_text(advice), program=False)
             self.unsaved = True
+
+    def save_learnt(self, advice: Advice) -> None:
+        """Write what was learnt beside the advice that stays."""
+        try:
+            save_advice(advice, self.learnt, overwrite=self._run.overwrite)
+        except AdviceFileError as error:
+            self._run.failed(str(error))
 
     def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
         """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""

@@ -15,14 +15,17 @@ from firmware_protocol.errors import HilError
 from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
+from hil.cli.coach_from import beside, given_advice
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.cli.workers import PartStage
 from hil.doors import Door
 from hil.files.outputs import replace_file
 from hil.jobs.coach import CoachJob, Outputs
+from hil.jobs.session import GIVEN
 from hil.jobs.team import RunOrder, TeamJob, TeamOutputs
 from hil.mcaplog.making.slimming import slim
+from hil.sumo.advice_file import DOOR as ADVICE
 from hil.sumo.advice_file import save_advice
 from hil.sumo.coaching import DOOR as CHECKPOINT
 from hil.sumo.coaching import CheckpointError
@@ -143,7 +146,8 @@ def _begun(path: Path) -> BegunTeam:
     document = DOOR.document(path, json=True)
     try:
         fields = Fields(document.data)
-        job = TeamJob.of_log(fields, {})
+        given = path.with_name(GIVEN)
+        job = TeamJob.of_log(fields, {GIVEN: ADVICE.read(given)} if given.is_file() else {})
         fields.done()
     except FieldError as error:
         raise document.wrong("", f"this list of runs is damaged: {error}") from error
@@ -239,6 +243,7 @@ def coach_run(task: RunTask) -> CoachedRun:
 def coach_team(
     job: TeamJob,
     *,
+    begin_from: Path | None,
     workers: int | None,
     require: float | None,
     advice_out: Path | None,
@@ -253,6 +258,7 @@ def coach_team(
 
     Args:
         job: What is asked for.
+        begin_from: The advice that it begins from, or its run; None: none that was not begun from already.
         workers: Processes; None: as many as there are cores, and no more than runs.
         require: Share of the held-out bouts to be won.
         advice_out: Advice file, instead of the one in the run's folder.
@@ -267,6 +273,7 @@ def coach_team(
         Exit status.
     """
     clock = MonotonicClock()
+    given = given_advice(begin_from, job.settings, resumes=begun is not None)
     hands = workers or min(cores(), len(job.urls))
     with running(
         "coach",
@@ -285,6 +292,7 @@ def coach_team(
         folder = None if run.run is None else run.run.folder
         job = replace(
             job,
+            given=given or job.given,
             outputs=TeamOutputs(
                 coach=coach_run,
                 task_of=lambda order: RunTask(
@@ -292,10 +300,13 @@ def coach_team(
                 ),
                 cut=lambda: _tell_how_to_go_on(console, folder),
                 save=lambda learnt: save_advice(learnt, advice, overwrite=places.overwrite),
+                learnt=lambda learnt: save_advice(learnt, beside(advice), overwrite=places.overwrite),
             ),
         )
         if folder is not None:
             replace_file(folder / TEAM, json.dumps(job.options(), sort_keys=True).encode())
+            for name, data in job.files().items():
+                replace_file(folder / name, data)
         if begun is not None:
             run.describe(resumed_from=str(begun.source))
             console.print(f"Going on from {begun.source.parent}.", markup=False)
@@ -307,6 +318,7 @@ def coach_team(
             **team.facts(),
             "run": run.folder,
             "advice": str(advice),
+            "learnt": str(beside(advice)) if beside(advice).is_file() else None,
             "log": run.log_file,
             "logs": []
             if folder is None or places.no_log
@@ -324,6 +336,7 @@ def coach_team(
                 robot_seconds=team.robot_seconds,
                 files=document,
                 wall_seconds=clock.now(),
+                challenge=team.challenge,
             ):
                 console.print(line, markup=False)
         _draw(run, team, document, console, wanted=report and not places.no_log, announce=not as_json)

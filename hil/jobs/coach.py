@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from firmware_protocol.errors import HilError
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, GIVEN, LEARNT, Session, open_session
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
-from hil.sumo.advice_file import advice_text
+from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.attended import FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing
 from hil.sumo.bouts import Tally, play
+from hil.sumo.challenging import ChallengeStanding, beginning_in_words, facts, fitting, hold, pair_in_words
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
-from hil.sumo.ring import Ring, open_ring
+from hil.sumo.ring import Ring, RingError, open_ring
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
@@ -32,9 +33,10 @@ if TYPE_CHECKING:
     from typing import Self
 
     from hil.jobs.stage import Stage
+    from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Checkpoint
     from pal_advisor.fields import Fields
-    from pal_advisor.maneuvers import Advice
+    from pal_advisor.maneuvers import Advice, ChallengeVerdict
 
 HELD_OUT_LOCKSTEP: Final = 50
 HELD_OUT_REAL_TIME: Final = 5
@@ -74,6 +76,7 @@ class Outputs:
     Attributes:
         checkpoint: The file of its checkpoint; None writes none.
         save: Writes the advice; says False where it can't.
+        learnt: Writes what was learnt beside it, where the advice that was given stays.
         keep: Writes the best advice so far, whenever a checkpoint was due in real time.
         cut: Is told of a run that is cut short.
         unsaved: Is told, in words, that a checkpoint can't be written.
@@ -82,6 +85,7 @@ class Outputs:
 
     checkpoint: Path | None = None
     save: Callable[[Advice], object] = nothing
+    learnt: Callable[[Advice], object] = nothing
     keep: Callable[[Advice], object] = nothing
     cut: Callable[[Coaching], None] = nothing
     unsaved: Callable[[str], None] = nothing
@@ -108,7 +112,7 @@ class Coached:
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
-        pal, advice = self.coaching.pal, self.coaching.advice()
+        pal, advice, standing = self.coaching.pal, self.coaching.best(), self.coaching.standing
         return {
             "opponent": self.opponent,
             "seed": self.seed,
@@ -117,6 +121,7 @@ class Coached:
             "bouts": self.coaching.progress.bouts,
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
+            **({} if standing is None else {"challenge": facts(standing.challenge)}),
             "held_out": self.tally.to_dict() if self.tally else None,
         }
 
@@ -137,6 +142,8 @@ class CoachJob:
         pauses: A person who looks on may have the run pause.
         reset: How the ring is set up between bouts; None: by its referee, or not at all.
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
+        given: The advice that it begins from, which stays unless what was learnt wins a challenge; None: there is none. A run
+            that is gone on with has its own.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -154,6 +161,7 @@ class CoachJob:
     pauses: bool = False
     reset: Reset | None = None
     judged: bool = False
+    given: Advice | None = None
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -173,8 +181,9 @@ class CoachJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """The checkpoint, as far as it is known before the robot is."""
-        return {} if self.saved is None else {CHECKPOINT: self.saved}
+        """The checkpoint, as far as it is known before the robot is, and the advice that it begins from."""
+        given = {} if self.given is None else {GIVEN: advice_text(self.given).encode()}
+        return given if self.saved is None else {**given, CHECKPOINT: self.saved}
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -191,6 +200,7 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
+            given=advice_of(files[GIVEN]) if GIVEN in files else None,
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -221,15 +231,19 @@ class _CoachingRun:
     def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage) -> None:
         self._job = job
         self._session = session
+        self._stage = stage
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
         self.ring = self._ring(stage)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
+            standing = None if job.given is None else ChallengeStanding(job.given)
         else:
-            pal, progress = saved.pal, saved.progress
+            pal, progress, standing = saved.pal, saved.progress, saved.standing
             job.outputs.resumed(saved)
         check_objective(pal.settings.objective, self.ring)
+        if standing is not None:
+            self._check(standing.given, pal.settings)
         self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, seconds=pal.seconds, quiet=stage.quiet)
         self._display.headline(session.robot, self.ring.opponent, pal)
         self.coaching = Coaching(
@@ -242,6 +256,7 @@ class _CoachingRun:
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,
+            standing=standing,
         )
         stage.describe(opponent=self.ring.opponent)
 
@@ -276,6 +291,20 @@ class _CoachingRun:
         ring = PoweredRing(bare, junior, questions, low, self._save) if low else bare
         return PausedRing(ring, junior, questions) if lonely else ring
 
+    def _check(self, given: Advice, settings: PalSettings) -> None:
+        """See that an advice can be begun from here.
+
+        Raises:
+            RingError: It can't; the text says why.
+        """
+        if not self.ring.refereed:
+            raise RingError(
+                "whether what is learnt is better than the given advice is decided by bouts that somebody sees won, and nobody "
+                "does here: have a person say it (--reset ask, --judge), or leave --from out"
+            )
+        if unlike := fitting(given, settings):
+            raise RingError(f"the given advice does not fit: {unlike}")
+
     def _save(self) -> None:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
@@ -293,10 +322,22 @@ class _CoachingRun:
         self._session.series("coaching")
         with self._display:
             self.coaching.run()
-        advice = self.coaching.advice()
+        if self.coaching.standing is not None:
+            self._challenge(self.coaching.standing)
+        advice = self.coaching.best()
         self._session.advice(advice)
         self._session.attach(ADVICE, advice_text(advice).encode())
         self._job.outputs.save(advice)
+
+    def _challenge(self, standing: ChallengeStanding) -> None:
+        """Have what was learnt challenge the given advice, and keep it where that stays."""
+        learnt, tell = self.coaching.advice(), self._stage.tell or nothing
+        if learnt.entries:
+            tell(beginning_in_words(standing.challenge))
+            hold(self.ring, standing, learnt, self.seed, _ChallengeNotes(self._session, self.coaching, tell))
+        if not standing.beaten:
+            self._session.attach(LEARNT, advice_text(learnt).encode())
+            self._job.outputs.learnt(learnt)
 
     def held_out(self) -> tuple[Tally | None, Tally | None]:
         """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
@@ -305,7 +346,7 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally = self._tally(AdviceController(self.coaching.advice()), trials)
+        tally = self._tally(AdviceController(self.coaching.best()), trials)
         if not self._session.lockstep:
             return tally, None
         player = RandomController(generator(self.seed, Branch.CONTROLLER))
@@ -325,3 +366,36 @@ class _CoachingRun:
             bouts.append(bout)
             self._session.bout(bout)
         return Tally.of(self.ring.opponent, bouts)
+
+
+class _ChallengeNotes:
+    """Who is told of a challenge: the log, the checkpoint and, in real time, whoever waits.
+
+    Args:
+        session: The robot and the log.
+        coaching: The run, whose checkpoint holds what was played.
+        tell: Says something to whoever waits.
+    """
+
+    def __init__(self, session: Session[Junior], coaching: Coaching, tell: Callable[[str], object]) -> None:
+        self._session = session
+        self._coaching = coaching
+        self._tell = nothing if session.lockstep else tell
+
+    def series(self, title: str) -> None:
+        """A bout begins that belongs to these."""
+        self._session.series(title)
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        self._session.bout(bout)
+
+    def verdict(self, verdict: ChallengeVerdict) -> None:
+        """A pair is complete."""
+        if self._session.recorder is not None:
+            self._session.recorder.challenge_verdict(verdict)
+        self._tell(pair_in_words(verdict))
+
+    def save(self) -> None:
+        """Write the checkpoint."""
+        self._coaching.save()

@@ -5,22 +5,25 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
-from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short
+from hil.jobs.session import ADVICE, GIVEN, LEARNT, attach, begin_log, note_cut_short
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
 from hil.seeds import Branch, run_seed
-from hil.sumo.advice_file import advice_text
+from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Tally
+from hil.sumo.challenging import ChallengeStanding, beginning_in_words, facts
 from hil.sumo.summary import per_stimulus
 from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, bouts_of, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
-from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
+from pal_advisor.maneuvers import Advice, AdviceError, Challenge, PalSettings, TeamExam
+from pal_advisor.maneuvers.challenge import MOST_PAIRS
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
@@ -36,7 +39,7 @@ R = TypeVar("R")
 
 MOST_RUNS: Final = 100
 VERB: Final = "coach --runs"
-EXAM, HELD_OUT, RANDOM = "team exam", "held out", "random maneuvers"
+EXAM, CHALLENGE, HELD_OUT, RANDOM = "team exam", "challenge", "held out", "random maneuvers"
 
 
 @dataclass(frozen=True)
@@ -66,12 +69,14 @@ class TeamOutputs:
         coach: Does a coaching, in a worker; of a module.
         task_of: Makes of an order what `coach` takes.
         save: Writes the advice.
+        learnt: Writes what was learnt beside it, where the advice that was given stays.
         cut: Is told that it is cut short.
     """
 
     coach: Callable[[Any], CoachedRun] | None = None
     task_of: Callable[[RunOrder], object] = nothing
     save: Callable[[Advice], object] = nothing
+    learnt: Callable[[Advice], object] = nothing
     cut: Callable[[], object] = nothing
 
 
@@ -80,13 +85,14 @@ class Team:
     """What came of it.
 
     Attributes:
-        advice: What was put together.
+        advice: What was put together, or the advice that was given, where that stays.
         runs: What came of each run.
         verdicts: What the team exam found out.
         seed: Seed of it all.
         opponent: Name of the opponent.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        challenge: Whether what was put together has taken the place of the advice that was given; None where there was none.
     """
 
     advice: Advice
@@ -96,6 +102,7 @@ class Team:
     opponent: str
     tally: Tally | None
     random: Tally | None
+    challenge: Challenge | None = None
 
     @property
     def best_run(self) -> int:
@@ -125,6 +132,7 @@ class Team:
                 if verdict.category is not None and verdict.kept
             ],
             "per_stimulus": per_stimulus(self.advice),
+            **({} if self.challenge is None else {"challenge": facts(self.challenge)}),
             "held_out": self.tally.to_dict() if self.tally else None,
         }
 
@@ -141,6 +149,7 @@ class TeamJob:
         urls: Address of the emulated robot of each run; the first is that of the exam too.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
+        given: The advice that it begins from, which stays unless what was put together wins a challenge; None: there is none.
         outputs: Where it leaves what.
     """
 
@@ -151,6 +160,7 @@ class TeamJob:
     urls: tuple[str, ...]
     held_out: int | None
     seed: int
+    given: Advice | None = None
     outputs: TeamOutputs = field(default=TeamOutputs(), compare=False)
 
     @property
@@ -169,11 +179,11 @@ class TeamJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """There is none."""
-        return {}
+        """The advice that it begins from."""
+        return {} if self.given is None else {GIVEN: advice_text(self.given).encode()}
 
     @classmethod
-    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:  # noqa: ARG003 - as every job has it
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
         """As a log has it; see `Job.of_log`."""
         settings = settings_of(options)
         urls = options.texts("urls")
@@ -185,6 +195,7 @@ class TeamJob:
             urls=urls,
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
+            given=advice_of(files[GIVEN]) if GIVEN in files else None,
         )
 
     def perform(self, stage: Stage) -> Team:
@@ -257,14 +268,16 @@ class _TeamWork:
         exam = TeamExam([Advice.from_dict(json.loads(run.json)) for run in self._runs])
         while len(self._runs) > 1 and not exam.finished:
             self._examine(exam)
-        advice = exam.best
+        challenge = None if job.given is None else self._challenge(job.given, exam.best)
+        advice = exam.best if challenge is None or challenge.beaten else challenge.given
         if self._recorder is not None:
             self._recorder.advice(advice.to_dict())
             attach(self._recorder, ADVICE, advice_text(advice).encode())
         job.outputs.save(advice)
         tally = self._tally(advice, HELD_OUT_LOCKSTEP if job.held_out is None else job.held_out)
         random = None if tally is None else self._tally(None, min(tally.trials, RANDOM_BOUTS))
-        team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random)
+        decided = None if challenge is None else challenge.challenge
+        team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random, decided)
         if self._recorder is not None:
             self._recorder.note("result", "done", **team.facts())
         return team
@@ -290,6 +303,27 @@ class _TeamWork:
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
             self._say(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+
+    def _challenge(self, given: Advice, learnt: Advice) -> ChallengeStanding:
+        """Have what was put together challenge the given advice, and keep it where that stays.
+
+        All bouts that there may be are played, since workers play many at a time; those after the decision do not count.
+        """
+        standing = ChallengeStanding(given)
+        if learnt.entries:
+            self._say(beginning_in_words(standing.challenge))
+            played = self._play(CHALLENGE, (learnt, given), Branch.CHALLENGE, MOST_PAIRS)
+            bouts = [bouts_of(each, self._job.seed, Branch.CHALLENGE) for each in played]
+            for bout in chain.from_iterable(zip(*bouts, strict=True)):
+                if standing.challenge.finished:
+                    break
+                verdict = standing.take(bout)
+                if verdict is not None and self._recorder is not None:
+                    self._recorder.challenge_verdict(verdict)
+        if not standing.beaten:
+            attach(self._recorder, LEARNT, advice_text(learnt).encode())
+            self._job.outputs.learnt(learnt)
+        return standing
 
     def _tally(self, advice: Advice | None, trials: int) -> Tally | None:
         """Bouts from poses that nothing was learnt from or chosen by."""
