@@ -4,6 +4,7 @@
         run.json         what was run, with which versions, of what robot; "running", and then how it ended
         log.mcap         everything that happened; of bouts played side by side, bouts-01-10.mcap and so on instead
         advice.toml      what was learnt; where the advice stays that it began from, that, and beside it learnt-advice.toml
+        given.toml       the advice that several coachings, put together, began from
         tables.toml      what a swarm has learnt; of several seeds tables-1.toml and so on instead
         checkpoint.json  what a run that was cut goes on from
         report/          pages and pictures
@@ -49,6 +50,8 @@ SEED_TABLES: Final = "tables-*.toml"
 ADVICE: Final = "advice.toml"
 LEARNT: Final = "learnt-advice.toml"
 """What was learnt where the advice stays that a coaching began from."""
+GIVEN: Final = "given.toml"
+"""The advice that coachings of several robots began from; one coaching's is in its checkpoint."""
 TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
 REPORT: Final = "report"
@@ -197,7 +200,7 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, LEARNT, TABLES, CHECKPOINT, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
+        for name in (LOG, ADVICE, LEARNT, GIVEN, TABLES, CHECKPOINT, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
             (self.folder / name).unlink(missing_ok=True)
         for pattern in (PART_LOGS, UPSET_LOGS, SEED_TABLES):
             for made in self.folder.glob(pattern):

@@ -539,6 +539,8 @@ class _CoachingFiles(RunFiles):
 
     def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
         """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
+        if coaching.standing is not None and not self._kept:
+            self.keep_advice(coaching.best())
         if not self.checkpoint.is_file() or coaching.unsaved:
             if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")

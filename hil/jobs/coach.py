@@ -335,6 +335,8 @@ class _CoachingRun:
         if learnt.entries:
             tell(beginning_in_words(standing.challenge))
             hold(self.ring, standing, learnt, self.seed, _ChallengeNotes(self._session, self.coaching, tell))
+        if self._session.recorder is not None:
+            self._session.recorder.challenge(standing.challenge)
         if not standing.beaten:
             self._session.attach(LEARNT, advice_text(learnt).encode())
             self._job.outputs.learnt(learnt)

@@ -320,6 +320,8 @@ class _TeamWork:
                 verdict = standing.take(bout)
                 if verdict is not None and self._recorder is not None:
                     self._recorder.challenge_verdict(verdict)
+        if self._recorder is not None:
+            self._recorder.challenge(standing.challenge)
         if not standing.beaten:
             attach(self._recorder, LEARNT, advice_text(learnt).encode())
             self._job.outputs.learnt(learnt)

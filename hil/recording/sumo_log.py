@@ -20,6 +20,7 @@ from hil.mcaplog.records import (
     TeamVerdictRecord,
     TrialRecord,
 )
+from hil.sumo.challenging import challenge_in_words, facts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from hil.sumo.bouts import Bout
     from hil.sumo.ring import Encounter
     from hil.sumo.team import CoachedRun, PlayedBouts
-    from pal_advisor.maneuvers import ChallengeVerdict, Credit, GenerationRecord, Performance, TeamVerdict, Trial
+    from pal_advisor.maneuvers import Challenge, ChallengeVerdict, Credit, GenerationRecord, Performance, TeamVerdict, Trial
 
 
 class SumoLog(ABC):
@@ -149,6 +150,14 @@ class SumoLog(ABC):
             f"challenge, pair {verdict.pair}: {verdict.ahead} ahead, {verdict.behind} behind; {left}",
             **asdict(verdict),
         )
+
+    def challenge(self, challenge: Challenge) -> None:
+        """A challenge is over.
+
+        Args:
+            challenge: It.
+        """
+        self.note("challenge", challenge_in_words(challenge), **facts(challenge))
 
     def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed for the learner.
