@@ -33,6 +33,7 @@ from hil.report.words import (
     effort_table,
     learnt_table,
     link_table,
+    main_series,
     metadata_tables,
     oddity_table,
     played_bouts,
@@ -259,7 +260,7 @@ def _bouts(data: RunData, pictures: Pictures) -> Section:
             pictures,
         )
     played = played_bouts(data)
-    first = [bout for bout in played if bout.series == played[0].series]
+    first = [bout for bout in played if bout.series == main_series(played)]
     shown = choose(first, learnt=False)
     name = shortened(first[0].series, 100) if first and first[0].series else "bouts"
     add_picture(
@@ -323,7 +324,7 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
         found.append((f"{len(over):,}", "bouts"))
     scored = played_bouts(data) or over
     if scored:
-        series = scored[0].series if data.learnt else ""
+        series = main_series(scored) if data.learnt else ""
         counted = [bout for bout in scored if bout.series == series or not data.learnt]
         decided = [bout for bout in counted if bout.outcome is not BoutOutcome.UNDECIDED]
         if decided:
