@@ -284,13 +284,17 @@ def _history_of(path: Path) -> tuple[LearningHistory, Mapping[str, LogAttachment
 
 
 def pal_of(attachments: Mapping[str, LogAttachment]) -> Pal | None:
-    """The learner as a log's attachments have it at the end of the run; None where they do not, or it can't be read.
+    """The learner that has made the advice of a log, as the log's attachments have it at the end of the run.
+
+    None where they have none, where it can't be read, and where the advice stays that the run began from.
 
     Args:
         attachments: Of the log, by name.
     """
     saved = _saved_of(attachments)
-    return None if saved is None else saved.pal
+    if saved is None or (saved.standing is not None and not saved.standing.beaten):
+        return None
+    return saved.pal
 
 
 def _saved_of(attachments: Mapping[str, LogAttachment]) -> Checkpoint | None:
