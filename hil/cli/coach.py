@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import cycle, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -22,7 +23,7 @@ from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
 from hil.going_on import saved_by, successor
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
-from hil.jobs.team import MOST_RUNS, TeamJob
+from hil.jobs.team import MOST_RUNS, PACES, TeamJob
 from hil.seeds import run_seed
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
@@ -30,6 +31,7 @@ from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary, shortfall
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice
 
 DEFAULTS = PalSettings()
+PACES_IN_TURN: Final = ", ".join(f"{pace:g}" for pace in PACES) + " in turn"
 BATTERY_RECONNECT: Final = 600.0
 """How long a robot is waited for that a person stands beside, in s: time to charge or change a battery, and to put it back."""
 
@@ -109,7 +112,15 @@ def coach(
             help="A maneuver ends when what the eyes see changes [default: so with --runs]",
         ),
     ] = None,
-    period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            "--period",
+            min=LEAST_PERIOD,
+            max=MOST_PERIOD,
+            help=f"Time an action lasts, in s [default: {DEFAULTS.period:g}; with --runs, {PACES_IN_TURN}]",
+        ),
+    ] = None,
     held_out: Annotated[
         int | None,
         typer.Option(
@@ -297,7 +308,7 @@ class _Asked:
     objective: Objective | None
     budget: str | None
     phases: PhasesName
-    period: float
+    period: float | None
     pairs: bool
     mirror: bool | None
     end_on_change: bool | None
@@ -321,7 +332,7 @@ class _Asked:
                 pairs=self.pairs,
                 mirror=self.mirror is not False,
                 end_on_change=together if self.end_on_change is None else self.end_on_change,
-                period=self.period,
+                period=DEFAULTS.period if self.period is None else self.period,
             )
         except SettingsError as error:
             raise common.UsageError(str(error)) from error
@@ -331,7 +342,8 @@ def _together(asked: _Asked, link: str | None, opponent: str | None, *, team: in
     """Several runs, as they were asked for."""
     opponent = opponent or "flat-light"
     urls = [common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)]
-    return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed)
+    periods = tuple(islice(cycle(PACES), team)) if asked.period is None else ()
+    return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed, periods)
 
 
 def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) -> Reset | None:
