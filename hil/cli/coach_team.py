@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.address import parse_address
 from firmware_protocol.errors import HilError
 from hil import runs
 from hil.bridge.clock import MonotonicClock
@@ -45,11 +44,8 @@ BUDGET: Final = re.compile(r"(\d+)(min|s)?", re.ASCII)
 TEAM: Final = "team.json"
 """Name of the file that says which runs belong together; each has a checkpoint beside it, as `run-2.json`."""
 DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
-BEGUN_WITH: Final = ("team", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
-OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in BEGUN_WITH} | {"team": "--runs"}
-"""Options that runs are begun with, and what they are called."""
-ONE_ROBOT: Final = ("checkpoint", "live", "share", "signing_key")
-"""Options of a run that has one robot."""
+BEGUN_WITH: Final = ("runs", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
+"""Options that runs are begun with."""
 
 
 def budget_of(text: str) -> tuple[int, float]:
@@ -71,26 +67,20 @@ def budget_of(text: str) -> tuple[int, float]:
     return (number, 0.0) if not unit else (MOST_BUDGET, unit * number)
 
 
-def check_team(context: typer.Context, link: str | None, begun: BegunTeam | None) -> None:
-    """See that there can be several runs.
+def check_begun(context: typer.Context, begun: BegunTeam) -> None:
+    """See that nothing is asked of runs that are gone on with that they were not begun with.
 
     Args:
         context: The command line.
-        link: Address of the robot as given; None is an emulated robot in this process.
-        begun: Runs that are gone on with; None begins anew.
+        begun: The runs.
 
     Raises:
-        UsageError: There is but one of that robot, or something is asked for that several do not have.
+        UsageError: Something is.
     """
-    if link is not None and parse_address(link).scheme != "sim":
-        raise common.UsageError(f"--runs coaches several robots at once, and there is one at {link}: leave one of the two out")
-    for name in ONE_ROBOT:
-        if context.params[name]:
-            option = name.replace("_", "-")
-            raise common.UsageError(f"--{option} is for one run, and --runs makes several: leave one of the two out")
     for name in BEGUN_WITH:
-        if begun is not None and common.was_given(context, name):
-            raise common.UsageError(f"the runs in {begun.source.parent} go on as they were begun: leave out {OPTIONS[name]}")
+        if common.was_given(context, name):
+            option = f"--{name.replace('_', '-')}"
+            raise common.UsageError(f"the runs in {begun.source.parent} go on as they were begun: leave out {option}")
 
 
 @dataclass(frozen=True)
