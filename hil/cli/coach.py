@@ -15,10 +15,11 @@ from hil.cli import common, links
 from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
+from hil.cli.coach_begun import begun_team
 from hil.cli.coach_files import CoachingFiles
 from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
-from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, coach_team
+from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset

@@ -8,14 +8,14 @@ from urllib.parse import urlencode
 
 from firmware_protocol.address import parse_address
 from hil.cli import common
-from hil.cli.coach_team import check_begun
+from hil.cli.coach_begun import check_begun
 from hil.seeds import run_seed
 
 if TYPE_CHECKING:
     import typer
     from rich.console import Console
 
-    from hil.cli.coach_team import BegunTeam
+    from hil.cli.coach_begun import BegunTeam
 
 USUAL_RUNS: Final = 4
 """Runs on emulated robots that one advice is made of."""
