@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 from hil import runs
 from hil.cli import common
 from hil.doors import Door
+from hil.going_on import can_go_on, successor
 from hil.jobs.team import TeamJob
 from hil.sumo.coaching import DOOR as CHECKPOINT
 from hil.sumo.coaching import CheckpointError
@@ -17,8 +18,6 @@ from pal_advisor.fields import FieldError, Fields
 if TYPE_CHECKING:
     import typer
 
-TEAM: Final = "team.json"
-"""Name of the file that says which runs belong together; each has a checkpoint beside it, as `run-2.json`."""
 DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
 BEGUN_WITH: Final = ("runs", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
 """Options that runs are begun with."""
@@ -74,15 +73,14 @@ def begun_team(*, resume: bool, resume_from: Path | None, opponent: str | None) 
         CheckpointError: What was begun can't be read.
     """
     if resume_from is not None:
-        return _begun(resume_from / TEAM) if (resume_from / TEAM).is_file() else None
+        return _begun(resume_from / runs.TEAM) if (resume_from / runs.TEAM).is_file() else None
     if not resume:
         return None
     found = [run for run in runs.all_runs() if run.record.verb == "coach" and not run.record.link]
-    continued = {Path(run.record.resumed_from).resolve() for run in found if run.record.resumed_from}
     for run in found:
-        unfinished = run.state not in {runs.DONE, runs.RUNNING, runs.FELL_SHORT} and opponent in {None, run.record.opponent}
-        if unfinished and not {(run.folder / TEAM).resolve(), run.saved_to.resolve()} & continued:
-            return _begun(run.folder / TEAM) if (run.folder / TEAM).is_file() else None
+        fits = run.state != runs.RUNNING and opponent in {None, run.record.opponent}
+        if fits and can_go_on(run) and successor(run, found) is None:
+            return None if run.team is None else _begun(run.team)
     return None
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from hil import runs
 from hil.cli import common
-from hil.cli.coach_begun import TEAM
 from hil.cli.run_files import RunFiles
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 
@@ -80,7 +79,7 @@ class TeamFiles(RunFiles):
     """
 
     def __init__(self, run: ActiveRun, advice: Path | None, console: Console, *, report: bool) -> None:
-        super().__init__(run, None if run.run is not None else Path(TEAM), console, report=report)
+        super().__init__(run, None if run.run is not None else Path(runs.TEAM), console, report=report)
         self.advice = run.place(advice, runs.ADVICE)
         self.unsaved = False
 

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final
 from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
-from hil.cli.coach_begun import TEAM
 from hil.cli.coach_files import TeamFiles
 from hil.cli.coach_worker import RunTask, coach_run
 from hil.cli.running import running
@@ -131,7 +130,7 @@ def coach_team(
             ),
         )
         if folder is not None:
-            replace_file(folder / TEAM, json.dumps(job.options(), sort_keys=True).encode())
+            replace_file(folder / runs.TEAM, json.dumps(job.options(), sort_keys=True).encode())
         if begun is not None:
             run.describe(resumed_from=str(begun.source))
             console.print(f"Going on from {begun.source.parent}.", markup=False)
