@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from typing import Self
 
     from hil.jobs.stage import Stage
-    from hil.sumo.coaching import Checkpoint
+    from hil.sumo.bouts import Bout
+    from hil.sumo.coaching import Checkpoint, Observer
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -78,6 +79,7 @@ class Outputs:
         cut: Is told of a run that is cut short.
         unsaved: Is told, in words, that a checkpoint can't be written.
         resumed: Is told what is gone on from.
+        observers: Are told of the coaching, besides log and display.
     """
 
     checkpoint: Path | None = None
@@ -86,6 +88,7 @@ class Outputs:
     cut: Callable[[Coaching], None] = nothing
     unsaved: Callable[[str], None] = nothing
     resumed: Callable[[Checkpoint], None] = nothing
+    observers: tuple[Observer, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -237,7 +240,7 @@ class _CoachingRun:
             pal,
             seed=self.seed,
             checkpoint=job.outputs.checkpoint,
-            observers=(*session.observers(), self._display),
+            observers=(*session.observers(), self._display, *job.outputs.observers),
             progress=progress,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
@@ -305,23 +308,44 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally = self._tally(AdviceController(self.coaching.advice()), trials)
+        tally = self._played(AdviceController(self.coaching.advice()), trials)
         if not self._session.lockstep:
             return tally, None
         player = RandomController(generator(self.seed, Branch.CONTROLLER))
-        return tally, self._tally(player, min(trials, RANDOM_BOUTS))
+        return tally, self._played(player, min(trials, RANDOM_BOUTS))
+
+    def _played(self, controller: Controller, trials: int) -> Tally:
+        return play_held_out(self._session, self.ring, controller, seed=self.seed, trials=trials)
 
     def end(self) -> None:
         """Put into the log how far it has come: whoever has the log can go on from there."""
         self._session.attach(CHECKPOINT, self.coaching.checkpoint())
 
-    def _tally(self, controller: Controller, trials: int) -> Tally:
-        seeds = [bout_seed(self.seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
-        bouts = []
-        self._session.series(
-            f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}"
-        )
-        for bout in play(self.ring, controller, seeds):
-            bouts.append(bout)
-            self._session.bout(bout)
-        return Tally.of(self.ring.opponent, bouts)
+
+def play_held_out(
+    session: Session[Junior],
+    ring: Ring,
+    controller: Controller,
+    *,
+    seed: int,
+    trials: int,
+    each: Callable[[Bout], object] = nothing,
+) -> Tally:
+    """Play bouts from poses that nothing was learnt from, and put them into the log.
+
+    Args:
+        session: The robot, and its log.
+        ring: Where.
+        controller: Chooses the maneuvers.
+        seed: Seed of the run that they belong to.
+        trials: How many.
+        each: Is told of each.
+    """
+    seeds = [bout_seed(seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
+    session.series(f"bouts played by {'the advice' if isinstance(controller, AdviceController) else 'random maneuvers'}")
+    bouts = []
+    for bout in play(ring, controller, seeds):
+        bouts.append(bout)
+        session.bout(bout)
+        each(bout)
+    return Tally.of(ring.opponent, bouts)

@@ -184,22 +184,67 @@ def open_session(
         LogError: The log can't be written.
         KeyboardInterrupt: The operator asked for it.
     """
-    address, url = parse_address(stage.url), stage.url
     with ExitStack() as stack:
         stack.enter_context(stage.interrupts())
         recorder = begin_log(stack, stage)
         with nothing_said(recorder):
-            robot = connect_as(
-                make,
-                url,
-                system=system,
-                taps=[recorder] if recorder else [],
-                reconnect=reconnect,
-                signing_key=stage.key,
-                operator=stage.operator,
-                opener=stage.opener_of(address),
-            )
-            stack.enter_context(robot)
+            robot = _connected(stack, make, stage, recorder, reconnect=reconnect, system=system)
+        with _taken(robot, stage, recorder, arm=arm) as session:
+            yield session
+
+
+@contextmanager
+def open_session_within(make: type[H], stage: Stage, recorder: Recorder | None) -> Iterator[Session[H]]:
+    """As `open_session`, in the midst of a run whose log is begun, and which interrupts end already.
+
+    Args:
+        make: The kind of handle that is wanted.
+        stage: The outside.
+        recorder: Writes the log; None where there is none.
+
+    Yields:
+        The session.
+
+    Raises:
+        LinkError: The link can't be opened.
+        PeerError: No robot answers, or it falls silent.
+        KeyboardInterrupt: The operator asked for it.
+    """
+    with ExitStack() as stack:
+        robot = _connected(stack, make, stage, recorder)
+        with _taken(robot, stage, recorder, arm=True) as session:
+            yield session
+
+
+def _connected(
+    stack: ExitStack,
+    make: type[H],
+    stage: Stage,
+    recorder: Recorder | None,
+    *,
+    reconnect: float = 0.0,
+    system: int | None = None,
+) -> H:
+    """A robot, which is let go with the stack."""
+    robot = connect_as(
+        make,
+        stage.url,
+        system=system,
+        taps=[recorder] if recorder else [],
+        reconnect=reconnect,
+        signing_key=stage.key,
+        operator=stage.operator,
+        opener=stage.opener_of(parse_address(stage.url)),
+    )
+    stack.enter_context(robot)
+    return robot
+
+
+@contextmanager
+def _taken(robot: H, stage: Stage, recorder: Recorder | None, *, arm: bool) -> Iterator[Session[H]]:
+    """Inside, a robot that is connected is seen to."""
+    address, url = parse_address(stage.url), stage.url
+    with ExitStack() as stack:
         stage.connected()
         if robot.uid and address.scheme != "sim":  # one of this process has an id that says nothing
             stage.describe(robot=robot.uid)

@@ -8,16 +8,18 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, settings_of
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
-from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short
+from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short, open_session_within
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
-from hil.seeds import Branch, run_seed
+from hil.seeds import Branch, generator, run_seed
 from hil.sumo.advice_file import advice_text
-from hil.sumo.bouts import Tally
+from hil.sumo.controllers import AdviceController, RandomController
+from hil.sumo.junior import Junior
+from hil.sumo.ring import open_ring
 from hil.sumo.summary import per_stimulus
-from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, bouts_of, parts_of, play_bouts, score_of
+from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
 
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
+    from hil.sumo.bouts import Tally
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import TeamVerdict
 
@@ -39,7 +42,9 @@ MOST_RUNS: Final = 100
 PACES: Final = (0.15, 0.11, 0.08)
 """Time that an action lasts, in s, in one run after the other where none is asked for: opponents differ in what serves best."""
 VERB: Final = "coach --runs"
-EXAM, HELD_OUT, RANDOM = "team exam", "held out", "random maneuvers"
+EXAM: Final = "team exam"
+TEAM: Final = "team"
+"""Kind of the events that tell how runs are put together."""
 
 
 @dataclass(frozen=True)
@@ -136,13 +141,14 @@ class Team:
 class TeamJob:
     """Several coachings by workers, each on an emulated robot of its own, and the team exam of what they have learnt.
 
-    What comes out, log and all, is the same for any number of workers.
+    What comes out, log and all, is the same for any number of workers. The advice is tried by this process, on a robot of its
+    own: the log tells of these bouts all that there is to see, and its time is that robot's.
 
     Attributes:
         settings: How Pal coaches, in each run.
         periods: Time that an action lasts in each run, in s, so that they learn which does best; none: as the settings say.
         opponent: Name of the opponent.
-        urls: Address of the emulated robot of each run; the first is that of the exam too.
+        urls: Address of the emulated robot of each run; robots of the first play the exam and the bouts afterwards, too.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
         outputs: Where it leaves what.
@@ -258,7 +264,6 @@ class _TeamWork:
         self._runs: list[CoachedRun] = []
         self._coached = _FromWorkers(stage, RUNS)
         self._bouts = _FromWorkers(stage, PLAYED)
-        self._seconds = 0.0
 
     def do(self) -> Team:
         job = self._job
@@ -281,8 +286,7 @@ class _TeamWork:
             self._recorder.advice(advice.to_dict())
             attach(self._recorder, ADVICE, advice_text(advice).encode())
         job.outputs.save(advice)
-        tally = self._tally(advice, HELD_OUT_LOCKSTEP if job.held_out is None else job.held_out)
-        random = None if tally is None else self._tally(None, min(tally.trials, RANDOM_BOUTS))
+        tally, random = self._held_out(advice)
         team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random)
         if self._recorder is not None:
             self._recorder.note("result", "done", **team.facts())
@@ -290,16 +294,15 @@ class _TeamWork:
 
     def _take_run(self, place: int, run: CoachedRun) -> None:
         self._runs.append(run)
-        self._pass(run.robot_seconds)
         if self._recorder is not None:
             self._recorder.coached_run(place + 1, run)
         learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
-        self._say(f"Run {place + 1} of {len(self._job.urls)}: {learnt}.")
+        self._tell(f"Run {place + 1} of {len(self._job.urls)}: {learnt}.")
 
     def _examine(self, exam: TeamExam) -> None:
         """One turn of the exam."""
         wanted, before = exam.wanted, len(exam.verdicts)
-        played = self._play(EXAM, wanted, Branch.VALIDATION, BOUTS)
+        played = self._play(wanted)
         exam.tell([score_of(each) for each in played])
         for verdict in exam.verdicts[before:]:
             if self._recorder is not None:
@@ -308,36 +311,42 @@ class _TeamWork:
         score = exam.score
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
-            self._say(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+            self._tell(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
 
-    def _tally(self, advice: Advice | None, trials: int) -> Tally | None:
-        """Bouts from poses that nothing was learnt from or chosen by."""
+    def _held_out(self, advice: Advice) -> tuple[Tally | None, Tally | None]:
+        """Bouts from poses that nothing was learnt from or chosen by: by the advice, and at random for comparison."""
+        trials, seed = self._job.held_out, self._job.seed
+        if trials is None:
+            trials = HELD_OUT_LOCKSTEP
         if not trials:
-            return None
-        (played,) = self._play(RANDOM if advice is None else HELD_OUT, (advice,), Branch.HELD_OUT_BOUTS, trials)
-        return Tally.of(self._job.opponent, bouts_of(played, self._job.seed, Branch.HELD_OUT_BOUTS))
+            return None, None
+        with open_session_within(Junior, self._stage, self._recorder) as session:
+            ring = open_ring(session.robot)
+            tally = play_held_out(session, ring, AdviceController(advice), seed=seed, trials=trials)
+            player = RandomController(generator(seed, Branch.CONTROLLER))
+            return tally, play_held_out(session, ring, player, seed=seed, trials=min(trials, RANDOM_BOUTS))
 
-    def _play(self, what: str, advices: Sequence[Advice | None], branch: Branch, trials: int) -> list[list[PlayedBouts]]:
+    def _play(self, advices: Sequence[Advice]) -> list[list[PlayedBouts]]:
         """Bouts by each of several advices, from the same poses."""
-        parts = parts_of(trials)
+        parts = parts_of(BOUTS)
         url, seed = self._job.urls[0], self._job.seed
-        tasks = [BoutsTask(url, advice, seed, branch, numbers) for advice in advices for numbers in parts]
+        tasks = [BoutsTask(url, advice, seed, Branch.VALIDATION, numbers) for advice in advices for numbers in parts]
         played: list[PlayedBouts] = []
 
         def take(place: int, result: PlayedBouts) -> None:
             played.append(result)
-            self._pass(sum(result.times))
             if self._recorder is not None:
-                self._recorder.team_bouts(what, tasks[place].numbers[0], result)
+                self._recorder.team_bouts(EXAM, tasks[place].numbers[0], result)
 
         self._bouts.of(play_bouts, tasks, take)
         return [played[first : first + len(parts)] for first in range(0, len(played), len(parts))]
 
-    def _pass(self, seconds: float) -> None:
-        """Robots have performed: that is the time of the log."""
-        self._seconds += seconds
+    def _tell(self, text: str) -> None:
+        """Say how it goes, in the log as well; what is in it so far is safe then, since no time of it passes meanwhile."""
+        self._say(text)
         if self._recorder is not None:
-            self._recorder.now = self._seconds
+            self._recorder.note(TEAM, text)
+            self._recorder.flush()
 
     def _say(self, text: str) -> None:
         if not self._stage.quiet:

@@ -14,6 +14,7 @@ from hil.report.report_table import ReportTable, counted, shortened
 from hil.report.swarm.runs import surround_runs
 from hil.report.swarm.search_words import search_said, search_title
 from hil.report.swarm.words import surround_said
+from hil.report.team.words import team_said
 from hil.statistics import Rate, quantile
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def summary(data: RunData) -> list[str]:
     """
     said = stops_said(data) + interruptions_said(data) + results_said(data)
     if data.learnt:
-        said += [_effort(data), _progress(data)]
+        said += [team_said(data)] if data.coached else [_effort(data), _progress(data)]
     series_played = _series(played_bouts(data))
     for (series, opponent), bouts in list(series_played.items())[:MOST_NAMED]:
         said.append(_played(series, opponent, bouts))

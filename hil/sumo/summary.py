@@ -180,6 +180,8 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
     lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
     if files.get("log"):
         lines.append(f"{'Look at it:':12}hil view {files['log']}")
+    if files.get("best_log"):
+        lines.append(f"{'The best run:':12} hil view {files['best_log']}")
     if tally is not None and files.get("advice"):
         lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
     return lines
