@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import cycle, islice
 from pathlib import Path
@@ -24,7 +24,7 @@ from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
-from hil.jobs.team import MOST_RUNS, PACES, TeamJob
+from hil.jobs.team import MOST_RUNS, PACES, TEAM_SETTINGS, TeamJob
 from hil.runs import ADVICE, CHECKPOINT
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary, shortfall
@@ -320,17 +320,19 @@ class _Asked:
         Raises:
             UsageError: A value makes no sense.
         """
-        maneuvers, robot_time = budget_of(self.budget or (TEAM_BUDGET if together else str(DEFAULTS.budget)))
+        usual = TEAM_SETTINGS if together else DEFAULTS
+        maneuvers, robot_time = (usual.budget, usual.robot_time) if self.budget is None else budget_of(self.budget)
         try:
-            return PalSettings(
+            return replace(
+                usual,
                 objective=self.objective or Objective.OUTCOME,
                 budget=maneuvers,
                 robot_time=robot_time,
                 phases=self.phases.value,
                 pairs=self.pairs,
                 mirror=self.mirror is not False,
-                end_on_change=together if self.end_on_change is None else self.end_on_change,
-                period=DEFAULTS.period if self.period is None else self.period,
+                end_on_change=usual.end_on_change if self.end_on_change is None else self.end_on_change,
+                period=usual.period if self.period is None else self.period,
             )
         except SettingsError as error:
             raise common.UsageError(str(error)) from error

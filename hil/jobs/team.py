@@ -23,7 +23,7 @@ from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bou
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
-from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_BUDGET, MOST_PERIOD
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
@@ -41,6 +41,8 @@ R = TypeVar("R")
 MOST_RUNS: Final = 100
 PACES: Final = (0.15, 0.11, 0.08)
 """Time that an action lasts, in s, in one run after the other where none is asked for: opponents differ in what serves best."""
+TEAM_SETTINGS: Final = PalSettings(budget=MOST_BUDGET, robot_time=1440.0, end_on_change=True, progress_weight=200.0)
+"""How Pal coaches several runs where nothing else is asked for."""
 VERB: Final = "coach --runs"
 EXAM: Final = "team exam"
 TEAM: Final = "team"

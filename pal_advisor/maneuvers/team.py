@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 BETTER: Final = 0.005
 """A challenger takes a champion's place when its score is greater by more."""
-TIME_COST: Final = 0.01
+TIME_COST: Final = 0.03
 """What a second of the mean time of a bout costs, in bouts won."""
-BOUTS: Final = 60
+BOUTS: Final = 120
 """Bouts that an advice is tried by, from poses that are the same for all."""
 
 
