@@ -17,6 +17,7 @@ from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
+from hil.cli.coach_vary import VaryOption, varied
 from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -110,6 +111,7 @@ def coach(
         ),
     ] = None,
     period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
+    vary: VaryOption = None,
     held_out: Annotated[
         int | None,
         typer.Option(
@@ -187,7 +189,9 @@ def coach(
     asked = _Asked(objective, budget, phases, period, pairs, mirror, end_on_change)
     if team_begun is not None or team > 1:
         return coach_team(
-            _together(asked, link, opponent, team=team, held_out=held_out, seed=seed) if team_begun is None else team_begun.job,
+            _together(asked, link, opponent, team=team, vary=vary, held_out=held_out, seed=seed)
+            if team_begun is None
+            else team_begun.job,
             workers=workers,
             require=require,
             advice_out=advice_out,
@@ -202,11 +206,11 @@ def coach(
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
         opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
-        seed = saved.seed
+        seed, vary = saved.seed, saved.vary
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
-    url = common.url_of(link, opponent, seed)
+    url = varied(common.url_of(link, opponent, seed), vary)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
         reconnect = BATTERY_RECONNECT
@@ -238,6 +242,7 @@ def coach(
             pauses=page is not None and not links.emulated_here(url) and reset is None,
             reset=reset,
             judged=judge,
+            vary=vary or 0.0,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -327,10 +332,12 @@ class _Asked:
             raise common.UsageError(str(error)) from error
 
 
-def _together(asked: _Asked, link: str | None, opponent: str | None, *, team: int, held_out: int | None, seed: int) -> TeamJob:
+def _together(
+    asked: _Asked, link: str | None, opponent: str | None, *, team: int, vary: float | None, held_out: int | None, seed: int
+) -> TeamJob:
     """Several runs, as they were asked for."""
     opponent = opponent or "flat-light"
-    urls = [common.url_of(link, opponent, run_seed(seed, number)) for number in range(1, team + 1)]
+    urls = [varied(common.url_of(link, opponent, run_seed(seed, number)), vary) for number in range(1, team + 1)]
     return TeamJob(asked.settings(together=True), opponent, tuple(urls), held_out, seed)
 
 
@@ -442,7 +449,9 @@ class _Begun:
         Args:
             uid: Its unique id.
         """
-        self.newest(robot=uid)
+        saved = self.newest(robot=uid)
+        if saved is not None and saved.vary != (self._context.params["vary"] or 0.0):
+            raise common.UsageError(f"the coaching to be gone on with was begun with --vary {saved.vary:g}: say so again")
         assert self.content is not None, "none is wanted, and it was looked for all the same"
         return self.content
 
@@ -471,7 +480,8 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     settings = saved.pal.settings
     budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
-    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
+    begun["vary"] = saved.vary
+    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "vary"):
         wanted = context.params[name]
         if name == "budget" and wanted is not None and budget_of(wanted) == (settings.budget, settings.robot_time):
             continue

@@ -45,7 +45,19 @@ BUDGET: Final = re.compile(r"(\d+)(min|s)?", re.ASCII)
 TEAM: Final = "team.json"
 """Name of the file that says which runs belong together; each has a checkpoint beside it, as `run-2.json`."""
 DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
-BEGUN_WITH: Final = ("team", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
+BEGUN_WITH: Final = (
+    "team",
+    "seed",
+    "budget",
+    "objective",
+    "phases",
+    "pairs",
+    "mirror",
+    "end_on_change",
+    "period",
+    "vary",
+    "held_out",
+)
 OPTIONS: Final = {name: f"--{name.replace('_', '-')}" for name in BEGUN_WITH} | {"team": "--runs"}
 """Options that runs are begun with, and what they are called."""
 ONE_ROBOT: Final = ("checkpoint", "live", "share", "signing_key")
