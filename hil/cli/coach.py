@@ -21,6 +21,7 @@ from hil.cli.coach_files import CoachingFiles
 from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
+from hil.cli.coach_vary import VaryOption, varied
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
@@ -118,6 +119,7 @@ def coach(
             help=f"Time an action lasts, in s [default: {DEFAULTS.period:g}; with --runs, {PACES_IN_TURN}]",
         ),
     ] = None,
+    vary: VaryOption = None,
     held_out: Annotated[
         int | None,
         typer.Option(
@@ -195,7 +197,7 @@ def coach(
     if team_begun is not None or wanted.number > 1:
         begun_job = None if team_begun is None else team_begun.job
         return coach_team(
-            begun_job or asked.together(link, opponent, runs=wanted.number, held_out=held_out, seed=seed),
+            begun_job or asked.together(link, opponent, runs=wanted.number, vary=vary, held_out=held_out, seed=seed),
             workers=workers,
             require=require,
             advice_out=advice_out,
@@ -211,11 +213,11 @@ def coach(
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
         opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
-        seed = saved.seed
+        seed, vary = saved.seed, saved.vary
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
-    url = common.url_of(link, opponent, seed)
+    url = varied(common.url_of(link, opponent, seed), vary)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
         reconnect = BATTERY_RECONNECT
@@ -247,6 +249,7 @@ def coach(
             pauses=page is not None and not links.emulated_here(url) and reset is None,
             reset=reset,
             judged=judge,
+            vary=vary or 0.0,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -337,13 +340,16 @@ class _Asked:
         except SettingsError as error:
             raise common.UsageError(str(error)) from error
 
-    def together(self, link: str | None, opponent: str | None, *, runs: int, held_out: int | None, seed: int) -> TeamJob:
+    def together(
+        self, link: str | None, opponent: str | None, *, runs: int, vary: float | None, held_out: int | None, seed: int
+    ) -> TeamJob:
         """As several runs.
 
         Args:
             link: Address of the emulated robots; None: as usual.
             opponent: Their opponent; None: that of the address, or as usual.
             runs: How many.
+            vary: By how much their worlds differ from bout to bout; None: as the address says.
             held_out: Bouts to be played with the advice; None is as many as usual.
             seed: Seed of it all.
 
@@ -352,7 +358,8 @@ class _Asked:
         """
         opponent = opponent_of(link, opponent)
         periods = tuple(islice(cycle(PACES), runs)) if self.period is None else ()
-        return TeamJob(self.settings(together=True), opponent, urls_of(link, opponent, seed, runs), held_out, seed, periods)
+        urls = tuple(varied(url, vary) for url in urls_of(link, opponent, seed, runs))
+        return TeamJob(self.settings(together=True), opponent, urls, held_out, seed, periods)
 
 
 def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) -> Reset | None:

@@ -140,6 +140,8 @@ class CoachJob:
         pauses: A person who looks on may have the run pause.
         reset: How the ring is set up between bouts; None: by its referee, or not at all.
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
+        vary: Share by which the world of an emulated robot differs from bout to bout: its address says so, and the checkpoint
+            has it.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -157,6 +159,7 @@ class CoachJob:
     pauses: bool = False
     reset: Reset | None = None
     judged: bool = False
+    vary: float = 0.0
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -173,6 +176,7 @@ class CoachJob:
             **({"pauses": True} if self.pauses else {}),
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
+            **({"vary": self.vary} if self.vary else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -194,6 +198,7 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
+            vary=options.number("vary", 0, 1) if options.has("vary") else 0.0,
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -242,6 +247,7 @@ class _CoachingRun:
             checkpoint=job.outputs.checkpoint,
             observers=(*session.observers(), self._display, *job.outputs.observers),
             progress=progress,
+            vary=job.vary if saved is None else saved.vary,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,

@@ -147,6 +147,7 @@ class Coaching:
         checkpoint: File to write checkpoints to; None writes none.
         observers: Who is told.
         progress: How far a resumed run is.
+        vary: Share by which the robot's world differs from bout to bout, for the checkpoint.
         save_on_cut: Save in the middle of a bout when the run is cut: nothing learnt is lost, but the cut shows. In
             real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
         on_unsaved: Is told, in words, when a checkpoint can't be written; coaching goes on. None: that ends it.
@@ -167,6 +168,7 @@ class Coaching:
         checkpoint: Path | None = None,
         observers: tuple[Observer, ...] = (),
         progress: Progress | None = None,
+        vary: float = 0.0,
         save_on_cut: bool = False,
         on_unsaved: Callable[[str], None] | None = None,
         keep: Callable[[Advice], object] | None = None,
@@ -178,6 +180,7 @@ class Coaching:
         self.progress = progress or Progress()
         self._ring = ring
         self._seed = seed
+        self._vary = vary
         self._checkpoint = checkpoint
         self._observers = observers
         self._save_on_cut = save_on_cut
@@ -350,6 +353,7 @@ class Coaching:
             "wins": self.progress.wins,
             "losses": self.progress.losses,
             "robot_seconds": self.progress.robot_seconds,
+            **({"vary": self._vary} if self._vary else {}),
             "pal": state,
         }
         return json.dumps(document, separators=(",", ":")).encode()
@@ -421,12 +425,14 @@ class Checkpoint:
         seed: Seed of the run.
         opponent: Name of the opponent.
         progress: How far the run was.
+        vary: Share by which the robot's world differed from bout to bout.
     """
 
     pal: Pal
     seed: int
     opponent: str
     progress: Progress
+    vary: float = 0.0
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
@@ -482,9 +488,10 @@ def _checkpoint(fields: Fields) -> Checkpoint:
     opponent = fields.text("opponent")
     if opponent not in {*OPPONENTS, UNKNOWN}:
         raise fields.wrong("opponent", f"expected one of {', '.join(OPPONENTS)} or {UNKNOWN}, not {shown(opponent)}")
+    vary = fields.number("vary", 0.0, 1.0) if fields.has("vary") else 0.0
     try:
         pal = Pal.from_state(fields.take("pal"))
     except StateError as error:
         raise fields.wrong("pal", str(error)) from error
     fields.done()
-    return Checkpoint(pal, seed, opponent, progress)
+    return Checkpoint(pal, seed, opponent, progress, vary)
