@@ -1,0 +1,166 @@
+"""Coaching against robots over the whole stack in lock-step: whom it meets, what a bout follows from, cut and resumed runs."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import PeerLostError
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from hil.connecting.connecting_all import connect_all_as
+from hil.policies import Policy
+from hil.sumo.bouts import Bout, play
+from hil.sumo.coaching import CheckpointError, Coaching, checkpoint_of, load_checkpoint, new_pal
+from hil.sumo.controllers import ChaseController
+from hil.sumo.ring import Encounter, RingError
+from hil.sumo.rivals.pair import Pair
+from hil.sumo.rivals.ring import RivalRing
+from hil.sumo.rivals.rivals import FREEZE_EVERY, Rivals
+from hil.sumo.tournament.entrants import Entrant, EntrantKind
+from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from firmware_protocol.vocabulary import Maneuver
+
+URL: Final = "sim://junior?networks=2&seed=1"
+CHARGE: Final = Advice(
+    PalSettings(actions=2, period=0.1),
+    (AdviceEntry(ANY_STIMULUS, 0, (Action.L, Action.L), 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF, Action.FF), 1.0, 5)),
+)
+FIELD: Final = (
+    Entrant("charge", EntrantKind.ADVICE, CHARGE),
+    Entrant("charge", EntrantKind.MEMORY, CHARGE),
+    Entrant("driver", EntrantKind.POLICY, policy=Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3)),
+    Entrant("random", EntrantKind.RANDOM),
+    Entrant("hobby", EntrantKind.HOBBY),
+)
+SETTINGS: Final = PalSettings(budget=110, population=6, elite=1, exam_share=0.2)
+
+
+def bouts(rivals: Rivals, seeds: list[int], idle: float = 0.0) -> list[Bout]:
+    with connect_all_as(Pair, URL) as pair:
+        pair.wait(idle)
+        pair.home.arm()
+        return list(play(RivalRing(pair, rivals), ChaseController(), seeds))
+
+
+def test_a_bout_follows_from_its_seed_whoever_plays_and_whatever_was_before() -> None:
+    rivals = Rivals(FIELD)
+    seeds = {rivals.drawn(seed).kind: seed for seed in range(30)}
+    assert len(seeds) == len(FIELD)
+    everybody = list(seeds.values())
+    alone = [bouts(rivals, [seed])[0] for seed in everybody]
+    after = bouts(rivals, everybody[::-1], idle=0.333)[::-1]
+    assert [(bout.outcome, bout.time, bout.maneuvers) for bout in after] == [
+        (bout.outcome, bout.time, bout.maneuvers) for bout in alone
+    ]
+    assert len({bout.time for bout in alone}) > 1
+
+
+class Cut(Exception):  # noqa: N818 - what a Ctrl-C is to the run
+    """Ends a run in the middle."""
+
+
+class FlawedRing(RivalRing):
+    """A ring in which, after so many maneuvers, something goes wrong."""
+
+    left: float = float("inf")
+    wrong: BaseException
+
+    def engage(self, maneuver: Maneuver) -> Encounter:
+        self.left -= 1
+        if self.left == 0:
+            raise self.wrong
+        return super().engage(maneuver)
+
+
+def coached(
+    rivals: Rivals, checkpoint: Path | None = None, *, go_on: bool = False, after: int = 0, wrong: BaseException | None = None
+) -> bytes:
+    """Coach to the end, and give all that decides."""
+    with connect_all_as(Pair, URL) as pair:
+        pair.home.arm()
+        saved = load_checkpoint(checkpoint) if go_on and checkpoint is not None else None
+        if saved is not None:
+            assert saved.rivals is not None
+            rivals = saved.rivals
+        ring = FlawedRing(pair, rivals)
+        if wrong is not None:
+            ring.left, ring.wrong = after, wrong
+        pal, progress = (new_pal(SETTINGS, 3), None) if saved is None else (saved.pal, saved.progress)
+        run = Coaching(ring, pal, seed=3, checkpoint=checkpoint, progress=progress, rivals=rivals)
+        run.run()
+        return run.checkpoint()
+
+
+@pytest.fixture(scope="module")
+def whole() -> bytes:
+    """What self-play comes to that was not cut; another one is met in between."""
+    return coached(Rivals(FIELD[-1:], self_play=True))
+
+
+def test_self_play_meets_what_was_learnt_frozen_and_the_checkpoint_holds_it(whole: bytes) -> None:
+    saved = checkpoint_of(whole)
+    assert saved.progress.bouts > FREEZE_EVERY
+    assert saved.rivals is not None
+    assert saved.opponent == saved.rivals.name == "hobby,self"
+    met = {entrant.name: entrant for entrant in map(saved.rivals.drawn, range(20))}
+    assert met["self"].kind is EntrantKind.ADVICE
+    first = {entrant.name: entrant for entrant in map(Rivals(FIELD[-1:], self_play=True).drawn, range(20))}
+    assert first["self"].kind is EntrantKind.RANDOM
+
+
+@pytest.mark.parametrize("wrong", [Cut(), PeerLostError("lost")], ids=["cut and resumed", "lost for a moment"])
+def test_a_run_in_which_something_went_wrong_equals_one_in_which_nothing_did(
+    whole: bytes, tmp_path: Path, wrong: BaseException
+) -> None:
+    rivals, checkpoint = Rivals(FIELD[-1:], self_play=True), tmp_path / "run.json"
+    if isinstance(wrong, PeerLostError):
+        assert coached(rivals, checkpoint, after=90, wrong=wrong) == whole
+        return
+    with pytest.raises(Cut):
+        coached(rivals, checkpoint, after=90, wrong=wrong)
+    assert checkpoint.read_bytes() != whole
+    assert coached(rivals, checkpoint, go_on=True) == whole
+
+
+def test_two_robots_are_needed_and_a_referee() -> None:
+    with connect_all_as(Pair, "sim://junior") as one, pytest.raises(RingError, match="there are 1"):
+        RivalRing(one, Rivals(FIELD))
+    with connect_all_as(Pair, f"{URL}&referee=0") as two, pytest.raises(RingError, match="no referee with the first robot"):
+        RivalRing(two, Rivals(FIELD))
+
+
+@pytest.mark.parametrize(
+    ("entrants", "self_play", "frozen", "what"),
+    [
+        ((), False, None, "1 to 16 others in turn, not 0"),
+        ((FIELD[0], FIELD[0]), False, None, "advice:charge is named twice: give one another name, as other=charge"),
+        (FIELD, False, CHARGE, "something frozen, and no self-play"),
+    ],
+)
+def test_who_can_not_be_met_is_said(entrants: tuple[Entrant, ...], self_play: bool, frozen: Advice | None, what: str) -> None:  # noqa: FBT001
+    with pytest.raises(ValueError, match=what):
+        Rivals(entrants, self_play=self_play, frozen=frozen)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "what"),
+    [
+        ("opponent", "chase", "expected one of hobby,self, not 'chase'"),
+        ("entrants", [], "opponent"),
+        ("frozen", {"version": 9}, "rivals.frozen.version: 9 is not known"),
+        ("frozen", 5, "rivals.frozen"),
+        ("self_play", "yes", "rivals.self_play"),
+    ],
+)
+def test_a_damaged_checkpoint_says_where(whole: bytes, place: str, value: object, what: str) -> None:
+    document = json.loads(whole)
+    (document if place == "opponent" else document["rivals"])[place] = value
+    with pytest.raises(CheckpointError, match=what):
+        checkpoint_of(json.dumps(document).encode())
