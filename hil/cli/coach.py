@@ -17,6 +17,7 @@ from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
+from hil.cli.rivals import check_one_run, opponent_of, ring_url
 from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -59,7 +60,8 @@ def coach(
         typer.Option(
             "--opponent",
             autocompletion=common.opponents,
-            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
+            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out. Or emulated robots that are "
+            "met in turn, as NAME,NAME: entrants of hil tournament, and self for what was learnt so far.",
         ),
     ] = None,
     budget: Annotated[
@@ -172,8 +174,8 @@ def coach(
 
     Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
-    if opponent is not None:
-        common.check_opponent(opponent)
+    opponent, rivals = opponent_of(opponent)
+    team = team if rivals is None else check_one_run(context, team)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
     if link is None and checkpoint is None:
@@ -198,21 +200,22 @@ def coach(
             quiet=quiet,
             begun=team_begun,
         )
-    begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    begun = _Begun(context, opponent, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
-        opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
+        rivals = saved.rivals
+        opponent = saved.opponent if rivals is not None or saved.opponent in OPPONENTS else opponent
         seed = saved.seed
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
-    url = common.url_of(link, opponent, seed)
+    url = common.url_of(link, opponent, seed) if rivals is None else ring_url(link, seed)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
         reconnect = BATTERY_RECONNECT
     with running(
         "coach",
-        opponent or "robot",
+        rivals.short_name if rivals is not None else opponent or "robot",
         url=url,
         emulated_here=link is None,
         opponent=opponent or "",
@@ -230,7 +233,7 @@ def coach(
             settings=settings,
             choose_objective=objective is None,
             choose_mirror=mirror is None,
-            opponent=opponent,
+            opponent=opponent if rivals is None else None,
             held_out=held_out,
             seed=seed,
             reconnect=reconnect,
@@ -238,6 +241,7 @@ def coach(
             pauses=page is not None and not links.emulated_here(url) and reset is None,
             reset=reset,
             judged=judge,
+            rivals=rivals,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -356,6 +360,7 @@ class _Begun:
 
     Args:
         context: The command line, which knows what was given and what is a default.
+        opponent: Who is asked for; None: nobody was named.
         resume: The newest that fits.
         resume_from: This one.
         checkpoint: Where the new run's checkpoint goes: one that is there is gone on from.
@@ -366,8 +371,17 @@ class _Begun:
         content: What that file holds.
     """
 
-    def __init__(self, context: typer.Context, *, resume: bool, resume_from: Path | None, checkpoint: Path | None) -> None:
+    def __init__(
+        self,
+        context: typer.Context,
+        opponent: str | None,
+        *,
+        resume: bool,
+        resume_from: Path | None,
+        checkpoint: Path | None,
+    ) -> None:
         self._context = context
+        self._opponent = opponent
         self._from = resume_from
         self._checkpoint = checkpoint if resume else None
         self.wanted = resume or resume_from is not None
@@ -432,7 +446,7 @@ class _Begun:
     def _load(self, path: Path) -> Checkpoint:
         self.content = DOOR.read(path)
         saved = load_checkpoint(path)
-        _check_resumed(self._context, saved)
+        _check_resumed(self._context, saved, self._opponent)
         self.source = path
         return saved
 
@@ -458,12 +472,13 @@ class _Begun:
         console.print(f"Going on from {self.source}: {saved.pal.used} maneuvers.", markup=False)
 
 
-def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
+def _check_resumed(context: typer.Context, saved: Checkpoint, opponent: str | None) -> None:
     """See that nothing is asked of a resumed run that it was not begun with: mixed, it would be neither run.
 
     Args:
         context: The command line, which knows what was given and what is a default.
         saved: The run that was cut.
+        opponent: Who is asked for.
 
     Raises:
         UsageError: Something else is asked for.
@@ -472,7 +487,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
     for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
-        wanted = context.params[name]
+        wanted = opponent if name == "opponent" else context.params[name]
         if name == "budget" and wanted is not None and budget_of(wanted) == (settings.budget, settings.robot_time):
             continue
         if common.was_given(context, name) and wanted != begun[name]:

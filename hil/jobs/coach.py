@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
-from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
+from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, rivals_files, rivals_of, rivals_options
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_pair_session, open_session
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
@@ -21,18 +21,21 @@ from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
+from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from contextlib import AbstractContextManager
     from pathlib import Path
     from typing import Self
 
     from hil.jobs.stage import Stage
     from hil.sumo.coaching import Checkpoint
+    from hil.sumo.rivals.pair import Pair
+    from hil.sumo.rivals.rivals import Rivals
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -139,6 +142,7 @@ class CoachJob:
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
+        rivals: The robots that are met in an emulated ring of two, instead of an opponent that a referee places.
     """
 
     VERB: ClassVar[str] = "coach"
@@ -156,6 +160,7 @@ class CoachJob:
     judged: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
+    rivals: Rivals | None = field(default=None, compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
@@ -170,11 +175,13 @@ class CoachJob:
             **({"pauses": True} if self.pauses else {}),
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
+            **({"rivals": rivals_options(self.rivals)} if self.rivals else {}),
         }
 
     def files(self) -> dict[str, bytes]:
-        """The checkpoint, as far as it is known before the robot is."""
-        return {} if self.saved is None else {CHECKPOINT: self.saved}
+        """The checkpoint, as far as it is known before the robot is, and what rivals play by."""
+        saved = {} if self.saved is None else {CHECKPOINT: self.saved}
+        return saved if self.rivals is None else {**saved, **rivals_files(self.rivals)}
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -191,13 +198,13 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
+            rivals=rivals_of(options, "rivals", files) if options.has("rivals") else None,
         )
 
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
-        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
-        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session, self._keys(stage):
-            run = _CoachingRun(self, session, stage)
+        with self._session(stage) as (session, pair), self._keys(stage):
+            run = _CoachingRun(self, session, stage, pair)
             try:
                 run.coach()
                 tally, random = run.held_out()
@@ -210,6 +217,17 @@ class CoachJob:
             session.finish(coached.facts())
         return coached
 
+    @contextmanager
+    def _session(self, stage: Stage) -> Iterator[tuple[Session[Junior], Pair | None]]:
+        """Inside, the robot is there; against rivals the other, too."""
+        if self.rivals is not None:
+            with open_pair_session(stage, reconnect=self.reconnect) as both:
+                yield both
+            return
+        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
+        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session:
+            yield session, None
+
     def _keys(self, stage: Stage) -> AbstractContextManager[None]:
         """Inside, a person beside the ring may answer by keys."""
         return nullcontext() if self.reset is None else keys_taken_in(stage)
@@ -218,12 +236,13 @@ class CoachJob:
 class _CoachingRun:
     """One coaching run."""
 
-    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage) -> None:
+    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage, pair: Pair | None) -> None:
         self._job = job
         self._session = session
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
-        self.ring = self._ring(stage)
+        rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
+        self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:
@@ -242,6 +261,7 @@ class _CoachingRun:
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,
+            rivals=rivals,
         )
         stage.describe(opponent=self.ring.opponent)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes, spelled_out
+from hil.sumo.controllers import BUILT_IN
+from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -181,5 +183,7 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
     if files.get("log"):
         lines.append(f"{'Look at it:':12}hil view {files['log']}")
     if tally is not None and files.get("advice"):
-        lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
+        bout = f"hil bout --advice {files['advice']} --opponent {opponent}"
+        play = bout if opponent in OPPONENTS else f"hil tournament {files['advice']} {' '.join(BUILT_IN)}"
+        lines.append(f"{'Play it:':12}{play}")
     return lines

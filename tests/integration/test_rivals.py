@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,8 +11,11 @@ import pytest
 
 from firmware_protocol.errors import PeerLostError
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
+from hil.cli.app import run
 from hil.connecting.connecting_all import connect_all_as
-from hil.policies import Policy
+from hil.policies import Policy, save_policy
+from hil.replaying.host import replay
+from hil.sumo.advice_file import load_advice, save_advice
 from hil.sumo.bouts import Bout, play
 from hil.sumo.coaching import CheckpointError, Coaching, checkpoint_of, load_checkpoint, new_pal
 from hil.sumo.controllers import ChaseController
@@ -23,8 +27,6 @@ from hil.sumo.tournament.entrants import Entrant, EntrantKind
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from firmware_protocol.vocabulary import Maneuver
 
 URL: Final = "sim://junior?networks=2&seed=1"
@@ -164,3 +166,61 @@ def test_a_damaged_checkpoint_says_where(whole: bytes, place: str, value: object
     (document if place == "opponent" else document["rivals"])[place] = value
     with pytest.raises(CheckpointError, match=what):
         checkpoint_of(json.dumps(document).encode())
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with files that entrants play by."""
+    monkeypatch.chdir(tmp_path)
+    save_advice(CHARGE, Path("charge.toml"))
+    policy = FIELD[2].policy
+    assert policy is not None
+    save_policy(policy, Path("driver.json"))
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_the_log_of_a_coaching_against_robots_holds_all_that_decides(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    field = "charge.toml,memory:charge.toml,driver.json,hobby,self"
+    asked = ["coach", "--opponent", field, "--budget", "8", "--held-out", "1", "--no-report", "--quiet", "--json"]
+    assert run([*asked, "--out", "first"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["opponent"] == "advice:charge,memory:charge+memory,policy:driver,hobby,self"
+    assert found["held_out"]["trials"] == 1
+    assert load_advice(Path("first/advice.toml")).opponent == found["opponent"]
+    for file in folder.glob("*.*"):
+        file.unlink()
+    assert replay(Path("first/log.mcap"), strict=True).same
+
+
+@pytest.mark.slow
+def test_a_coaching_against_robots_is_gone_on_with_by_its_checkpoint_alone(
+    whole: bytes, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(Cut):
+        coached(Rivals(FIELD[-1:], self_play=True), Path("cut.json"), after=90, wrong=Cut())
+    asked = ["coach", "--resume-from", "cut.json", "--held-out", "0", "--no-report", "--quiet"]
+    assert run([*asked, "--opponent", "chase"]) == 2
+    assert "begun with opponent hobby,self, not chase" in capsys.readouterr().err
+    assert run([*asked, "--opponent", "hobby,self", "--out", "more"]) == 0
+    assert (folder / "more/checkpoint.json").read_bytes() == whole
+    assert replay(Path("more/log.mcap"), strict=True).same
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        (["--opponent", "chaze"], "there is no opponent 'chaze'"),
+        (["--opponent", "flat-light,chase"], "flat-light is an opponent of its own"),
+        (["--opponent", "chase,nobody.toml"], "--opponent chase,nobody.toml: there is no entrant 'nobody.toml'"),
+        (["--opponent", "chase,chase"], "chase is named twice"),
+        (["--opponent", "chase", "--runs", "2"], "against robots it is one run"),
+        (["tcp://127.0.0.1:1", "--opponent", "chase"], "both robots have to be emulated in this process"),
+        (["sim://junior?opponent=curved-light", "--opponent", "self"], "both robots have to be emulated in this process"),
+    ],
+)
+def test_rivals_that_can_not_be_had_are_a_mistake(arguments: list[str], what: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["coach", *arguments]) == 2
+    assert what in capsys.readouterr().err
+    assert not Path("runs").exists()

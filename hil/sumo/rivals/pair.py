@@ -47,9 +47,7 @@ class Pair(Robots):
         """
         referee = self.home.referee
         if referee is None:
-            raise RingError(
-                "there is no referee with the first robot, and nobody else says who has won"
-            )
+            raise RingError("there is no referee with the first robot, and nobody else says who has won")
         return referee
 
     def _both(self) -> list[Junior]:

@@ -60,6 +60,16 @@ class Rivals:
         """What the opponent is called: `chase`, `advice:old,hobby`, `self`; no dummy is called so."""
         return ",".join(self._labels)
 
+    @property
+    def short_name(self) -> str:
+        """As a part of the name of a file."""
+        names = [entrant.name for entrant in self.entrants] + ([SELF] if self.self_play else [])
+        return names[0] if len(names) == 1 else f"{len(names)}-robots"
+
+    def anew(self) -> Rivals:
+        """The same, before anything was learnt."""
+        return Rivals(self.entrants, self_play=self.self_play)
+
     def drawn(self, seed: int) -> Entrant:
         """Who is met in a bout.
 
