@@ -5,7 +5,7 @@ that are written by hand, in both seats; and by bouts against the five dummies, 
 made is kept in a folder (`METHOD-SEED.toml`, `tournament.json`, `dummies.jsonl`): the command may be broken off and given
 anew. Any number of workers makes the same table. Intervals are 95 %, over seeds.
 
-    python benchmarks/rivals.py FOLDER [--methods flat-light,chase2,set,self] [--seeds 500-503] [--bouts 6] [--dummy-bouts 40]
+    python benchmarks/rivals.py FOLDER [--methods flat-light,chase2,set,self] [--seeds 500-503] [--bouts 4] [--dummy-bouts 20]
         [--set end_on_change=true] [--workers 1]
 """
 
@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 
 BUILT_IN: Final = ("chase", "chase2", "hobby", "random")
 BY_HAND: Final = BUILT_IN[:3]
+SAVE_EVERY: Final = 20
+"""Pairings, after which the tournament is saved."""
 LEARNT: Final = "flat-light"
 """Stands for the coaching against this dummy, with the same seed, in a set of rivals."""
 SETS: Final[Mapping[str, tuple[str, ...]]] = {
@@ -165,12 +167,11 @@ def meet(folder: Path, advices: Mapping[str, Advice], bouts: int, crew: Crew) ->
         if left < part.size:
             parts.append(part)
         left = max(0, left - part.size)
-    try:
-        for more in crew.in_order(play_part, parts):
-            played += more
+    for number, more in enumerate(crew.in_order(play_part, parts), start=1):
+        played += more
+        if number % SAVE_EVERY == 0 or number == len(parts):
+            replace_file(path, TournamentCheckpoint(saved.tournament, tuple(played)).to_bytes())
             sys.stderr.write(f"\r{len(played)}/{saved.tournament.total} bouts   ")
-    finally:
-        replace_file(path, TournamentCheckpoint(saved.tournament, tuple(played)).to_bytes())
     return Standings.of(saved.tournament, played)
 
 
@@ -236,8 +237,8 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--methods", default="flat-light,flat-heavy,curved-light,chase,chase2,hobby,set,self,set-self")
     parser.add_argument("--seeds", default="500-503", help="first-last")
-    parser.add_argument("--bouts", type=int, default=6, help="of each pairing of the tournament")
-    parser.add_argument("--dummy-bouts", type=int, default=40, help="against each dummy")
+    parser.add_argument("--bouts", type=int, default=4, help="of each pairing of the tournament")
+    parser.add_argument("--dummy-bouts", type=int, default=20, help="against each dummy")
     parser.add_argument(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of Pal's, all coachings alike"
     )

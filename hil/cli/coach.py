@@ -17,7 +17,7 @@ from hil.cli import live as live_options
 from hil.cli import share as share_options
 from hil.cli.asking import check_asked
 from hil.cli.coach_team import TEAM_BUDGET, Places, begun_team, budget_of, check_team, coach_team
-from hil.cli.rivals import check_one_run, opponent_of, ring_url
+from hil.cli.rivals import check_one_run, opponent_named, ring_url
 from hil.cli.run_files import RunFiles
 from hil.cli.running import ActiveRun, running
 from hil.cli.stage import LiveStage
@@ -174,7 +174,7 @@ def coach(
 
     Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
-    opponent, rivals = opponent_of(opponent)
+    opponent, rivals = opponent_named(opponent)
     team = team if rivals is None else check_one_run(context, team)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 ONE_RUN: Final = "against robots it is one run"
 
 
-def opponent_of(text: str | None) -> tuple[str | None, Rivals | None]:
+def opponent_named(text: str | None) -> tuple[str | None, Rivals | None]:
     """Who is meant.
 
     Args:

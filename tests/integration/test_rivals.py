@@ -51,17 +51,21 @@ def bouts(rivals: Rivals, seeds: list[int], idle: float = 0.0) -> list[Bout]:
         return list(play(RivalRing(pair, rivals), ChaseController(), seeds))
 
 
+def played(bout: Bout) -> tuple[object, ...]:
+    return bout.outcome, bout.time, bout.maneuvers
+
+
 def test_a_bout_follows_from_its_seed_whoever_plays_and_whatever_was_before() -> None:
     rivals = Rivals(FIELD)
     seeds = {rivals.drawn(seed).kind: seed for seed in range(30)}
     assert len(seeds) == len(FIELD)
+    driven = seeds.pop(EntrantKind.POLICY)  # it sees how far its wheels have gone in whole mm, of which there were some before
     everybody = list(seeds.values())
-    alone = [bouts(rivals, [seed])[0] for seed in everybody]
-    after = bouts(rivals, everybody[::-1], idle=0.333)[::-1]
-    assert [(bout.outcome, bout.time, bout.maneuvers) for bout in after] == [
-        (bout.outcome, bout.time, bout.maneuvers) for bout in alone
-    ]
-    assert len({bout.time for bout in alone}) > 1
+    alone = {seed: played(bouts(rivals, [seed])[0]) for seed in [*everybody, driven]}
+    after = bouts(rivals, [*everybody[::-1], driven], idle=0.333)
+    assert {bout.seed: played(bout) for bout in after[:-1]} == {seed: alone[seed] for seed in everybody}
+    assert played(bouts(rivals, [driven], idle=0.015)[0]) == alone[driven]
+    assert len(set(alone.values())) == len(alone)
 
 
 class Cut(Exception):  # noqa: N818 - what a Ctrl-C is to the run

@@ -22,7 +22,8 @@ class RivalRing(RefereedRing):
     Junior has the home seat in every bout, and start poses are those of a bout against a dummy. Who the rival is, and what it
     leaves to chance, follows from the seed of the bout, and so does the bout: the other robot is disarmed and armed anew, and
     a bout begins when a reading of its sensors has come, so that a rival that acts on every reading gets the first one at the
-    same time in all.
+    same time in all. One thing is left of the bouts before: odometers go on. A policy sees them in whole millimetres, so that
+    one step of a wheel may round otherwise, and against a policy a bout that is begun again may be another one.
 
     Args:
         pair: The robots.
