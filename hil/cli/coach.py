@@ -175,6 +175,7 @@ def coach(
     Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
     opponent, rivals = opponent_named(opponent)
+    context.params["opponent"] = opponent  # what it is called from now on, whatever files it was named by
     team = team if rivals is None else check_one_run(context, team)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
@@ -200,7 +201,7 @@ def coach(
             quiet=quiet,
             begun=team_begun,
         )
-    begun = _Begun(context, opponent, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
+    begun = _Begun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
         rivals = saved.rivals
@@ -360,7 +361,6 @@ class _Begun:
 
     Args:
         context: The command line, which knows what was given and what is a default.
-        opponent: Who is asked for; None: nobody was named.
         resume: The newest that fits.
         resume_from: This one.
         checkpoint: Where the new run's checkpoint goes: one that is there is gone on from.
@@ -371,17 +371,8 @@ class _Begun:
         content: What that file holds.
     """
 
-    def __init__(
-        self,
-        context: typer.Context,
-        opponent: str | None,
-        *,
-        resume: bool,
-        resume_from: Path | None,
-        checkpoint: Path | None,
-    ) -> None:
+    def __init__(self, context: typer.Context, *, resume: bool, resume_from: Path | None, checkpoint: Path | None) -> None:
         self._context = context
-        self._opponent = opponent
         self._from = resume_from
         self._checkpoint = checkpoint if resume else None
         self.wanted = resume or resume_from is not None
@@ -446,7 +437,7 @@ class _Begun:
     def _load(self, path: Path) -> Checkpoint:
         self.content = DOOR.read(path)
         saved = load_checkpoint(path)
-        _check_resumed(self._context, saved, self._opponent)
+        _check_resumed(self._context, saved)
         self.source = path
         return saved
 
@@ -472,13 +463,12 @@ class _Begun:
         console.print(f"Going on from {self.source}: {saved.pal.used} maneuvers.", markup=False)
 
 
-def _check_resumed(context: typer.Context, saved: Checkpoint, opponent: str | None) -> None:
+def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     """See that nothing is asked of a resumed run that it was not begun with: mixed, it would be neither run.
 
     Args:
         context: The command line, which knows what was given and what is a default.
         saved: The run that was cut.
-        opponent: Who is asked for.
 
     Raises:
         UsageError: Something else is asked for.
@@ -487,7 +477,7 @@ def _check_resumed(context: typer.Context, saved: Checkpoint, opponent: str | No
     budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
     for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
-        wanted = opponent if name == "opponent" else context.params[name]
+        wanted = context.params[name]
         if name == "budget" and wanted is not None and budget_of(wanted) == (settings.budget, settings.robot_time):
             continue
         if common.was_given(context, name) and wanted != begun[name]:
