@@ -281,7 +281,13 @@ def coach(
             wall_seconds = clock.now()
             if not as_json:  # before the report is drawn: should that fail, the outcome has been told
                 for line in coaching_summary(
-                    coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
+                    coaching,
+                    tally,
+                    coached.random,
+                    opponent=coached.opponent,
+                    files=document,
+                    wall_seconds=wall_seconds,
+                    by_rival=coached.by_rival,
                 ):
                     console.print(line, markup=False)
             files.draw(stage, document, announce=not as_json)

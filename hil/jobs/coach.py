@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from typing import Self
 
     from hil.jobs.stage import Stage
+    from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Checkpoint
     from hil.sumo.rivals.pair import Pair
     from hil.sumo.rivals.rivals import Rivals
@@ -101,6 +102,7 @@ class Coached:
         seed: Seed of the run.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        by_rival: The held-out bouts of the advice by whom it met, where several robots are met in turn.
     """
 
     coaching: Coaching
@@ -108,6 +110,7 @@ class Coached:
     seed: int
     tally: Tally | None
     random: Tally | None
+    by_rival: tuple[Tally, ...] = ()
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
@@ -121,6 +124,7 @@ class Coached:
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
             "held_out": self.tally.to_dict() if self.tally else None,
+            **({"held_out_by_rival": [tally.to_dict() for tally in self.by_rival]} if self.by_rival else {}),
         }
 
 
@@ -213,7 +217,7 @@ class CoachJob:
                 self.outputs.cut(run.coaching)
                 raise
             run.end()
-            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random)
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.by_rival)
             session.finish(coached.facts())
         return coached
 
@@ -242,6 +246,8 @@ class _CoachingRun:
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
         rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
+        self._rivals = rivals
+        self.by_rival: tuple[Tally, ...] = ()
         self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
@@ -325,17 +331,20 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally = self._tally(AdviceController(self.coaching.advice()), trials)
+        bouts = self._play(AdviceController(self.coaching.advice()), trials)
+        tally = Tally.of(self.ring.opponent, bouts)
+        if self._rivals is not None:
+            self.by_rival = self._rivals.tallies(bouts)
         if not self._session.lockstep:
             return tally, None
         player = RandomController(generator(self.seed, Branch.CONTROLLER))
-        return tally, self._tally(player, min(trials, RANDOM_BOUTS))
+        return tally, Tally.of(self.ring.opponent, self._play(player, min(trials, RANDOM_BOUTS)))
 
     def end(self) -> None:
         """Put into the log how far it has come: whoever has the log can go on from there."""
         self._session.attach(CHECKPOINT, self.coaching.checkpoint())
 
-    def _tally(self, controller: Controller, trials: int) -> Tally:
+    def _play(self, controller: Controller, trials: int) -> list[Bout]:
         seeds = [bout_seed(self.seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, trials + 1)]
         bouts = []
         self._session.series(
@@ -344,4 +353,4 @@ class _CoachingRun:
         for bout in play(self.ring, controller, seeds):
             bouts.append(bout)
             self._session.bout(bout)
-        return Tally.of(self.ring.opponent, bouts)
+        return bouts

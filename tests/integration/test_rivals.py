@@ -190,7 +190,8 @@ def test_the_log_of_a_coaching_against_robots_holds_all_that_decides(folder: Pat
     assert run([*asked, "--out", "first"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["opponent"] == "advice:charge,memory:charge+memory,policy:driver,hobby,self"
-    assert found["held_out"]["trials"] == 1
+    assert found["held_out"]["trials"] == sum(tally["trials"] for tally in found["held_out_by_rival"]) == 1
+    assert ",".join(tally["opponent"] for tally in found["held_out_by_rival"]) == found["opponent"]
     assert load_advice(Path("first/advice.toml")).opponent == found["opponent"]
     for file in folder.glob("*.*"):
         file.unlink()

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from hil.seeds import Branch, generator
+from hil.sumo.bouts import Tally
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
 from pal_advisor.fields import FieldError, Fields
 from pal_advisor.maneuvers import Advice, AdviceError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+
+    from hil.sumo.bouts import Bout
 
 SELF: Final = "self"
 """Names what has been learnt so far as a rival."""
@@ -76,15 +79,30 @@ class Rivals:
         Args:
             seed: Seed of the bout.
         """
-        everybody = [*self.entrants, *([self._itself()] if self.self_play else [])]
-        if len(everybody) == 1:
-            return everybody[0]
-        return everybody[int(generator(seed, Branch.RIVALS).integers(len(everybody)))]
+        turn = self._turn(seed)
+        return self.entrants[turn] if turn < len(self.entrants) else self._itself()
+
+    def _turn(self, seed: int) -> int:
+        """Whose turn it is, by number in the order of the name."""
+        return int(generator(seed, Branch.RIVALS).integers(len(self._labels)))
 
     def _itself(self) -> Entrant:
         if self._frozen is None:
             return Entrant(SELF, EntrantKind.RANDOM)
         return Entrant(SELF, EntrantKind.ADVICE, self._frozen)
+
+    def tallies(self, bouts: Sequence[Bout]) -> tuple[Tally, ...]:
+        """Bouts by who was met in them, in the order of the name; none where there is but one to be met.
+
+        Args:
+            bouts: The bouts.
+        """
+        if len(self._labels) < 2:
+            return ()
+        met: dict[str, list[Bout]] = {label: [] for label in self._labels}
+        for bout in bouts:
+            met[self._labels[self._turn(bout.seed)]].append(bout)
+        return tuple(Tally.of(label, each) for label, each in met.items())
 
     def keep_up(self, bouts: int, learnt: Callable[[], Advice]) -> None:
         """A bout is about to begin: freeze what has been learnt, where that is due.
