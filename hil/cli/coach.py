@@ -22,6 +22,7 @@ from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.coach_vary import VaryOption, varied
+from hil.cli.rivals import check_one_run, opponent_named, ring_url
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
@@ -56,7 +57,8 @@ def coach(
         typer.Option(
             "--opponent",
             autocompletion=common.opponents,
-            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
+            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out. Or emulated robots that are "
+            "met in turn, as NAME,NAME: entrants of hil tournament, and self for what was learnt so far.",
         ),
     ] = None,
     budget: Annotated[
@@ -182,8 +184,9 @@ def coach(
 
     Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
-    if opponent is not None:
-        common.check_opponent(opponent)
+    opponent, rivals = opponent_named(opponent)
+    context.params["opponent"] = opponent  # what it is called from now on, whatever files it was named by
+    runs = runs if rivals is None else check_one_run(runs)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
     if link is None and checkpoint is None:
@@ -212,18 +215,19 @@ def coach(
     begun = BegunRun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
-        opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
+        rivals = saved.rivals
+        opponent = saved.opponent if rivals is not None or saved.opponent in OPPONENTS else opponent
         seed, vary = saved.seed, saved.vary
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
-    url = varied(common.url_of(link, opponent, seed), vary)
+    url = varied(common.url_of(link, opponent, seed) if rivals is None else ring_url(link, seed), vary)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
         reconnect = BATTERY_RECONNECT
     with running(
         "coach",
-        opponent or "robot",
+        rivals.short_name if rivals is not None else opponent or "robot",
         url=url,
         emulated_here=link is None,
         opponent=opponent or "",
@@ -241,7 +245,7 @@ def coach(
             settings=settings,
             choose_objective=objective is None,
             choose_mirror=mirror is None,
-            opponent=opponent,
+            opponent=opponent if rivals is None else None,
             held_out=held_out,
             seed=seed,
             reconnect=reconnect,
@@ -250,6 +254,7 @@ def coach(
             reset=reset,
             judged=judge,
             vary=vary or 0.0,
+            rivals=rivals,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -288,7 +293,13 @@ def coach(
             wall_seconds = clock.now()
             if not as_json:  # before the report is drawn: should that fail, the outcome has been told
                 for line in coaching_summary(
-                    coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
+                    coaching,
+                    tally,
+                    coached.random,
+                    opponent=coached.opponent,
+                    files=document,
+                    wall_seconds=wall_seconds,
+                    by_rival=coached.by_rival,
                 ):
                     console.print(line, markup=False)
             files.draw(stage, document, announce=not as_json)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
-from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
+from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, rivals_files, rivals_of, rivals_options
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_pair_session, open_session
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
@@ -21,12 +21,13 @@ from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
+from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from contextlib import AbstractContextManager
     from pathlib import Path
     from typing import Self
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Stage
     from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Checkpoint, Observer
+    from hil.sumo.rivals.pair import Pair
+    from hil.sumo.rivals.rivals import Rivals
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -101,6 +104,7 @@ class Coached:
         seed: Seed of the run.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        by_rival: The held-out bouts of the advice by whom it met, where several robots are met in turn.
     """
 
     coaching: Coaching
@@ -108,6 +112,7 @@ class Coached:
     seed: int
     tally: Tally | None
     random: Tally | None
+    by_rival: tuple[Tally, ...] = ()
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
@@ -121,6 +126,7 @@ class Coached:
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
             "held_out": self.tally.to_dict() if self.tally else None,
+            **({"held_out_by_rival": [tally.to_dict() for tally in self.by_rival]} if self.by_rival else {}),
         }
 
 
@@ -144,6 +150,7 @@ class CoachJob:
             has it.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
+        rivals: The robots that are met in an emulated ring of two, instead of an opponent that a referee places.
     """
 
     VERB: ClassVar[str] = "coach"
@@ -162,6 +169,7 @@ class CoachJob:
     vary: float = 0.0
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
+    rivals: Rivals | None = field(default=None, compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
@@ -177,11 +185,13 @@ class CoachJob:
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
             **({"vary": self.vary} if self.vary else {}),
+            **({"rivals": rivals_options(self.rivals)} if self.rivals else {}),
         }
 
     def files(self) -> dict[str, bytes]:
-        """The checkpoint, as far as it is known before the robot is."""
-        return {} if self.saved is None else {CHECKPOINT: self.saved}
+        """The checkpoint, as far as it is known before the robot is, and what rivals play by."""
+        saved = {} if self.saved is None else {CHECKPOINT: self.saved}
+        return saved if self.rivals is None else {**saved, **rivals_files(self.rivals)}
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -199,13 +209,13 @@ class CoachJob:
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
             vary=options.number("vary", 0, 1) if options.has("vary") else 0.0,
+            rivals=rivals_of(options, "rivals", files) if options.has("rivals") else None,
         )
 
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
-        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
-        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session, self._keys(stage):
-            run = _CoachingRun(self, session, stage)
+        with self._session(stage) as (session, pair), self._keys(stage):
+            run = _CoachingRun(self, session, stage, pair)
             try:
                 run.coach()
                 tally, random = run.held_out()
@@ -214,9 +224,20 @@ class CoachJob:
                 self.outputs.cut(run.coaching)
                 raise
             run.end()
-            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random)
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.by_rival)
             session.finish(coached.facts())
         return coached
+
+    @contextmanager
+    def _session(self, stage: Stage) -> Iterator[tuple[Session[Junior], Pair | None]]:
+        """Inside, the robot is there; against rivals the other, too."""
+        if self.rivals is not None:
+            with open_pair_session(stage, reconnect=self.reconnect) as both:
+                yield both
+            return
+        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
+        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session:
+            yield session, None
 
     def _keys(self, stage: Stage) -> AbstractContextManager[None]:
         """Inside, a person beside the ring may answer by keys."""
@@ -226,12 +247,15 @@ class CoachJob:
 class _CoachingRun:
     """One coaching run."""
 
-    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage) -> None:
+    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage, pair: Pair | None) -> None:
         self._job = job
         self._session = session
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
-        self.ring = self._ring(stage)
+        rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
+        self._rivals = rivals
+        self.by_rival: tuple[Tally, ...] = ()
+        self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
         if saved is None:
             pal, progress = new_pal(self._settings(), self.seed), None
         else:
@@ -251,6 +275,7 @@ class _CoachingRun:
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,
+            rivals=rivals,
         )
         stage.describe(opponent=self.ring.opponent)
 
@@ -314,14 +339,18 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally = self._played(AdviceController(self.coaching.advice()), trials)
+        tally, bouts = self._played(AdviceController(self.coaching.advice()), trials)
+        if self._rivals is not None:
+            self.by_rival = self._rivals.tallies(bouts)
         if not self._session.lockstep:
             return tally, None
         player = RandomController(generator(self.seed, Branch.CONTROLLER))
-        return tally, self._played(player, min(trials, RANDOM_BOUTS))
+        return tally, self._played(player, min(trials, RANDOM_BOUTS))[0]
 
-    def _played(self, controller: Controller, trials: int) -> Tally:
-        return play_held_out(self._session, self.ring, controller, seed=self.seed, trials=trials)
+    def _played(self, controller: Controller, trials: int) -> tuple[Tally, list[Bout]]:
+        bouts: list[Bout] = []
+        tally = play_held_out(self._session, self.ring, controller, seed=self.seed, trials=trials, each=bouts.append)
+        return tally, bouts
 
     def end(self) -> None:
         """Put into the log how far it has come: whoever has the log can go on from there."""
