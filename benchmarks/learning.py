@@ -57,8 +57,13 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "time": {"robot_time": 960.0},
     "4-runs": {"runs": 4},
     "8-runs": {"runs": 8},
+    "weak-5": {"faults": "wheel:left:0.95"},
+    "weak-10": {"faults": "wheel:left:0.9"},
+    "weak-15": {"faults": "wheel:left:0.85"},
 }
-"""What each changes of the settings; `runs`: so many coachings and a team exam."""
+"""What each changes of the settings; `runs`: so many coachings and a team exam; `faults`: what is wrong with the robot."""
+NO_SETTINGS: Final = ("runs", "faults")
+"""What is no setting of Pal's."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +89,18 @@ class Cell:
     @property
     def settings(self) -> PalSettings:
         """How it is coached."""
-        changes = {name: value for name, value in json.loads(self.changes).items() if name != "runs"}
+        changes = {name: value for name, value in json.loads(self.changes).items() if name not in NO_SETTINGS}
         return PalSettings.from_dict({**changes, "objective": self.objective})
 
     @property
     def runs(self) -> int:
         """Coachings that are put together."""
         return int(json.loads(self.changes).get("runs", 1))
+
+    @property
+    def faults(self) -> str:
+        """What is wrong with the robot."""
+        return str(json.loads(self.changes).get("faults", ""))
 
 
 @dataclass(frozen=True)
@@ -120,7 +130,7 @@ def made(cell: Cell) -> Row:
     Args:
         cell: Which.
     """
-    run = Run(cell.opponent, cell.seed, cell.settings)
+    run = Run(cell.opponent, cell.seed, cell.settings, cell.faults)
     advices, maneuvers, seconds = [], 0, 0.0
     for number in range(1, cell.runs + 1):
         seed = run_seed(cell.seed, number)

@@ -15,7 +15,7 @@ from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
-from hil.sumo.attended import FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing
+from hil.sumo.attended import Evenness, FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing, try_wheels
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
@@ -98,6 +98,7 @@ class Coached:
         seed: Seed of the run.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        wheels: What was found out of the robot's wheels; None where they were not measured.
     """
 
     coaching: Coaching
@@ -105,6 +106,7 @@ class Coached:
     seed: int
     tally: Tally | None
     random: Tally | None
+    wheels: Evenness | None = None
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
@@ -118,6 +120,7 @@ class Coached:
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
             "held_out": self.tally.to_dict() if self.tally else None,
+            **({"wheels": self.wheels.figures()} if self.wheels else {}),
         }
 
 
@@ -128,7 +131,7 @@ class CoachJob:
     Attributes:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
-        choose_mirror: Left and right are not exchanged in real time, where nobody knows whether the robot's wheels are even.
+        choose_mirror: Left and right are exchanged where the robot's wheels are even.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
@@ -137,6 +140,7 @@ class CoachJob:
         pauses: A person who looks on may have the run pause.
         reset: How the ring is set up between bouts; None: by its referee, or not at all.
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
+        measure_wheels: Whether the wheels of a robot at a link are even is measured; else nobody knows.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -154,6 +158,7 @@ class CoachJob:
     pauses: bool = False
     reset: Reset | None = None
     judged: bool = False
+    measure_wheels: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -170,6 +175,7 @@ class CoachJob:
             **({"pauses": True} if self.pauses else {}),
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
+            **({"measure_wheels": True} if self.measure_wheels else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -191,6 +197,7 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
+            measure_wheels=options.flag("measure_wheels", missing=False),
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -206,7 +213,7 @@ class CoachJob:
                 self.outputs.cut(run.coaching)
                 raise
             run.end()
-            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random)
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.wheels)
             session.finish(coached.facts())
         return coached
 
@@ -224,8 +231,9 @@ class _CoachingRun:
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
         self.ring = self._ring(stage)
+        self.wheels: Evenness | None = None
         if saved is None:
-            pal, progress = new_pal(self._settings(), self.seed), None
+            pal, progress = new_pal(self._settings(stage), self.seed), None
         else:
             pal, progress = saved.pal, saved.progress
             job.outputs.resumed(saved)
@@ -280,13 +288,29 @@ class _CoachingRun:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
 
-    def _settings(self) -> PalSettings:
+    def _settings(self, stage: Stage) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
             settings = replace(settings, objective=Objective.CONTACT)
         if self._job.choose_mirror and not self._session.lockstep:
-            settings = replace(settings, mirror=False)
+            settings = replace(settings, mirror=self._job.measure_wheels and self._even(stage))
         return settings
+
+    def _even(self, stage: Stage) -> bool:
+        """Whether the robot's wheels are even; who has a referee is emulated, and its wheels are taken for even."""
+        junior, tell = self._session.robot, stage.tell or nothing
+        if junior.referee is not None:
+            return True
+        tell("Whether the wheels are even is found out first, within 30 s; with --mirror or --no-mirror that is left out.")
+        questions = self._session.questions(stage.say) if self._job.reset is Reset.ASK else None
+        self.wheels = found = try_wheels(junior, self.ring, questions)
+        words = f"{found} {'Left and right are learnt as one.' if found.even else 'Left and right are learnt apart.'}"
+        if found.trim is not None:
+            name, factor = found.trim
+            words += f" They would be about even with {name} {factor * junior.parameter(name):.2f}."
+        self._session.note("wheels", words, **found.figures())
+        tell(words)
+        return found.even
 
     def coach(self) -> None:
         """Coach, with the display, and write the advice."""
