@@ -132,6 +132,7 @@ class CoachJob:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
         choose_mirror: Left and right are exchanged where the robot's wheels are even.
+        measure_wheels: Whether the wheels of a robot at a link are even is measured; else nobody knows.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
@@ -140,7 +141,6 @@ class CoachJob:
         pauses: A person who looks on may have the run pause.
         reset: How the ring is set up between bouts; None: by its referee, or not at all.
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
-        measure_wheels: Whether the wheels of a robot at a link are even is measured; else nobody knows.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
     """
@@ -150,6 +150,7 @@ class CoachJob:
     settings: PalSettings
     choose_objective: bool
     choose_mirror: bool
+    measure_wheels: bool
     opponent: str | None
     held_out: int | None
     seed: int
@@ -158,7 +159,6 @@ class CoachJob:
     pauses: bool = False
     reset: Reset | None = None
     judged: bool = False
-    measure_wheels: bool = False
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
 
@@ -168,6 +168,7 @@ class CoachJob:
             "settings": self.settings.to_saved(),
             "choose_objective": self.choose_objective,
             **({"choose_mirror": True} if self.choose_mirror else {}),
+            **({"measure_wheels": True} if self.measure_wheels else {}),
             "opponent": self.opponent,
             "held_out": self.held_out,
             "seed": self.seed,
@@ -175,7 +176,6 @@ class CoachJob:
             **({"pauses": True} if self.pauses else {}),
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
-            **({"measure_wheels": True} if self.measure_wheels else {}),
         }
 
     def files(self) -> dict[str, bytes]:
@@ -189,6 +189,7 @@ class CoachJob:
             settings=settings_of(options),
             choose_objective=options.flag("choose_objective"),
             choose_mirror=options.flag("choose_mirror", missing=False),
+            measure_wheels=options.flag("measure_wheels", missing=False),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
@@ -197,7 +198,6 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
-            measure_wheels=options.flag("measure_wheels", missing=False),
         )
 
     def perform(self, stage: Stage) -> Coached:
