@@ -62,11 +62,17 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "team-120": {"runs": 4, "paces": list(PACES), **_TEAM, "progress_weight": 120.0},
     "team-16min": {"runs": 4, "paces": list(PACES), **_TEAM, "robot_time": 960.0},
     "team-6": {"runs": 6, "paces": list(PACES), **_TEAM},
+    "weak-5": {"faults": "wheel:left:0.95"},
+    "weak-10": {"faults": "wheel:left:0.9"},
+    "weak-15": {"faults": "wheel:left:0.85"},
 }
-"""What each changes of the settings; `runs`: so many coachings and a team exam, `paces`: time of an action in each, in turn.
+"""What each changes of the settings; `runs`: so many coachings and a team exam, `paces`: time of an action in each, in turn;
+`faults`: what is wrong with the robot.
 
 `team` is what `hil coach` does with emulated robots.
 """
+NO_SETTINGS: Final = ("runs", "paces", "faults")
+"""What is no setting of Pal's."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ class Cell:
     @property
     def settings(self) -> PalSettings:
         """How it is coached."""
-        changes = {name: value for name, value in json.loads(self.changes).items() if name not in {"runs", "paces"}}
+        changes = {name: value for name, value in json.loads(self.changes).items() if name not in NO_SETTINGS}
         return PalSettings.from_dict({**changes, "objective": self.objective})
 
     @property
@@ -104,6 +110,11 @@ class Cell:
     def runs(self) -> int:
         """Coachings that are put together."""
         return int(json.loads(self.changes).get("runs", 1))
+
+    @property
+    def faults(self) -> str:
+        """What is wrong with the robot."""
+        return str(json.loads(self.changes).get("faults", ""))
 
 
 @dataclass(frozen=True)
@@ -143,7 +154,7 @@ def made(cell: Cell) -> Row:
     Args:
         cell: Which.
     """
-    run = Run(cell.opponent, cell.seed, cell.settings)
+    run = Run(cell.opponent, cell.seed, cell.settings, cell.faults)
     advices, maneuvers, seconds = [], 0, 0.0
     for number, pace in enumerate(islice(cycle(cell.paces), cell.runs), start=1):
         seed = run_seed(cell.seed, number)

@@ -102,7 +102,7 @@ def coach(
         typer.Option(
             "--mirror/--no-mirror",
             help="What is learnt on the left holds on the right: for a robot whose wheels are even "
-            "[default: --mirror in lock-step, --no-mirror in real time]",
+            "[default: --mirror if it is emulated, or if its encoders say that they are]",
         ),
     ] = None,
     end_on_change: Annotated[
@@ -245,6 +245,7 @@ def coach(
             settings=settings,
             choose_objective=objective is None,
             choose_mirror=mirror is None,
+            measure_wheels=mirror is None,
             opponent=opponent if rivals is None else None,
             held_out=held_out,
             seed=seed,

@@ -93,6 +93,7 @@ def coach_run(task: RunTask) -> CoachedRun:
         settings=order.settings,
         choose_objective=False,
         choose_mirror=False,
+        measure_wheels=False,
         opponent=order.opponent,
         held_out=0,
         seed=order.seed,

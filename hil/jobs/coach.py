@@ -15,7 +15,7 @@ from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
-from hil.sumo.attended import FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing
+from hil.sumo.attended import Evenness, FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing, try_wheels
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
@@ -105,6 +105,7 @@ class Coached:
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
         by_rival: The held-out bouts of the advice by whom it met, where several robots are met in turn.
+        wheels: What was found out of the robot's wheels; None where they were not measured.
     """
 
     coaching: Coaching
@@ -113,6 +114,7 @@ class Coached:
     tally: Tally | None
     random: Tally | None
     by_rival: tuple[Tally, ...] = ()
+    wheels: Evenness | None = None
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
@@ -127,6 +129,7 @@ class Coached:
             "per_stimulus": per_stimulus(advice),
             "held_out": self.tally.to_dict() if self.tally else None,
             **({"held_out_by_rival": [tally.to_dict() for tally in self.by_rival]} if self.by_rival else {}),
+            **({"wheels": self.wheels.figures()} if self.wheels else {}),
         }
 
 
@@ -137,7 +140,8 @@ class CoachJob:
     Attributes:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
-        choose_mirror: Left and right are not exchanged in real time, where nobody knows whether the robot's wheels are even.
+        choose_mirror: Left and right are exchanged where the robot's wheels are even.
+        measure_wheels: Whether the wheels of a robot at a link are even is measured; else nobody knows.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
@@ -158,6 +162,7 @@ class CoachJob:
     settings: PalSettings
     choose_objective: bool
     choose_mirror: bool
+    measure_wheels: bool
     opponent: str | None
     held_out: int | None
     seed: int
@@ -177,6 +182,7 @@ class CoachJob:
             "settings": self.settings.to_saved(),
             "choose_objective": self.choose_objective,
             **({"choose_mirror": True} if self.choose_mirror else {}),
+            **({"measure_wheels": True} if self.measure_wheels else {}),
             "opponent": self.opponent,
             "held_out": self.held_out,
             "seed": self.seed,
@@ -200,6 +206,7 @@ class CoachJob:
             settings=settings_of(options),
             choose_objective=options.flag("choose_objective"),
             choose_mirror=options.flag("choose_mirror", missing=False),
+            measure_wheels=options.flag("measure_wheels", missing=False),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
@@ -224,7 +231,7 @@ class CoachJob:
                 self.outputs.cut(run.coaching)
                 raise
             run.end()
-            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.by_rival)
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.by_rival, run.wheels)
             session.finish(coached.facts())
         return coached
 
@@ -256,8 +263,9 @@ class _CoachingRun:
         self._rivals = rivals
         self.by_rival: tuple[Tally, ...] = ()
         self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
+        self.wheels: Evenness | None = None
         if saved is None:
-            pal, progress = new_pal(self._settings(), self.seed), None
+            pal, progress = new_pal(self._settings(stage), self.seed), None
         else:
             pal, progress = saved.pal, saved.progress
             job.outputs.resumed(saved)
@@ -314,13 +322,29 @@ class _CoachingRun:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
 
-    def _settings(self) -> PalSettings:
+    def _settings(self, stage: Stage) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
             settings = replace(settings, objective=Objective.CONTACT)
         if self._job.choose_mirror and not self._session.lockstep:
-            settings = replace(settings, mirror=False)
+            settings = replace(settings, mirror=self._job.measure_wheels and self._even(stage))
         return settings
+
+    def _even(self, stage: Stage) -> bool:
+        """Whether the robot's wheels are even; who has a referee is emulated, and its wheels are taken for even."""
+        junior, tell = self._session.robot, stage.tell or nothing
+        if junior.referee is not None:
+            return True
+        tell("Whether the wheels are even is found out first, within 30 s; with --mirror or --no-mirror that is left out.")
+        questions = self._session.questions(stage.say) if self._job.reset is Reset.ASK else None
+        self.wheels = found = try_wheels(junior, self.ring, questions)
+        words = f"{found} {'Left and right are learnt as one.' if found.even else 'Left and right are learnt apart.'}"
+        if found.trim is not None:
+            name, factor = found.trim
+            words += f" They would be about even with {name} {factor * junior.parameter(name):.2f}."
+        self._session.note("wheels", words, **found.figures())
+        tell(words)
+        return found.even
 
     def coach(self) -> None:
         """Coach, with the display, and write the advice."""

@@ -85,6 +85,17 @@ class Session(Generic[H]):
         """
         return Questions(self.robot.bridge.operator, self.recorder, say)
 
+    def note(self, kind: str, text: str, **fields: object) -> None:
+        """Put an event into the log.
+
+        Args:
+            kind: What kind of event it is.
+            text: What happened, in words.
+            **fields: The same as plain values.
+        """
+        if self.recorder is not None:
+            self.recorder.note(kind, text, **fields)
+
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""
         if self.recorder is not None:
