@@ -23,6 +23,7 @@ class Branch(IntEnum):
     TOURNAMENT = 11
     RUNS = 12
     CHALLENGE = 13
+    RIVALS = 14
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

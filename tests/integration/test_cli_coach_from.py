@@ -17,7 +17,7 @@ from hil.sumo.challenging.standing import ChallengeStanding
 from hil.sumo.coaching import load_checkpoint
 from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
-COACH = ("coach", "--budget", "12", "--held-out", "0", "--no-report")
+COACH = ("coach", "--runs", "1", "--budget", "12", "--held-out", "0", "--no-report")
 AHEAD, TO_LEFT, TO_RIGHT, BACK = Action.FF, Action.LBRF, Action.LFRB, Action.FB
 
 

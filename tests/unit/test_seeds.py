@@ -48,4 +48,5 @@ def test_branches_keep_their_numbers() -> None:
         "TOURNAMENT": 11,
         "RUNS": 12,
         "CHALLENGE": 13,
+        "RIVALS": 14,
     }
