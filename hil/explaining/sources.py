@@ -37,8 +37,8 @@ _MEMBER: Final = re.compile(r"run-([1-9]\d{0,3})\.(?:json|mcap)")
 
 
 STAYED: Final = (
-    "This advice is the one that the run began from: why its maneuvers are there, the run that made it can tell. What was "
-    "learnt and did not take its place stands beside it, in learnt-advice.toml, which hil explain takes too."
+    "This advice is the one that the run began from: why its maneuvers are there, the run that made it can tell. When a run is "
+    "over, what was learnt and did not take its place stands beside it, in learnt-advice.toml, which hil explain takes too."
 )
 
 
