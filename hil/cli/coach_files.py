@@ -126,8 +126,15 @@ class TeamFiles(RunFiles):
         log = None if self._run.run is None else self._run.run.folder / f"run-{number}.mcap"
         return log if log is not None and log.is_file() else None
 
-    def tell_how_to_go_on(self) -> None:
-        """Say where what was learnt so far is, and how to go on."""
+    def tell_how_to_go_on(self, given: Advice | None = None) -> None:
+        """Say where what was learnt so far is, and how to go on.
+
+        Args:
+            given: The advice that was begun from, which is the best so far unless one was written already; None: there is none.
+        """
+        if given is not None and not self.advice.exists():
+            self.save_advice(given)
+            self._console.print(f"The best advice so far: {self.advice}", markup=False)
         if self._run.run is not None:
             folder = self._run.run.folder
             again = shlex.join(["hil", "coach", "--resume-from", str(folder)])

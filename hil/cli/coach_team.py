@@ -122,15 +122,16 @@ def coach_team(
     ) as run:
         files = TeamFiles(run, advice_out, console, report=report)
         folder = None if run.run is None else run.run.folder
+        given = given or job.given
         job = replace(
             job,
-            given=given or job.given,
+            given=given,
             outputs=TeamOutputs(
                 coach=coach_run,
                 task_of=lambda order: RunTask(
                     order, folder, not places.no_log, None if begun is None else begun.checkpoint(order.number)
                 ),
-                cut=files.tell_how_to_go_on,
+                cut=lambda: files.tell_how_to_go_on(given),
                 save=files.save_advice,
                 learnt=files.save_learnt,
             ),
