@@ -65,6 +65,9 @@ def explain(
         return
     if learning.source != advice and not quiet:
         console.print(f"Advice: {learning.source}")
+    if learning.challenge:
+        console.print()
+        console.print(fill(learning.challenge, console.width, break_long_words=False, break_on_hyphens=False), markup=False)
     for one in explanations:
         _tell(console, one)
     for text in learning.unknown:
@@ -132,6 +135,7 @@ def _document(learning: Learning, explanations: Sequence[Explanation]) -> dict[s
         "opponent": advice.opponent,
         "objective": advice.objective.value,
         "seed": advice.seed,
+        "challenge": learning.challenge or None,
         "situations": [{"situation": label(one.entry), **plain(one)} for one in explanations],
         "unknown": learning.unknown,
     }

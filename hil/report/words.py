@@ -35,6 +35,8 @@ SITUATION: Final = "The eyes that see it"
 """Head of the column that names situations, as it heads the legends of pictures."""
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
+HELD_OUT: Final = "bouts played by the advice"
+"""Title of the series of bouts that an advice is judged by."""
 
 
 def title_of(data: RunData) -> str:
@@ -73,6 +75,15 @@ def played_bouts(data: RunData) -> list[BoutPath]:
     """Bouts in which nothing was learnt."""
     learnt = {bout.number for bout in coaching_bouts(data)}
     return [bout for bout in data.bouts if bout.number not in learnt]
+
+
+def main_series(played: Sequence[BoutPath]) -> str:
+    """Title of the series that tells most of what was learnt: held-out bouts, else the first.
+
+    Args:
+        played: Bouts in which nothing was learnt, at least one.
+    """
+    return HELD_OUT if any(bout.series == HELD_OUT for bout in played) else played[0].series
 
 
 def summary(data: RunData) -> list[str]:
