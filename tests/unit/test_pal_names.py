@@ -48,9 +48,7 @@ def test_what_was_learnt_gets_its_name(spelled: str, tallies: tuple[ActionTally,
         ("S FF LBRF FF", (82, 300, 157, 0, 63, 8728, 2, 25), []),  # against the point
     ],
 )
-def test_winners_of_coaching_runs_earn_what_they_do(
-    spelled: str, engagement: tuple[int, ...], earned: list[str]
-) -> None:
+def test_winners_of_coaching_runs_earn_what_they_do(spelled: str, engagement: tuple[int, ...], earned: list[str]) -> None:
     assert names(actions(spelled), Engagement(*engagement)) == earned
 
 
