@@ -224,6 +224,14 @@ CLAIMS: Final = (
     ),
     _called(HEAVY, INTERMITTENT_IMPACT, "10.6.4, Fig. 10.6 (b)"),
     Claim(
+        name="heavy-rates-what-wins",
+        place="not in the book",
+        says="(b) (Eq. 10.1 does not ask whether the opponent moves.)",
+        measured="both-side maneuvers, mean of Eq. 10.1: what Pal learns by default, and wins by, less what Eq. 10.1 elects",
+        needs=(book(HEAVY, "product"), book(HEAVY)),
+        measure=partial(_less, those=book(HEAVY, "product"), others=(book(HEAVY),), column="rating_both"),
+    ),
+    Claim(
         name="curved-grows-together",
         place="10.6.5, Fig. 10.7 (c)",
         says="(c) Against the curved opponent all three curves grow together.",
