@@ -100,7 +100,7 @@ def size(options: argparse.Namespace) -> None:
     """Bytes a robot minute of a coached run and of bouts."""
     with tempfile.TemporaryDirectory() as folder:
         for name, arguments in (
-            ("coach", ["coach", URL, "--budget", "150"]),
+            ("coach", ["coach", URL, "--runs", "1", "--budget", "150"]),
             ("chase", ["bout", URL, "--controller", "chase", "--trials", str(options.bouts)]),
         ):
             out = Path(folder, name)

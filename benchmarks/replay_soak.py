@@ -91,7 +91,7 @@ def drawn(seed: int) -> Plan:
     times = {name: f"{chance.uniform(1.0, 5.0):.3f}" for name in ("moment", "later")}
     times["later"] = f"{float(times['moment']) + 2.5:.3f}"
     verbs: dict[str, tuple[str, ...]] = {
-        "coach": ("--budget", "14", "--held-out", "1", "--period", "0.1", "--no-report", "--reconnect", "4"),
+        "coach": ("--runs", "1", "--budget", "14", "--held-out", "1", "--period", "0.1", "--no-report", "--reconnect", "4"),
         "bout": ("--trials", "1", "--controller", chance.choice(["chase", "random"]), "--reconnect", "4"),
         "monitor": ("--duration", "6", "--reconnect", "4"),
         "deploy": ("--contest", "--countdown", "0.5"),
@@ -241,7 +241,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(asked.at_once) as pool:
             folder = Path(name)
             advice = folder / "advice.toml"
-            coach = [*HIL, "coach", "--budget", "40", "--held-out", "0", "--no-report", "--no-log", "--quiet"]
+            coach = [*HIL, "coach", "--runs", "1", "--budget", "40", "--held-out", "0", "--no-report", "--no-log", "--quiet"]
             coach += ["--advice-out", str(advice), "--out", str(folder / "coach")]
             subprocess.run(coach, check=True)  # noqa: S603 - our own program
             plans = [drawn(seed) for seed in range(asked.first, asked.first + asked.runs)]

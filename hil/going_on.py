@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hil.runs import RUNNING
+from hil.runs import DONE, FELL_SHORT, RUNNING, TEAM_FILES
 from hil.sumo.coaching import CheckpointError, load_checkpoint
 
 if TYPE_CHECKING:
@@ -24,6 +24,17 @@ def saved_by(run: Run) -> Checkpoint | None:
     return None if saved is None or saved.pal.finished else saved
 
 
+def can_go_on(run: Run) -> bool:
+    """A run, or several coachings together, has saved something that can be gone on with.
+
+    Args:
+        run: The run; it is not going on.
+    """
+    if run.team is not None:
+        return run.state not in {DONE, FELL_SHORT}
+    return saved_by(run) is not None
+
+
 def successor(run: Run, found: Sequence[Run]) -> Run | None:
     """The run that goes on from another, or has gone on from it and saved something; one that got nowhere is none.
 
@@ -31,14 +42,18 @@ def successor(run: Run, found: Sequence[Run]) -> Run | None:
         run: The run that was cut.
         found: All runs, the newest first.
     """
-    source = run.saved_to.resolve()
+    source = (run.team or run.saved_to).resolve()
     for later in found:
         if later.folder == run.folder:
             return None
         goes_on = later.source is not None and later.source.resolve() == source
-        if goes_on and (later.state == RUNNING or _checkpoint(later) is not None):
+        if goes_on and (later.state == RUNNING or _has_saved(later)):
             return later
     return None
+
+
+def _has_saved(run: Run) -> bool:
+    return any(run.folder.glob(TEAM_FILES[0])) if run.team is not None else _checkpoint(run) is not None
 
 
 def _checkpoint(run: Run) -> Checkpoint | None:

@@ -6,6 +6,7 @@
         advice.toml      what was learnt
         tables.toml      what a swarm has learnt; of several seeds tables-1.toml and so on instead
         checkpoint.json  what a run that was cut goes on from
+        team.json        that several coachings belong together: run-1.json, run-1.mcap and so on are checkpoint and log of each
         report/          pages and pictures
         view.html        a page that plays the log
         tournament.svg   the picture of a tournament, whose upsets are in upset-1-WINNER-LOSER.mcap and so on
@@ -49,6 +50,9 @@ SEED_TABLES: Final = "tables-*.toml"
 ADVICE: Final = "advice.toml"
 TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
+TEAM: Final = "team.json"
+TEAM_FILES: Final = ("run-[1-9]*.json", "run-[1-9]*.mcap")
+"""Checkpoints and logs of several coachings that belong together."""
 REPORT: Final = "report"
 VIEW: Final = "view.html"
 VERSION: Final = 1
@@ -147,6 +151,12 @@ class Run:
         return Path(named) if isinstance(named, str) and named else self.checkpoint
 
     @property
+    def team(self) -> Path | None:
+        """What says which coachings belong together; None where it is one."""
+        path = self.folder / TEAM
+        return path if path.is_file() else None
+
+    @property
     def source(self) -> Path | None:
         """The checkpoint that it went on from; None where it began anew."""
         return Path(self.record.resumed_from) if self.record.resumed_from else None
@@ -195,9 +205,9 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, TABLES, CHECKPOINT, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
+        for name in (LOG, ADVICE, TABLES, CHECKPOINT, TEAM, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
             (self.folder / name).unlink(missing_ok=True)
-        for pattern in (PART_LOGS, UPSET_LOGS, SEED_TABLES):
+        for pattern in (PART_LOGS, UPSET_LOGS, SEED_TABLES, *TEAM_FILES):
             for made in self.folder.glob(pattern):
                 made.unlink()
         if self.report.is_dir() and not self.report.is_symlink():

@@ -52,9 +52,9 @@ def rerecorded(
         raise OutputError(f"{out} is the log itself, which the new one is compared with: give --rerecord another name")
     tape = Tape(log, limits, compared=False)
     job, url, _ = recorded_job(tape)
-    tape.first_step()
     if obstacle := why_not_again(tape, url):
         raise ReplayError(obstacle)
+    tape.first_step()
     run = ActiveRun(None, out, overwrite=overwrite)
     try:
         job.perform(LiveStage(run, job, url, common.plain_console(stderr=True, quiet=True), quiet=True))

@@ -8,7 +8,7 @@ import typer
 
 from hil import runs as folders
 from hil.cli import common
-from hil.going_on import saved_by, successor
+from hil.going_on import can_go_on, successor
 
 if TYPE_CHECKING:
     from hil.runs import Run
@@ -70,7 +70,7 @@ def _old(found: list[Run], keep: int) -> list[Run]:
         if kept[kind] <= keep or run.state == folders.RUNNING:
             continue
         later = successor(run, found)
-        if later.state != folders.RUNNING if later is not None else saved_by(run) is None:
+        if later.state != folders.RUNNING if later is not None else not can_go_on(run):
             old.append(run)
     return old
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice, AdviceEntry, Pal
 
 MCAP: Final = ".mcap"
-TEAM: Final = "team.json"
-"""In the folder of a coaching of several runs: which belong together."""
 _MEMBER: Final = re.compile(r"run-([1-9]\d{0,3})\.(?:json|mcap)")
 """A run's checkpoint or log there."""
 
@@ -107,7 +105,7 @@ def learning_of(given: Path | None) -> Learning:
         )
         return learning
     learning.run = run.folder
-    if (run.folder / TEAM).is_file():
+    if run.team is not None:
         _read_team(learning, run)
     else:
         _read_run(learning, run)

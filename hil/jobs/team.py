@@ -4,23 +4,26 @@ from __future__ import annotations
 
 import json
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, settings_of
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
-from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short
+from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short, open_session_within
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
-from hil.seeds import Branch, run_seed
+from hil.seeds import Branch, generator, run_seed
 from hil.sumo.advice_file import advice_text
-from hil.sumo.bouts import Tally
+from hil.sumo.controllers import AdviceController, RandomController
+from hil.sumo.junior import Junior
+from hil.sumo.ring import open_ring
 from hil.sumo.summary import per_stimulus
-from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, bouts_of, parts_of, play_bouts, score_of
+from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_BUDGET, MOST_PERIOD
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
@@ -29,14 +32,21 @@ if TYPE_CHECKING:
 
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
+    from hil.sumo.bouts import Tally
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import TeamVerdict
 
 R = TypeVar("R")
 
 MOST_RUNS: Final = 100
+PACES: Final = (0.15, 0.11, 0.08)
+"""Time that an action lasts, in s, in one run after the other where none is asked for: opponents differ in what serves best."""
+TEAM_SETTINGS: Final = PalSettings(budget=MOST_BUDGET, robot_time=1440.0, end_on_change=True, progress_weight=200.0)
+"""How Pal coaches several runs where nothing else is asked for."""
 VERB: Final = "coach --runs"
-EXAM, HELD_OUT, RANDOM = "team exam", "held out", "random maneuvers"
+EXAM: Final = "team exam"
+TEAM: Final = "team"
+"""Kind of the events that tell how runs are put together."""
 
 
 @dataclass(frozen=True)
@@ -133,12 +143,14 @@ class Team:
 class TeamJob:
     """Several coachings by workers, each on an emulated robot of its own, and the team exam of what they have learnt.
 
-    What comes out, log and all, is the same for any number of workers.
+    What comes out, log and all, is the same for any number of workers. The advice is tried by this process, on a robot of its
+    own: the log tells of these bouts all that there is to see, and its time is that robot's.
 
     Attributes:
         settings: How Pal coaches, in each run.
+        periods: Time that an action lasts in each run, in s, so that they learn which does best; none: as the settings say.
         opponent: Name of the opponent.
-        urls: Address of the emulated robot of each run; the first is that of the exam too.
+        urls: Address of the emulated robot of each run; robots of the first play the exam and the bouts afterwards, too.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
         outputs: Where it leaves what.
@@ -151,6 +163,7 @@ class TeamJob:
     urls: tuple[str, ...]
     held_out: int | None
     seed: int
+    periods: tuple[float, ...] = ()
     outputs: TeamOutputs = field(default=TeamOutputs(), compare=False)
 
     @property
@@ -162,6 +175,7 @@ class TeamJob:
         """Everything that decides."""
         return {
             "settings": self.settings.to_dict(),
+            **({"periods": list(self.periods)} if self.periods else {}),
             "opponent": self.opponent,
             "urls": list(self.urls),
             "held_out": self.held_out,
@@ -179,13 +193,26 @@ class TeamJob:
         urls = options.texts("urls")
         if not 1 <= len(urls) <= MOST_RUNS:
             raise options.wrong("urls", f"expected 1 to {MOST_RUNS}, not {len(urls)}")
+        paces = options.elements("periods") if options.has("periods") else None
+        periods = () if paces is None else tuple(paces.number(name, LEAST_PERIOD, MOST_PERIOD) for name in paces.names)
+        if len(periods) not in {0, len(urls)}:
+            raise options.wrong("periods", f"expected {len(urls)}, one for each run, not {len(periods)}")
         return cls(
             settings=settings,
             opponent=opponent_of(options, "opponent"),
             urls=urls,
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
+            periods=periods,
         )
+
+    def settings_of_run(self, number: int) -> PalSettings:
+        """How Pal coaches in a run.
+
+        Args:
+            number: Its number, from 1.
+        """
+        return replace(self.settings, period=self.periods[number - 1]) if self.periods else self.settings
 
     def perform(self, stage: Stage) -> Team:
         """Coach, put together, and try.
@@ -239,7 +266,6 @@ class _TeamWork:
         self._runs: list[CoachedRun] = []
         self._coached = _FromWorkers(stage, RUNS)
         self._bouts = _FromWorkers(stage, PLAYED)
-        self._seconds = 0.0
 
     def do(self) -> Team:
         job = self._job
@@ -250,7 +276,7 @@ class _TeamWork:
             f"objective {settings.objective.value}. Then one advice is put together."
         )
         orders = [
-            RunOrder(number, run_seed(job.seed, number), url, job.settings, job.opponent)
+            RunOrder(number, run_seed(job.seed, number), url, job.settings_of_run(number), job.opponent)
             for number, url in enumerate(job.urls, start=1)
         ]
         self._coached.of(job.outputs.coach or _nobody, [job.outputs.task_of(order) for order in orders], self._take_run)
@@ -262,8 +288,7 @@ class _TeamWork:
             self._recorder.advice(advice.to_dict())
             attach(self._recorder, ADVICE, advice_text(advice).encode())
         job.outputs.save(advice)
-        tally = self._tally(advice, HELD_OUT_LOCKSTEP if job.held_out is None else job.held_out)
-        random = None if tally is None else self._tally(None, min(tally.trials, RANDOM_BOUTS))
+        tally, random = self._held_out(advice)
         team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random)
         if self._recorder is not None:
             self._recorder.note("result", "done", **team.facts())
@@ -271,16 +296,15 @@ class _TeamWork:
 
     def _take_run(self, place: int, run: CoachedRun) -> None:
         self._runs.append(run)
-        self._pass(run.robot_seconds)
         if self._recorder is not None:
             self._recorder.coached_run(place + 1, run)
         learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
-        self._say(f"Run {place + 1} of {len(self._job.urls)}: {learnt}.")
+        self._tell(f"Run {place + 1} of {len(self._job.urls)}: {learnt}.")
 
     def _examine(self, exam: TeamExam) -> None:
         """One turn of the exam."""
         wanted, before = exam.wanted, len(exam.verdicts)
-        played = self._play(EXAM, wanted, Branch.VALIDATION, BOUTS)
+        played = self._play(wanted)
         exam.tell([score_of(each) for each in played])
         for verdict in exam.verdicts[before:]:
             if self._recorder is not None:
@@ -289,36 +313,42 @@ class _TeamWork:
         score = exam.score
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
-            self._say(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+            self._tell(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
 
-    def _tally(self, advice: Advice | None, trials: int) -> Tally | None:
-        """Bouts from poses that nothing was learnt from or chosen by."""
+    def _held_out(self, advice: Advice) -> tuple[Tally | None, Tally | None]:
+        """Bouts from poses that nothing was learnt from or chosen by: by the advice, and at random for comparison."""
+        trials, seed = self._job.held_out, self._job.seed
+        if trials is None:
+            trials = HELD_OUT_LOCKSTEP
         if not trials:
-            return None
-        (played,) = self._play(RANDOM if advice is None else HELD_OUT, (advice,), Branch.HELD_OUT_BOUTS, trials)
-        return Tally.of(self._job.opponent, bouts_of(played, self._job.seed, Branch.HELD_OUT_BOUTS))
+            return None, None
+        with open_session_within(Junior, self._stage, self._recorder) as session:
+            ring = open_ring(session.robot)
+            tally = play_held_out(session, ring, AdviceController(advice), seed=seed, trials=trials)
+            player = RandomController(generator(seed, Branch.CONTROLLER))
+            return tally, play_held_out(session, ring, player, seed=seed, trials=min(trials, RANDOM_BOUTS))
 
-    def _play(self, what: str, advices: Sequence[Advice | None], branch: Branch, trials: int) -> list[list[PlayedBouts]]:
+    def _play(self, advices: Sequence[Advice]) -> list[list[PlayedBouts]]:
         """Bouts by each of several advices, from the same poses."""
-        parts = parts_of(trials)
+        parts = parts_of(BOUTS)
         url, seed = self._job.urls[0], self._job.seed
-        tasks = [BoutsTask(url, advice, seed, branch, numbers) for advice in advices for numbers in parts]
+        tasks = [BoutsTask(url, advice, seed, Branch.VALIDATION, numbers) for advice in advices for numbers in parts]
         played: list[PlayedBouts] = []
 
         def take(place: int, result: PlayedBouts) -> None:
             played.append(result)
-            self._pass(sum(result.times))
             if self._recorder is not None:
-                self._recorder.team_bouts(what, tasks[place].numbers[0], result)
+                self._recorder.team_bouts(EXAM, tasks[place].numbers[0], result)
 
         self._bouts.of(play_bouts, tasks, take)
         return [played[first : first + len(parts)] for first in range(0, len(played), len(parts))]
 
-    def _pass(self, seconds: float) -> None:
-        """Robots have performed: that is the time of the log."""
-        self._seconds += seconds
+    def _tell(self, text: str) -> None:
+        """Say how it goes, in the log as well; what is in it so far is safe then, since no time of it passes meanwhile."""
+        self._say(text)
         if self._recorder is not None:
-            self._recorder.now = self._seconds
+            self._recorder.note(TEAM, text)
+            self._recorder.flush()
 
     def _say(self, text: str) -> None:
         if not self._stage.quiet:

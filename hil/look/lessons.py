@@ -13,8 +13,16 @@ from hil.explaining.history import LearningHistory
 from hil.explaining.team import TeamHistory
 from hil.explaining.words import reasons, runner_up
 from hil.look.scene import LearningCurves, LearntManeuver, LearntStep
-from hil.mcaplog.records import AdviceRecord, StepRecord, SurroundGenerationRecord, SurroundStateRecord, TrialRecord
+from hil.mcaplog.records import (
+    AdviceRecord,
+    CoachedRunRecord,
+    StepRecord,
+    SurroundGenerationRecord,
+    SurroundStateRecord,
+    TrialRecord,
+)
 from hil.report.learnt import Learnt, read_learnt
+from hil.sumo.team import LATELY, shares_won
 from pal_advisor.surround import Tables, TablesError, rules
 
 if TYPE_CHECKING:
@@ -37,12 +45,18 @@ TOUCHED: Final = ("", ", left arm touching", ", right arm touching", ", both arm
 
 
 class LearningPart:
-    """Takes the entries of a log that a learner has left."""
+    """Takes the entries of a log that a learner has left.
+
+    Attributes:
+        trials: Maneuvers performed for it.
+        coached: Several coachings that the log tells of.
+    """
 
     def __init__(self) -> None:
         self.trials = 0
         self._history = LearningHistory()
         self._team = TeamHistory()
+        self.coached: list[CoachedRunRecord] = []
         self._steps: list[StepRecord] = []
         self._fitness: list[float] = []
         self._advice = ""
@@ -59,6 +73,8 @@ class LearningPart:
         elif isinstance(value, TrialRecord):
             self.trials += 1
             self._fitness.append(value.fitness)
+        elif isinstance(value, CoachedRunRecord):
+            self.coached.append(value)
         elif isinstance(value, AdviceRecord):
             self._advice = value.json
         elif isinstance(value, SurroundStateRecord):
@@ -84,6 +100,8 @@ class LearningPart:
             scene.curves.append(by_maneuvers)
         if len(self._fitness) > 1:
             scene.curves.append(_trials(self._fitness))
+        if (of_runs := _of_runs(self.coached)).labels:
+            scene.curves.append(of_runs)
         scene.curves += _surround(self._surround)
         if len(self._searched) > 1:
             scene.curves.append(_search(self._searched))
@@ -104,6 +122,14 @@ class LearningPart:
         y = tuple(np.array([step.best for step in found[name]], dtype=np.float64) for name in names)
         labels = tuple(f"eyes: {name}" for name in names)
         return LearningCurves("Best fitness of each situation", "", "maneuvers performed", labels, x, y)
+
+
+def _of_runs(runs: list[CoachedRunRecord]) -> LearningCurves:
+    """How often each of several runs won while it learnt."""
+    found = [(f"run {run.number}", *shares_won(run.bouts, run.outcomes)) for run in runs[:MOST_CURVES]]
+    found = [curve for curve in found if len(curve[1])]
+    labels, x, y = (tuple(part) for part in zip(*found, strict=True)) if found else ((), (), ())
+    return LearningCurves(f"Share of the last {LATELY} bouts won while learning", "", "bouts of the run", labels, x, y)
 
 
 def _trials(fitness: list[float]) -> LearningCurves:

@@ -65,7 +65,7 @@ def read_scene(path: Path, limits: ReadLimits = ReadLimits(), robot: int | None 
     swarm.put(scene)
     learner.put(scene, pal_of(reader.attachments))
     run.put(scene)
-    words.tell(scene, reader.metadata, swarm.classes, learner.trials)
+    words.tell(scene, reader.metadata, swarm.classes, learner.trials, learner.coached)
     return scene
 
 

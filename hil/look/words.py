@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Final
 from hil.statistics import Rate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from hil.look.scene import Chapter, Scene
+    from hil.mcaplog.records import CoachedRunRecord
 
 MOST_SERIES: Final = 6
 MOST_NAMED: Final = 3
@@ -22,7 +23,13 @@ ABOUT: Final = {
 }
 
 
-def tell(scene: Scene, metadata: Mapping[str, Mapping[str, str]], classes: Mapping[str, int], trials: int) -> None:
+def tell(
+    scene: Scene,
+    metadata: Mapping[str, Mapping[str, str]],
+    classes: Mapping[str, int],
+    trials: int,
+    coached: Sequence[CoachedRunRecord] = (),
+) -> None:
     """Put words into a scene that holds all else.
 
     Args:
@@ -30,9 +37,17 @@ def tell(scene: Scene, metadata: Mapping[str, Mapping[str, str]], classes: Mappi
         metadata: The log's metadata records.
         classes: How many robots of each class there are in a swarm.
         trials: Maneuvers performed for a learner.
+        coached: Several coachings that the log tells of.
     """
     bouts = [chapter for chapter in scene.chapters if chapter.outcome]
-    scene.title = _title(scene, bouts, classes, trials)
+    scene.title = _title(scene, bouts, classes, trials or len(coached))
+    if coached:
+        performed, begun = sum(run.maneuvers for run in coached), sum(run.bouts for run in coached)
+        scene.said.append(
+            f"Pal coached {len(coached):,} robots, apart, which performed {performed:,} maneuvers in {begun:,} bouts. "
+            "One advice was made of what they learnt. How each learnt is in its own log in that folder: run-1.mcap ..."
+        )
+        scene.facts.append((f"{performed:,}", f"maneuvers performed by {len(coached):,} robots"))
     if trials:
         coaching = [bout for bout in bouts if bout.series in {COACHING, ""}]
         scene.said.append(f"Pal had Junior perform {trials:,} maneuvers in {len(coaching):,} bouts, and learnt from each.")

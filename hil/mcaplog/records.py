@@ -273,13 +273,14 @@ class CoachedRunRecord:
     robot_seconds: Annotated[float, "s; time that the robot spent performing"]
     json: Annotated[str, "the advice file's content"]
     digest: Annotated[str, "of all its decisions, 16 hexadecimal digits"]
+    outcomes: Annotated[tuple[int, ...], "how the bouts ended while it learnt, in order: 1 won, 2 lost, 3 drawn"]
 
 
 @dataclass(frozen=True)
 class TeamBoutsRecord:
-    """Bouts that were played by an advice, or at random, on an emulated robot of their own."""
+    """Bouts that were played by an advice, on an emulated robot of their own."""
 
-    what: Annotated[str, "what for: team exam, held out, random maneuvers"]
+    what: Annotated[str, "what for: team exam"]
     first: Annotated[int, "number of the first of them, from 1"]
     outcomes: Annotated[tuple[int, ...], "how each ended: 1 won, 2 lost, 3 drawn"]
     times: Annotated[tuple[float, ...], "s; how long each took"]

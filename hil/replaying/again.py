@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.address import parse_address
+from hil.jobs.team import TeamJob
 
 if TYPE_CHECKING:
     from hil.replaying.tape import Tape
@@ -20,6 +21,8 @@ def why_not_again(tape: Tape, url: str) -> str:
     Raises:
         AddressError: That is none.
     """
+    if tape.config.get("verb") == TeamJob.VERB:
+        return f"{tape.path} is of several runs that others have made: each has a log of its own, which can be recorded again"
     if not url:
         return f"{tape.path} is of a search, whose runs others have played: each of them can be done again by its case and seed"
     address = parse_address(url)

@@ -56,8 +56,10 @@ JOBS: Final[dict[str, type[Job]]] = {
     )
 }
 """Verbs whose logs can be replayed."""
-UNLINKED: Final = frozenset((EvolveJob.VERB, TeamJob.VERB))
+UNLINKED: Final = frozenset((EvolveJob.VERB,))
 """Those that have no link of their own: others do the work, and the log tells what came of it."""
+LINKED_LATE: Final = frozenset((TeamJob.VERB,))
+"""Those that open their link when others have done their work, or not at all."""
 
 
 @dataclass(frozen=True)
@@ -166,7 +168,7 @@ def replay(
     signed = tape.config.get("signed") == "true"
     if signed and signing_key is None:
         raise ReplayError(f"{log} is of a run whose frames were signed: its replay needs the key (--signing-key FILE)")
-    wire = _wire_of(tape, url) if url else ""
+    wire = _wire_of(tape, url) if _is_linked(job, tape, url) else ""
     comparison = Comparison(tape, wire, strict=strict)
     stage = ReplayStage(url, tape, comparison, key=signing_key if signed else None, faults=faults)
     tape.on_read = progress
@@ -185,6 +187,11 @@ def replay(
         recovered=tape.recovered,
         again=bool(url) and not (tape.recovered or why_not_again(tape, url)),
     )
+
+
+def _is_linked(job: Job, tape: Tape, url: str) -> bool:
+    """The run has come to its link."""
+    return bool(url) and (job.VERB not in LINKED_LATE or tape.has_step())
 
 
 def _wire_of(tape: Tape, url: str) -> str:
@@ -247,7 +254,8 @@ def why_not(log: Path, limits: ReadLimits = ReadLimits()) -> str:  # noqa: B008 
     """
     try:
         tape = Tape(log, limits, compared=False)
-        if recorded_job(tape)[1]:
+        job, url, _ = recorded_job(tape)
+        if _is_linked(job, tape, url):
             tape.first_step()
     except ReplayError as error:
         return str(error).removeprefix(f"{log}: ").removeprefix(f"{log} ")

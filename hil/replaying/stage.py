@@ -79,13 +79,14 @@ class ReplayStage(Stage):
 
     def begin_log(self) -> Recorder | None:
         """A recorder whose entries are compared."""
-        network = parse_address(self.url).url if self.url else ""
+        address = parse_address(self.url) if self.url else None
+        network = "" if address is None else address.url
         return Recorder(
             self._tape.path,
             run={},
             config={},
             link=network,
-            lockstep=not network or self._tape.opening(network).lockstep,
+            lockstep=address is None or address.scheme == "sim" or self._tape.opening(network).lockstep,
             writer=self._comparison,
         )
 

@@ -155,17 +155,23 @@ class Tape:
         Raises:
             ReplayError: It does not begin with the opening of a network, or has no step.
         """
-        while not self.steps:
-            if not self._read_on():
-                text = f"{self.path} has no step of a bridge that could be read: there is nothing to replay"
-                if not self.reader.whole:
-                    text += f". It is {self.reader.health(1)}. What there is of it, hil log recover gets"
-                raise ReplayError(text)
+        if not self.has_step():
+            text = f"{self.path} has no step of a bridge that could be read: there is nothing to replay"
+            if not self.reader.whole:
+                text += f". It is {self.reader.health(1)}. What there is of it, hil log recover gets"
+            raise ReplayError(text)
         if not any(network.opening for network in self._networks.values()):
             raise ReplayError(
                 f"{self.path} does not say how its bridge was opened: it was recorded by an older version, or its beginning is "
                 "missing"
             )
+
+    def has_step(self) -> bool:
+        """Read on to the first step; False where there is none."""
+        while not self.steps:
+            if not self._read_on():
+                return False
+        return True
 
     @property
     def networks(self) -> list[str]:

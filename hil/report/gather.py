@@ -30,6 +30,7 @@ from hil.mcaplog.records import (
     AdviceRecord,
     BridgeOpening,
     BridgeStep,
+    CoachedRunRecord,
     EventRecord,
     RejectedInput,
     StepRecord,
@@ -38,6 +39,7 @@ from hil.mcaplog.records import (
     SurroundGenerationRecord,
     SurroundStateRecord,
     SwarmRoundRecord,
+    TeamVerdictRecord,
     TrialRecord,
     WireBytes,
 )  # fmt: skip
@@ -75,6 +77,7 @@ MOST_ODDITIES: Final = 20
 _KEPT: Final[dict[type, str]] = {
     TrialRecord: "trials", StepRecord: "generations", SurroundStateRecord: "surround", SurroundEvaluationRecord: "evaluations",
     SurroundGenerationRecord: "search_generations", SurroundConditionRecord: "conditions", SwarmRoundRecord: "rounds",
+    CoachedRunRecord: "coached", TeamVerdictRecord: "verdicts",
 }  # fmt: skip
 """Records that are kept as they are, and under which name."""
 _PHASES: Final = frozenset(Phase)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.mcaplog.records import (
+        CoachedRunRecord,
         EventRecord,
         StepRecord,
         SurroundConditionRecord,
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
         SurroundGenerationRecord,
         SurroundStateRecord,
         SwarmRoundRecord,
+        TeamVerdictRecord,
         TrialRecord,
     )
     from hil.report.learnt import Learnt
@@ -117,6 +119,8 @@ class RunData:
         conditions: What was said of conditions when searches were over.
         steps: First and last of its steps that are shown; None for the last: to the end; None: all.
         rounds: Rounds of a swarm, in order.
+        coached: Several coachings of which one advice was made, each with a log of its own, in order.
+        verdicts: What their team exam found out, in order.
         advice: The advice as last recorded; None where there was none that could be read.
         bouts: Bouts, in order.
         link: How good the link was.
@@ -142,6 +146,8 @@ class RunData:
     conditions: list[SurroundConditionRecord] = field(default_factory=list)
     steps: tuple[int, int | None] | None = None
     rounds: list[SwarmRoundRecord] = field(default_factory=list)
+    coached: list[CoachedRunRecord] = field(default_factory=list)
+    verdicts: list[TeamVerdictRecord] = field(default_factory=list)
     advice: Learnt | None = None
     bouts: list[BoutPath] = field(default_factory=list)
     link: LinkQuality = field(default_factory=LinkQuality)
@@ -164,4 +170,4 @@ class RunData:
     @property
     def learnt(self) -> bool:
         """The log is of a run in which something was learnt."""
-        return bool(self.generations or self.trials)
+        return bool(self.generations or self.trials or self.coached)

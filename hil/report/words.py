@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import codes, spelled_out
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.happened.words import interruptions_said, results_said, stops_said
@@ -14,6 +14,7 @@ from hil.report.report_table import ReportTable, counted, shortened
 from hil.report.swarm.runs import surround_runs
 from hil.report.swarm.search_words import search_said, search_title
 from hil.report.swarm.words import surround_said
+from hil.report.team.words import team_said
 from hil.statistics import Rate, quantile
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def summary(data: RunData) -> list[str]:
     """
     said = stops_said(data) + interruptions_said(data) + results_said(data)
     if data.learnt:
-        said += [_effort(data), _progress(data)]
+        said += [team_said(data)] if data.coached else [_effort(data), _progress(data)]
     series_played = _series(played_bouts(data))
     for (series, opponent), bouts in list(series_played.items())[:MOST_NAMED]:
         said.append(_played(series, opponent, bouts))
@@ -312,6 +313,8 @@ def _series(bouts: Sequence[BoutPath]) -> dict[tuple[str, str], list[BoutPath]]:
 def _opponents(data: RunData) -> list[str]:
     seen = list(dict.fromkeys(bout.opponent_name for bout in data.bouts))
     told = data.advice.opponent if data.advice else ""
+    if told and seen == [OpponentCode.JUNIOR.label]:
+        return [told]  # a referee knows that it is a Junior, and not who plays it
     return [*seen[:MOST_NAMED], "others"] if len(seen) > MOST_NAMED else seen or ([told] if told else [])
 
 

@@ -20,12 +20,14 @@ from hil.report.happened.words import happenings_table, states_table
 from hil.report.learning_figures import known, maneuver_strips, wins_over_run
 from hil.report.link_figures import link_quality, sensors_over_time
 from hil.report.page import Picture, Pictures, Section, add_picture, render
-from hil.report.report_table import shortened
+from hil.report.report_table import counted, shortened
 from hil.report.style import INSTALL, can_draw, styled
 from hil.report.swarm.runs import see_steps, surround_runs
 from hil.report.swarm.search_words import search_numbers
 from hil.report.swarm.sections import search_sections, surround_sections
 from hil.report.swarm.words import surround_numbers
+from hil.report.team.figures import wins_of_runs
+from hil.report.team.words import exam_table, runs_table
 from hil.report.words import (
     bout_table,
     chosen_caption,
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
     from hil.report.run_data import RunData
 
 PAGE = "report.html"
-EARLY: Final = frozenset({"maneuvers", "fitness", "learning", "wins", "trajectories"})
+EARLY: Final = frozenset({"maneuvers", "fitness", "learning", "wins", "trajectories", "runs"})
 """Pictures of the coaching alone."""
 
 
@@ -237,8 +239,14 @@ def _learning(data: RunData, pictures: Pictures) -> Section:
             "Share of bouts won during coaching, with maneuvers on trial; each tick above is a bout.",
             pictures,
         )
-    effort = effort_table(data)
-    section.tables = [effort] if effort else []
+    add_picture(
+        section,
+        "runs",
+        partial(wins_of_runs, data),
+        "Share of the last 20 bouts won by each run while it learnt, with maneuvers on trial.",
+        pictures,
+    )
+    section.tables = [table for table in (effort_table(data), runs_table(data), exam_table(data)) if table]
     return section
 
 
@@ -248,7 +256,7 @@ def _bouts(data: RunData, pictures: Pictures) -> Section:
     if table is None:
         return section
     section.tables.append(table)
-    if data.learnt:
+    if coaching_bouts(data):
         early = choose(coaching_bouts(data), learnt=True)
         add_picture(
             section,
@@ -317,15 +325,17 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
     if data.evaluations:
         found += search_numbers(data)
     if data.learnt:
-        found.append((f"{len(data.trials):,}", "maneuvers performed"))
+        performed = sum(run.maneuvers for run in data.coached) or len(data.trials)
+        by = f" by {counted(len(data.coached), 'robot', 'robots')}" if data.coached else ""
+        found.append((f"{performed:,}", f"maneuvers performed{by}"))
     over = [bout for bout in data.bouts if bout.outcome is not BoutOutcome.UNDECIDED]
     if over:
         found.append((f"{len(over):,}", "bouts"))
     scored = played_bouts(data) or over
     if scored:
         series = scored[0].series if data.learnt else ""
-        counted = [bout for bout in scored if bout.series == series or not data.learnt]
-        decided = [bout for bout in counted if bout.outcome is not BoutOutcome.UNDECIDED]
+        those = [bout for bout in scored if bout.series == series or not data.learnt]
+        decided = [bout for bout in those if bout.outcome is not BoutOutcome.UNDECIDED]
         if decided:
             wins = sum(bout.outcome is BoutOutcome.WIN for bout in decided)
             found.append((f"{wins / len(decided):.1%}", f"won, {shortened(series, 60)}" if series else "of the bouts won"))

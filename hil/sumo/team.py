@@ -6,19 +6,26 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from firmware_protocol.messages import BoutOutcome
-from hil.seeds import Branch, bout_seed, generator
-from hil.sumo.bouts import Bout, play
+from hil.seeds import bout_seed
+from hil.sumo.bouts import play
 from hil.sumo.connecting import connect
-from hil.sumo.controllers import AdviceController, Controller, RandomController
+from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from pal_advisor.maneuvers import TeamScore
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from hil.seeds import Branch
     from pal_advisor.maneuvers import Advice
 
+LATELY: Final = 20
+"""Bouts that the running share of wins is taken over."""
 PART: Final = 10
 """Bouts that are played on one emulated robot, whatever the number of workers."""
 
@@ -36,6 +43,7 @@ class CoachedRun:
         robot_seconds: Time that the robot spent performing, in s.
         json: The advice, as JSON.
         digest: Of all its decisions.
+        outcomes: How the bouts ended, as `BoutOutcome`, in order; of a run that was gone on with, those since then.
     """
 
     seed: int
@@ -46,6 +54,7 @@ class CoachedRun:
     robot_seconds: float
     json: str
     digest: str
+    outcomes: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -54,24 +63,17 @@ class BoutsTask:
 
     Attributes:
         url: Address of the emulated robot.
-        advice: What is played by; None: random maneuvers.
+        advice: What is played by.
         seed: Seed of the run that they belong to.
         branch: Which of its poses.
         numbers: Numbers of the bouts.
     """
 
     url: str
-    advice: Advice | None
+    advice: Advice
     seed: int
     branch: Branch
     numbers: range
-
-    @property
-    def controller(self) -> Controller:
-        """Who chooses the maneuvers."""
-        if self.advice is None:
-            return RandomController(generator(self.seed, Branch.CONTROLLER, self.numbers[0]))
-        return AdviceController(self.advice)
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,7 @@ def play_bouts(task: BoutsTask) -> PlayedBouts:
     seeds = [bout_seed(task.seed, task.branch, number) for number in task.numbers]
     with closing(connect(task.url)) as junior:
         junior.arm()
-        bouts = list(play(open_ring(junior), task.controller, seeds, task.numbers[0]))
+        bouts = list(play(open_ring(junior), AdviceController(task.advice), seeds, task.numbers[0]))
     return PlayedBouts(
         tuple(int(bout.outcome) for bout in bouts),
         tuple(bout.time for bout in bouts),
@@ -115,19 +117,21 @@ def parts_of(trials: int) -> list[range]:
     return [range(first, min(first + PART, trials + 1)) for first in range(1, trials + 1, PART)]
 
 
-def bouts_of(played: Sequence[PlayedBouts], seed: int, branch: Branch) -> list[Bout]:
-    """The bouts one by one, of all parts in order.
+def shares_won(bouts: int, outcomes: Sequence[int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """How often a run has won lately, over its bouts.
 
     Args:
-        played: What came of the parts.
-        seed: Seed of the run.
-        branch: Which of its poses.
+        bouts: Bouts begun.
+        outcomes: How those ended that are told of, the last of them.
+
+    Returns:
+        Numbers of bouts, and the share of the last `LATELY` won at each; shape (n,), empty where there are too few.
     """
-    each = [bout for part in played for bout in zip(part.outcomes, part.times, part.maneuvers, strict=True)]
-    return [
-        Bout(number, bout_seed(seed, branch, number), BoutOutcome(outcome), time, maneuvers)
-        for number, (outcome, time, maneuvers) in enumerate(each, start=1)
-    ]
+    if len(outcomes) < LATELY:
+        return np.empty(0), np.empty(0)
+    won = (np.array(outcomes) == BoutOutcome.WIN).astype(np.float64)
+    share = np.convolve(won, np.full(LATELY, 1.0 / LATELY), mode="valid")
+    return np.arange(len(share), dtype=np.float64) + max(0, bouts - len(outcomes)) + LATELY, share
 
 
 def score_of(played: Sequence[PlayedBouts]) -> TeamScore:

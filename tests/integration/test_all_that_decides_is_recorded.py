@@ -172,7 +172,7 @@ def coached(tmp_path_factory: pytest.TempPathFactory) -> Path:
     common = ("--held-out", "0", "--no-report", "--quiet")
     cut = ("sim://junior?faults=unplug:4", "--budget", "8", "--reconnect", "0", "--out", str(folder / "cut"))
     assert run_hil(["coach", *cut, *common]) == 3
-    assert run_hil(["coach", "--budget", "4", *common, "--out", str(folder / "whole")]) == 0
+    assert run_hil(["coach", "--runs", "1", "--budget", "4", *common, "--out", str(folder / "whole")]) == 0
     shutil.copyfile(folder / "cut" / CHECKPOINT, folder / CHECKPOINT)
     shutil.copyfile(folder / "whole" / ADVICE, folder / ADVICE)
     return folder

@@ -90,7 +90,7 @@ def test_the_decisions_and_each_run_are_replayed(whole: tuple[Path, dict[str, An
 def test_a_run_is_what_it_is_alone() -> None:
     found("--out", "together", "--seed", "7")
     asked = ["--budget", "70s", "--end-on-change", "--seed", "7", "--held-out", "0"]
-    assert run(["coach", *asked, "--no-report", "--quiet", "--out", "alone"]) == 0
+    assert run(["coach", "--runs", "1", *asked, "--no-report", "--quiet", "--out", "alone"]) == 0
     alone, together = (json.loads(Path(place).read_text()) for place in ("alone/checkpoint.json", "together/run-1.json"))
     assert alone == together
 
@@ -114,8 +114,3 @@ def test_stopped_and_gone_on_with_it_comes_to_the_same(
     assert {key: document[key] for key in told} == told
     assert Path("on/advice.toml").read_bytes() == (uncut / "advice.toml").read_bytes()
     assert hil.replay(Path("on/log.mcap")).same
-
-
-def test_a_robot_that_is_there_is_coached_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["coach", "tcp://127.0.0.1:1", "--runs", "2"]) == 2
-    assert "there is one at tcp://127.0.0.1:1" in capsys.readouterr().err

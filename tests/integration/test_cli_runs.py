@@ -18,7 +18,7 @@ from hil.mcaplog import LogReader
 from hil.runs import RunRecord, load_run, make_run
 
 CHASE = ["bout", "--controller", "chase", "--trials", "1", "--quiet"]
-COACH = ["coach", "--budget", "8", "--held-out", "0", "--quiet", "--no-report"]
+COACH = ["coach", "--runs", "1", "--budget", "8", "--held-out", "0", "--quiet", "--no-report"]
 
 
 @pytest.fixture(autouse=True)

@@ -39,7 +39,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def advice(folder: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     """A small advice file."""
     path = folder / "small.advice.toml"
-    assert run(["coach", "--budget", "8", "--held-out", "0", "--no-log", "--quiet", "--advice-out", str(path)]) == 0
+    assert (
+        run(["coach", "--runs", "1", "--budget", "8", "--held-out", "0", "--no-log", "--quiet", "--advice-out", str(path)]) == 0
+    )
     capsys.readouterr()
     return path
 

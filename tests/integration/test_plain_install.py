@@ -59,7 +59,7 @@ def test_without_what_draws_a_report_has_all_but_pictures_and_one_line_says_how_
         )
         return done.stdout, done.stderr
 
-    said, errors = hil("coach", "--budget", "40", "--held-out", "2", "--out", "run")
+    said, errors = hil("coach", "--runs", "1", "--budget", "40", "--held-out", "2", "--out", "run")
     (line,) = [line for line in said.splitlines() if "pictures" in line]
     assert INSTALL in line
     assert errors == ""

@@ -35,7 +35,7 @@ from hil.versions import versions
 
 LOGS: Final = Path(__file__).parents[1] / "replay_logs"
 GOLDEN: Final = Path(__file__).parents[1] / "golden" / "small.mcap"
-COACH: Final = ("--budget", "12", "--held-out", "0", "--no-report", "--quiet")
+COACH: Final = ("--runs", "1", "--budget", "12", "--held-out", "0", "--no-report", "--quiet")
 
 
 @pytest.fixture(scope="module")

@@ -103,13 +103,14 @@ def ran(folder: Path, name: str, *arguments: str, status: int = DONE, meanwhile:
 
 def lockstep(folder: Path) -> Path:
     """Coached in lock-step, over MAVLink."""
-    robot, options = "sim://junior?opponent=curved-light&seed=7", ["--period", "0.02", "--budget", "500"]  # generations
+    robot = "sim://junior?opponent=curved-light&seed=7"
+    options = ["--runs", "1", "--period", "0.02", "--budget", "500"]  # generations
     return ran(folder, "lockstep", "coach", robot, *options, *TRIED)
 
 
 def lockstep_can(folder: Path) -> Path:
     """Coached in lock-step, over CAN."""
-    return ran(folder, "lockstep_can", "coach", "sim://junior?wire=can&seed=8", *COACH, "--budget", "60")
+    return ran(folder, "lockstep_can", "coach", "sim://junior?wire=can&seed=8", "--runs", "1", *COACH, "--budget", "60")
 
 
 def pty(folder: Path) -> Path:
@@ -183,7 +184,7 @@ def resumed(folder: Path) -> Path:
 def bout(folder: Path) -> Path:
     """Bouts by advice, in real time over UDP."""
     advice = str(folder / "advice.toml")
-    with Hil(folder, "coach", *COACH, "--budget", "60", "--no-log", "--advice-out", advice) as coach:
+    with Hil(folder, "coach", "--runs", "1", *COACH, "--budget", "60", "--no-log", "--advice-out", advice) as coach:
         if coach.end() != DONE:
             raise RuntimeError(coach.text)
     with served("udp://127.0.0.1:0") as (url, _):

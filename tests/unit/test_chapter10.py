@@ -16,6 +16,7 @@ from hil.book.sumo.methods import CORNER, METHODS, OPPONENTS, SEEDS, SQUARE, Cel
 from hil.book.sumo.page import chapter_10
 from hil.book.sumo.reduction import Play, best_curve, learning, reduced, settled
 from hil.book.sumo.results import COMMAND, NAMES, PAGE, RESULTS, stored
+from pal_advisor.maneuvers import PalSettings
 from simdevice.sumo.opponents import OPPONENTS as SPECS
 
 if TYPE_CHECKING:
@@ -134,7 +135,8 @@ def test_stored_results_are_of_the_methods() -> None:
         assert results.has(path.stem), path
         method, opponent = next((m, o) for m in METHODS for o in (*OPPONENTS, SQUARE) if path.stem == f"{m}-{o}")
         runs = results.runs(path.stem)
-        assert runs.data["settings"] == Cell(method, opponent, 1).settings.to_dict(), f"{path}: coached otherwise than now"
+        coached = PalSettings.of_saved(runs.data["settings"])
+        assert coached == Cell(method, opponent, 1).settings, f"{path}: coached otherwise than now"
         assert runs.columns["seed"] == list(range(1, SEEDS + 1))
         assert path.stat().st_size < 30_000
 

@@ -353,7 +353,7 @@ def test_the_log_of_several_runs_tells_which_it_was_where_the_runs_are_gone(team
 @pytest.mark.parametrize("text", ["", "[]", "{", '{"version": 1}', "x" * (1 << 21)])
 def test_a_run_of_a_log_that_can_not_be_read_counts_for_none(text: str) -> None:
     told = TeamHistory()
-    told.take(LogEntry("/pal/run", 0.0, CoachedRunRecord(1, 1, 60, 9, 4, 3, 50.0, text, "0" * 16)))
+    told.take(LogEntry("/pal/run", 0.0, CoachedRunRecord(1, 1, 60, 9, 4, 3, 50.0, text, "0" * 16, ())))
     assert not told.members
 
 

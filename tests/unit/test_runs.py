@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from hil import runs
+from hil.going_on import can_go_on, successor
 from hil.processes import process_identity
 from hil.runs import Run, RunError, RunRecord, all_runs, file_of, load_run, make_run, newest
 
@@ -155,3 +156,18 @@ def test_removing_a_run_leaves_what_others_have_put_there() -> None:
     shared = finished("b", "coach", "flat-light", "2026-11-28T10", "advice.toml", "notes.txt")
     shared.remove()
     assert [path.name for path in shared.folder.iterdir()] == ["notes.txt"]
+
+
+def test_several_coachings_that_were_cut_stay_until_others_go_on_from_them() -> None:
+    cut = finished("a", "coach", "flat-light", "2026-11-28T10:00:00+00:00", "team.json", "run-1.json", "run-1.mcap")
+    cut.record.state = "interrupted"
+    assert can_go_on(cut)
+    later = finished("b", "coach", "flat-light", "2026-11-28T11:00:00+00:00", "team.json")
+    later.record.resumed_from, later.record.state = str(cut.folder / "team.json"), "interrupted"
+    assert successor(cut, [later, cut]) is None, "it has saved nothing"
+    (later.folder / "run-1.json").write_bytes(b"x")
+    assert successor(cut, [later, cut]) is later
+    later.record.state = runs.DONE
+    assert not can_go_on(later)
+    cut.remove()
+    assert not cut.folder.exists()

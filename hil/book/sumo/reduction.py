@@ -223,7 +223,7 @@ def reduced(rows: Sequence[Plain]) -> Plain:
         columns[f"before_{name}"] = [_rounded(_fifth(row, mode, 3)) for row in rows]
     lacking = {name: [play.lacks(name) for play in plays] for name in NAMES}
     return {
-        "settings": Cell(**rows[0]["cell"]).settings.to_dict(),
+        "settings": Cell(**rows[0]["cell"]).settings.to_saved(),
         "columns": columns,
         "winners": [
             [f"{_label(eyes)}: {' '.join(action.name for action in actions)}" for eyes, actions in play.often()]

@@ -1,0 +1,130 @@
+"""Where a coaching leaves what, of one robot or of several."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hil import runs
+from hil.cli import common
+from hil.cli.run_files import RunFiles
+from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from hil.cli.running import ActiveRun
+    from hil.sumo.coaching import Coaching
+    from pal_advisor.maneuvers import Advice
+
+
+class CoachingFiles(RunFiles):
+    """Where a coaching run leaves what.
+
+    Args:
+        run: The run.
+        advice: Advice file, instead of the one in the run's folder.
+        checkpoint: Checkpoint, likewise.
+        console: Where to say so.
+        report: A report is wanted.
+
+    Attributes:
+        advice: Advice file.
+        unsaved: No file holds the advice.
+    """
+
+    def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, console: Console, *, report: bool) -> None:
+        super().__init__(run, checkpoint, console, report=report)
+        self.advice = run.place(advice, runs.ADVICE)
+        self.unsaved = False
+        self._kept = False
+
+    def keep_advice(self, advice: Advice) -> None:
+        """Write the best advice so far; where that fails, say so once."""
+        try:
+            save_advice(advice, self.advice, overwrite=self._run.overwrite or self._kept)
+            self._kept = True
+        except AdviceFileError as error:
+            self._failed(self.advice, str(error))
+
+    def save_advice(self, advice: Advice) -> None:
+        """Write the advice; where that fails, say what it is."""
+        self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite or self._kept)
+
+    def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
+        """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
+        if not self.checkpoint.is_file() or coaching.unsaved:
+            if coaching.pal.used:
+                common.complain("no file holds what was learnt so far. It is:")
+                common.complain(advice_text(coaching.advice()), program=False)
+            return
+        if self._kept:
+            self._console.print(f"The best advice so far: {self.advice}", markup=False)
+        self.tell_where("What was learnt so far is", ["hil", "coach", *words], signing_key)
+
+
+class TeamFiles(RunFiles):
+    """Where several runs, of which one advice is made, leave what.
+
+    Args:
+        run: The run.
+        advice: Advice file, instead of the one in the run's folder.
+        console: Where to say so.
+        report: A report is wanted.
+
+    Attributes:
+        advice: Advice file.
+        unsaved: No file holds the advice.
+    """
+
+    def __init__(self, run: ActiveRun, advice: Path | None, console: Console, *, report: bool) -> None:
+        super().__init__(run, None if run.run is not None else Path(runs.TEAM), console, report=report)
+        self.advice = run.place(advice, runs.ADVICE)
+        self.unsaved = False
+
+    def save_advice(self, advice: Advice) -> None:
+        """Write the advice; where that fails, say what it is."""
+        self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite)
+
+    def document(self, number: int) -> dict[str, object]:
+        """The files, by name.
+
+        Args:
+            number: How many runs there were.
+        """
+        return {
+            "run": self._run.folder,
+            "advice": None if self.unsaved else str(self.advice),
+            "log": self._run.log_file,
+            "logs": [str(log) for log in map(self.log_of, range(1, number + 1)) if log is not None],
+            "report": None,
+        }
+
+    def log_of(self, number: int) -> Path | None:
+        """The log of a run; None where there is none.
+
+        Args:
+            number: Its number, from 1.
+        """
+        log = None if self._run.run is None else self._run.run.folder / f"run-{number}.mcap"
+        return log if log is not None and log.is_file() else None
+
+    def tell_how_to_go_on(self) -> None:
+        """Say where what was learnt so far is, and how to go on."""
+        if self._run.run is not None:
+            folder = self._run.run.folder
+            again = shlex.join(["hil", "coach", "--resume-from", str(folder)])
+            self._console.print(f"What was learnt so far is in {folder}. To go on: {again}", markup=False)
+
+
+def _saved(run: ActiveRun, advice: Advice, path: Path, *, overwrite: bool) -> bool:
+    """Write an advice; where that fails, say what it is, and False."""
+    try:
+        save_advice(advice, path, overwrite=overwrite)
+    except AdviceFileError as error:
+        run.failed(str(error))
+        common.complain("what was learnt, for no file to hold:")
+        common.complain(advice_text(advice), program=False)
+        return False
+    return True

@@ -1,0 +1,128 @@
+"""One of several coachings, in a worker: where it leaves what, and what is told of it."""
+
+from __future__ import annotations
+
+import json
+from contextlib import closing
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from firmware_protocol.errors import HilError
+from hil.cli import common
+from hil.cli.running import ActiveRun
+from hil.cli.workers import PartStage
+from hil.jobs.coach import CoachJob, Outputs
+from hil.mcaplog.making.slimming import slim
+from hil.sumo.team import CoachedRun
+from hil.working import WorkerError, interruptible
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hil.jobs.team import RunOrder
+    from hil.sumo.bouts import Bout
+    from hil.sumo.ring import Encounter
+    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
+
+
+@dataclass(frozen=True)
+class RunTask:
+    """A coaching for a worker.
+
+    Attributes:
+        order: What is wanted.
+        folder: Where its log and its checkpoint go, as `run-2.mcap` and `run-2.json`; None for nowhere.
+        logged: A log is wanted.
+        saved: The checkpoint that is gone on from; None begins anew.
+    """
+
+    order: RunOrder
+    folder: Path | None
+    logged: bool
+    saved: bytes | None = None
+
+
+class RunWatcher:
+    """Observes a coaching, and remembers how its bouts ended.
+
+    Attributes:
+        outcomes: That, as `BoutOutcome`, in order.
+    """
+
+    def __init__(self) -> None:
+        self.outcomes: list[int] = []
+
+    def decision(self, trial: Trial) -> None:
+        """It counts when it was performed."""
+
+    def credit(self, credit: Credit) -> None:
+        """It tells nothing of bouts."""
+
+    def checkpoint(self, used: int, digest: str) -> None:
+        """It tells nothing of bouts."""
+
+    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
+        """It tells nothing of bouts."""
+
+    def generation(self, record: GenerationRecord) -> None:
+        """It tells nothing of bouts."""
+
+    def bout(self, bout: Bout) -> None:
+        """Remember a bout."""
+        self.outcomes.append(int(bout.outcome))
+
+    def interrupted(self, bout: int, error: str) -> None:
+        """The bout is begun again."""
+
+
+def coach_run(task: RunTask) -> CoachedRun:
+    """Coach, in a worker's process; the log of all runs but the first is made small.
+
+    Args:
+        task: What.
+
+    Raises:
+        WorkerError: It ended by an error, or the log could not be written.
+    """
+    order, folder = task.order, task.folder
+    place = None if folder is None else folder / f"run-{order.number}"
+    log = place.with_suffix(".mcap") if place is not None and task.logged else None
+    run = ActiveRun(None, log, overwrite=True)  # in the run's own folder: left behind by a worker that has died
+    watcher = RunWatcher()
+    job = CoachJob(
+        settings=order.settings,
+        choose_objective=False,
+        choose_mirror=False,
+        measure_wheels=False,
+        opponent=order.opponent,
+        held_out=0,
+        seed=order.seed,
+        reconnect=0.0,
+        saved=task.saved,
+        outputs=Outputs(checkpoint=None if place is None else place.with_suffix(".json"), observers=(watcher,)),
+    )
+    console = common.plain_console(stderr=True, quiet=True)
+    try:
+        stage = PartStage(run, job, order.url, console, quiet=True, beside=False)
+        with interruptible(), closing(stage):
+            coached = job.perform(stage)
+        if log is not None and order.number > 1 and not run.failures:
+            small = log.with_suffix(".slim")
+            slim(log, small, overwrite=True)
+            small.replace(log)
+    except (HilError, OSError) as error:
+        raise WorkerError(f"run {order.number}: {common.in_words(error)}", common.status_of(error)) from None
+    if run.failures:
+        raise WorkerError(f"run {order.number}: {'; '.join(run.failures)}", common.EXIT_FILE)
+    pal, progress = coached.coaching.pal, coached.coaching.progress
+    return CoachedRun(
+        seed=order.seed,
+        maneuvers=pal.used,
+        bouts=progress.bouts,
+        wins=progress.wins,
+        losses=progress.losses,
+        robot_seconds=progress.robot_seconds,
+        json=json.dumps(coached.coaching.advice().to_dict(), sort_keys=True),
+        digest=pal.digest,
+        outcomes=tuple(watcher.outcomes),
+    )

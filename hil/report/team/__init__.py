@@ -1,0 +1,1 @@
+"""What a report tells of several coachings, of which one advice was made."""
