@@ -8,19 +8,22 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import HilError
+from firmware_protocol.messages import BoutOutcome
 from hil.cli import common
 from hil.cli.running import ActiveRun
 from hil.cli.workers import PartStage
 from hil.jobs.coach import CoachJob, Outputs
 from hil.mcaplog.making.slimming import slim
-from hil.sumo.team import CoachedRun
+from hil.sumo.team import LATELY, CoachedRun
 from hil.working import WorkerError, interruptible
+from hil.working.processes import tell
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from hil.jobs.team import RunOrder
     from hil.sumo.bouts import Bout
+    from hil.sumo.coaching import Checkpoint
     from hil.sumo.ring import Encounter
     from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, Trial
 
@@ -43,14 +46,20 @@ class RunTask:
 
 
 class RunWatcher:
-    """Observes a coaching, and remembers how its bouts ended.
+    """Observes a coaching, remembers how its bouts ended, and tells whoever looks on how far it is.
+
+    Args:
+        order: What is wanted.
 
     Attributes:
-        outcomes: That, as `BoutOutcome`, in order.
+        outcomes: How its bouts ended, as `BoutOutcome`, in order.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, order: RunOrder) -> None:
         self.outcomes: list[int] = []
+        self._place = order.number - 1
+        self._settings = order.settings
+        self._done = 0.0
 
     def decision(self, trial: Trial) -> None:
         """It counts when it was performed."""
@@ -61,8 +70,22 @@ class RunWatcher:
     def checkpoint(self, used: int, digest: str) -> None:
         """It tells nothing of bouts."""
 
-    def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
-        """It tells nothing of bouts."""
+    def resumed(self, saved: Checkpoint) -> None:
+        """It goes on from there."""
+        self._done = saved.pal.seconds if self._settings.robot_time else saved.pal.used
+
+    def trial(
+        self,
+        trial: Trial,  # noqa: ARG002
+        encounter: Encounter,  # noqa: ARG002
+        performance: Performance,
+        fitness: float,  # noqa: ARG002
+    ) -> None:
+        """Tell how far it is."""
+        self._done += performance.performed if self._settings.robot_time else 1
+        lately = self.outcomes[-LATELY:]
+        won = lately.count(BoutOutcome.WIN) / len(lately) if lately else -1.0
+        tell(self._place, self._done / (self._settings.robot_time or self._settings.budget), won)
 
     def generation(self, record: GenerationRecord) -> None:
         """It tells nothing of bouts."""
@@ -88,7 +111,7 @@ def coach_run(task: RunTask) -> CoachedRun:
     place = None if folder is None else folder / f"run-{order.number}"
     log = place.with_suffix(".mcap") if place is not None and task.logged else None
     run = ActiveRun(None, log, overwrite=True)  # in the run's own folder: left behind by a worker that has died
-    watcher = RunWatcher()
+    watcher = RunWatcher(order)
     job = CoachJob(
         settings=order.settings,
         choose_objective=False,
@@ -98,7 +121,9 @@ def coach_run(task: RunTask) -> CoachedRun:
         seed=order.seed,
         reconnect=0.0,
         saved=task.saved,
-        outputs=Outputs(checkpoint=None if place is None else place.with_suffix(".json"), observers=(watcher,)),
+        outputs=Outputs(
+            checkpoint=None if place is None else place.with_suffix(".json"), resumed=watcher.resumed, observers=(watcher,)
+        ),
     )
     console = common.plain_console(stderr=True, quiet=True)
     try:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
 from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short, open_session_within
+from hil.jobs.team_progress import TeamDisplay
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
 from hil.seeds import Branch, generator, run_seed
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
 
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
-    from hil.sumo.bouts import Tally
+    from hil.sumo.bouts import Bout, Tally
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import TeamVerdict
 
@@ -245,8 +247,16 @@ class _TeamWork:
         self._runs: list[CoachedRun] = []
         self._coached = _FromWorkers(stage, RUNS)
         self._bouts = _FromWorkers(stage, PLAYED)
+        board = stage.board
+        self._display = TeamDisplay(stage.console, len(job.urls), None if board is None else board.read, quiet=stage.quiet)
+        self._examined = 0
 
     def do(self) -> Team:
+        """Coach, examine, and try, with the display."""
+        with self._display:
+            return self._do()
+
+    def _do(self) -> Team:
         job = self._job
         settings = job.settings
         budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
@@ -275,6 +285,7 @@ class _TeamWork:
 
     def _take_run(self, place: int, run: CoachedRun) -> None:
         self._runs.append(run)
+        self._display.run_over(place)
         if self._recorder is not None:
             self._recorder.coached_run(place + 1, run)
         learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
@@ -283,7 +294,7 @@ class _TeamWork:
     def _examine(self, exam: TeamExam) -> None:
         """One turn of the exam."""
         wanted, before = exam.wanted, len(exam.verdicts)
-        played = self._play(wanted)
+        played = self._play(wanted, self._examined + BOUTS * exam.at_most)
         exam.tell([score_of(each) for each in played])
         for verdict in exam.verdicts[before:]:
             if self._recorder is not None:
@@ -303,12 +314,17 @@ class _TeamWork:
             return None, None
         with open_session_within(Junior, self._stage, self._recorder) as session:
             ring = open_ring(session.robot)
-            tally = play_held_out(session, ring, AdviceController(advice), seed=seed, trials=trials)
-            player = RandomController(generator(seed, Branch.CONTROLLER))
-            return tally, play_held_out(session, ring, player, seed=seed, trials=min(trials, RANDOM_BOUTS))
+            at_random, done = min(trials, RANDOM_BOUTS), count(1)
 
-    def _play(self, advices: Sequence[Advice]) -> list[list[PlayedBouts]]:
-        """Bouts by each of several advices, from the same poses."""
+            def each(_: Bout) -> None:
+                self._display.played(next(done), trials + at_random)
+
+            tally = play_held_out(session, ring, AdviceController(advice), seed=seed, trials=trials, each=each)
+            player = RandomController(generator(seed, Branch.CONTROLLER))
+            return tally, play_held_out(session, ring, player, seed=seed, trials=at_random, each=each)
+
+    def _play(self, advices: Sequence[Advice], most: int) -> list[list[PlayedBouts]]:
+        """Bouts by each of several advices, from the same poses; there will be so many in the exam at the most."""
         parts = parts_of(BOUTS)
         url, seed = self._job.urls[0], self._job.seed
         tasks = [BoutsTask(url, advice, seed, Branch.VALIDATION, numbers) for advice in advices for numbers in parts]
@@ -316,6 +332,8 @@ class _TeamWork:
 
         def take(place: int, result: PlayedBouts) -> None:
             played.append(result)
+            self._examined += len(result.outcomes)
+            self._display.examined(self._examined, most)
             if self._recorder is not None:
                 self._recorder.team_bouts(EXAM, tasks[place].numbers[0], result)
 
