@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 from firmware_protocol.errors import HilError
@@ -19,7 +21,7 @@ from hil.working import WorkerError, interruptible
 from hil.working.processes import tell
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    from collections.abc import Mapping
 
     from hil.jobs.team import RunOrder
     from hil.sumo.bouts import Bout
@@ -35,6 +37,7 @@ class RunTask:
     Attributes:
         order: What is wanted.
         folder: Where its log and its checkpoint go, as `run-2.mcap` and `run-2.json`; None for nowhere.
+        sent: That folder is on another machine, perhaps: they are sent back.
         logged: A log is wanted.
         saved: The checkpoint that is gone on from; None begins anew.
     """
@@ -43,6 +46,23 @@ class RunTask:
     folder: Path | None
     logged: bool
     saved: bytes | None = None
+    sent: bool = False
+
+
+@dataclass(frozen=True)
+class SentRun(CoachedRun):
+    """What came of a coaching, with the files that it has left where nobody keeps them.
+
+    Attributes:
+        files: What is in them, by name.
+    """
+
+    files: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def alone(self) -> CoachedRun:
+        """What came of it, without the files."""
+        return CoachedRun(**{name: value for name, value in vars(self).items() if name != "files"})
 
 
 class RunWatcher:
@@ -99,7 +119,7 @@ class RunWatcher:
 
 
 def coach_run(task: RunTask) -> CoachedRun:
-    """Coach, in a worker's process; the log of all runs but the first is made small.
+    """Coach, in a worker; the log of all runs but the first is made small.
 
     Args:
         task: What.
@@ -107,7 +127,17 @@ def coach_run(task: RunTask) -> CoachedRun:
     Raises:
         WorkerError: It ended by an error, or the log could not be written.
     """
-    order, folder = task.order, task.folder
+    if task.folder is None or not task.sent:
+        return _coached(task, task.folder)
+    with TemporaryDirectory(prefix="hil-coach-") as name:
+        folder = Path(name)
+        run = _coached(task, folder)
+        return SentRun(**vars(run), files={path.name: path.read_bytes() for path in sorted(folder.iterdir())})
+
+
+def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
+    """Coach, and leave files in a folder."""
+    order = task.order
     place = None if folder is None else folder / f"run-{order.number}"
     log = place.with_suffix(".mcap") if place is not None and task.logged else None
     run = ActiveRun(None, log, overwrite=True)  # in the run's own folder: left behind by a worker that has died

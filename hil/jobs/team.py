@@ -65,6 +65,10 @@ class RunOrder:
     opponent: str
 
 
+def _as_it_is(run: CoachedRun) -> CoachedRun:
+    return run
+
+
 @dataclass(frozen=True)
 class TeamOutputs:
     """Where it leaves what; by default nowhere.
@@ -72,12 +76,14 @@ class TeamOutputs:
     Attributes:
         coach: Does a coaching, in a worker; of a module.
         task_of: Makes of an order what `coach` takes.
+        take: Is given what came of a coaching, and gives it without what is only to be kept.
         save: Writes the advice.
         cut: Is told that it is cut short.
     """
 
     coach: Callable[[Any], CoachedRun] | None = None
     task_of: Callable[[RunOrder], object] = nothing
+    take: Callable[[CoachedRun], CoachedRun] = _as_it_is
     save: Callable[[Advice], object] = nothing
     cut: Callable[[], object] = nothing
 
@@ -283,7 +289,8 @@ class _TeamWork:
             self._recorder.note("result", "done", **team.facts())
         return team
 
-    def _take_run(self, place: int, run: CoachedRun) -> None:
+    def _take_run(self, place: int, told: CoachedRun) -> None:
+        run = self._job.outputs.take(told)
         self._runs.append(run)
         self._display.run_over(place)
         if self._recorder is not None:
