@@ -20,7 +20,7 @@ from hil.sumo.advice_file import advice_text
 from hil.sumo.controllers import AdviceController, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
-from hil.sumo.summary import per_stimulus
+from hil.sumo.summary import in_words, per_stimulus
 from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
@@ -310,7 +310,9 @@ class _TeamWork:
         score = exam.score
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
-            self._tell(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+            category = exam.verdicts[before].category
+            when = "" if category is None else f" when {in_words(category[1])}"
+            self._tell(f"Team exam, {len(wanted)} tried{when}: {what}; {score.wins} of {score.trials} bouts won.")
 
     def _held_out(self, advice: Advice) -> tuple[Tally | None, Tally | None]:
         """Bouts from poses that nothing was learnt from or chosen by: by the advice, and at random for comparison."""
@@ -351,7 +353,7 @@ class _TeamWork:
         """Say how it goes, in the log as well; what is in it so far is safe then, since no time of it passes meanwhile."""
         self._say(text)
         if self._recorder is not None:
-            self._recorder.note(TEAM, text)
+            self._recorder.note(TEAM, text.removesuffix("."))
             self._recorder.flush()
 
     def _say(self, text: str) -> None:
