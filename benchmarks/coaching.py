@@ -51,11 +51,13 @@ class Run:
         opponent: Against whom.
         seed: Seed of the coaching.
         settings: How to coach.
+        faults: What is wrong with the robot, as in an address.
     """
 
     opponent: str
     seed: int
     settings: PalSettings
+    faults: str = ""
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,8 @@ class Part:
 @contextmanager
 def ring_of(run: Run) -> Iterator[Ring]:
     """A new emulated robot in a ring."""
-    with hil.connect(f"sim://junior?opponent={run.opponent}&seed={run.seed}") as junior:
+    faults = f"&faults={run.faults}" if run.faults else ""
+    with hil.connect(f"sim://junior?opponent={run.opponent}&seed={run.seed}{faults}") as junior:
         junior.arm()
         yield open_ring(junior)
 

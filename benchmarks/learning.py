@@ -8,7 +8,7 @@ same table.
 Differences between methods are paired by seed and opponent. Intervals are 95 %, over seeds.
 
     python benchmarks/learning.py [--methods before,now] [--against before] [--opponents flat-light,flat-heavy]
-        [--objectives outcome] [--seeds 300-323] [--bouts 200] [--workers 2] [--results learning.jsonl]
+        [--objectives outcome] [--seeds 300-323 | --seeds-of COMMIT] [--bouts 200] [--workers 2] [--results learning.jsonl]
         [--budget 1600] [--table]
 """
 
@@ -18,7 +18,7 @@ import argparse
 import json
 import sys
 from dataclasses import asdict, dataclass, replace
-from itertools import product
+from itertools import cycle, islice, product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -27,6 +27,7 @@ from coaching import DUMMIES, JUDGE, Run, ring_of
 
 from firmware_protocol.messages import BoutOutcome
 from hil.book.measurement import Measurement, mean_of
+from hil.jobs.team import PACES, TEAM_SETTINGS
 from hil.seeds import Branch, bout_seed, run_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
     from hil.sumo.bouts import Bout
 
+_TEAM: Final = {name: getattr(TEAM_SETTINGS, name) for name in ("budget", "robot_time", "end_on_change", "progress_weight")}
 METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "now": {},
     "before": {**BEFORE, "loss": 12.0},
@@ -55,10 +57,22 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "period-80": {"period": 0.08},
     "arms": {"arms_in_stimulus": True},
     "time": {"robot_time": 960.0},
-    "4-runs": {"runs": 4},
-    "8-runs": {"runs": 8},
+    "team": {"runs": 4, "paces": list(PACES), **_TEAM},
+    "team-one-pace": {"runs": 4, **_TEAM},
+    "team-120": {"runs": 4, "paces": list(PACES), **_TEAM, "progress_weight": 120.0},
+    "team-16min": {"runs": 4, "paces": list(PACES), **_TEAM, "robot_time": 960.0},
+    "team-6": {"runs": 6, "paces": list(PACES), **_TEAM},
+    "weak-5": {"faults": "wheel:left:0.95"},
+    "weak-10": {"faults": "wheel:left:0.9"},
+    "weak-15": {"faults": "wheel:left:0.85"},
 }
-"""What each changes of the settings; `runs`: so many coachings and a team exam."""
+"""What each changes of the settings; `runs`: so many coachings and a team exam, `paces`: time of an action in each, in turn;
+`faults`: what is wrong with the robot.
+
+`team` is what `hil coach` does with emulated robots.
+"""
+NO_SETTINGS: Final = ("runs", "paces", "faults")
+"""What is no setting of Pal's."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +98,23 @@ class Cell:
     @property
     def settings(self) -> PalSettings:
         """How it is coached."""
-        changes = {name: value for name, value in json.loads(self.changes).items() if name != "runs"}
+        changes = {name: value for name, value in json.loads(self.changes).items() if name not in NO_SETTINGS}
         return PalSettings.from_dict({**changes, "objective": self.objective})
+
+    @property
+    def paces(self) -> list[float]:
+        """Time of an action in one run after the other, in s."""
+        return list(json.loads(self.changes).get("paces", [self.settings.period]))
 
     @property
     def runs(self) -> int:
         """Coachings that are put together."""
         return int(json.loads(self.changes).get("runs", 1))
+
+    @property
+    def faults(self) -> str:
+        """What is wrong with the robot."""
+        return str(json.loads(self.changes).get("faults", ""))
 
 
 @dataclass(frozen=True)
@@ -114,18 +138,28 @@ class Row:
     robot_seconds: float
 
 
+def seeds_of(commit: str, count: int = 24) -> list[int]:
+    """Seeds that nobody has chosen.
+
+    Args:
+        commit: Hash of the commit that froze the settings, whole, in hexadecimal digits.
+        count: How many.
+    """
+    return [int(word) for word in np.random.SeedSequence(int(commit, 16)).generate_state(count)]
+
+
 def made(cell: Cell) -> Row:
     """Coach, and play.
 
     Args:
         cell: Which.
     """
-    run = Run(cell.opponent, cell.seed, cell.settings)
+    run = Run(cell.opponent, cell.seed, cell.settings, cell.faults)
     advices, maneuvers, seconds = [], 0, 0.0
-    for number in range(1, cell.runs + 1):
+    for number, pace in enumerate(islice(cycle(cell.paces), cell.runs), start=1):
         seed = run_seed(cell.seed, number)
         with ring_of(replace(run, seed=seed)) as ring:
-            coaching = Coaching(ring, new_pal(run.settings, seed), seed=seed)
+            coaching = Coaching(ring, new_pal(replace(run.settings, period=pace), seed), seed=seed)
             coaching.run()
         advices.append(coaching.advice())
         maneuvers += coaching.pal.used
@@ -254,6 +288,7 @@ def main() -> int:
     parser.add_argument("--opponents", default=DUMMIES)
     parser.add_argument("--objectives", default="outcome")
     parser.add_argument("--seeds", default="300-323", help="first-last")
+    parser.add_argument("--seeds-of", metavar="COMMIT", help="instead, 24 seeds drawn from the hash of a commit")
     parser.add_argument("--bouts", type=int, default=200, help="held-out bouts for each cell")
     parser.add_argument("--budget", type=int, default=PalSettings().budget, help="maneuvers of a coaching")
     parser.add_argument("--results", type=Path, default=Path("learning.jsonl"), help="where cells are kept")
@@ -261,10 +296,11 @@ def main() -> int:
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
     first, _, last = options.seeds.partition("-")
+    seeds = seeds_of(options.seeds_of) if options.seeds_of else range(int(first), int(last or first) + 1)
     cells = [
         Cell(method, objective, opponent, seed, options.bouts, _changes(method, options.budget))
         for seed, opponent, objective, method in product(
-            range(int(first), int(last or first) + 1),
+            seeds,
             options.opponents.split(","),
             options.objectives.split(","),
             options.methods.split(","),

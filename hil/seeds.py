@@ -22,6 +22,7 @@ class Branch(IntEnum):
     VALIDATION = 10
     TOURNAMENT = 11
     RUNS = 12
+    RIVALS = 14
 
 
 def generator(seed: int, branch: Branch, *part: int) -> np.random.Generator:

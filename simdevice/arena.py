@@ -90,6 +90,10 @@ class Piece:
     def drive(self) -> None:
         """Apply what moves it, before a step."""
 
+    def weigh(self, mass: float) -> None:
+        """Have another mass, in kg, spread as before."""
+        self.body.mass, self.body.moment = mass, pymunk.moment_for_poly(mass, list(self.outline.vertices))
+
     def leave(self, space: pymunk.Space) -> None:
         """Leave the physics."""
         space.remove(self.shape, self.body)
@@ -193,12 +197,17 @@ class Rover(Piece):
         super().__init__(JUNIOR_OUTLINE, profile.mass, profile.body_friction)
         self.motors = motors
         self.ground = 0.0
-        self._half = profile.track / 2
         self._rate = 0.0
-        self._sideways = 2 * profile.tyre_limit
         self.axle: pymunk.GrooveJoint | None = None
         self.last = (0.0, 0.0, 0.0)
         self.held = (0.0, 0.0)
+        self.fit(profile)
+
+    def fit(self, profile: JuniorProfile) -> None:
+        """Have another mass and other wheels, from when it enters the physics the next time."""
+        self.weigh(profile.mass)
+        self._half = profile.track / 2
+        self._sideways = 2 * profile.tyre_limit
 
     def place(self, x: float, y: float, angle: float) -> None:
         """Put it down, at rest; position in m, heading in rad."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -20,17 +21,21 @@ from hil.cli.coach_files import CoachingFiles
 from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
+from hil.cli.coach_vary import VaryOption, varied
+from hil.cli.rivals import check_one_run, opponent_named, ring_url
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
-from hil.jobs.team import MOST_RUNS, TeamJob
+from hil.jobs.team import MOST_RUNS, PACES, TEAM_SETTINGS, TeamJob
 from hil.runs import ADVICE, CHECKPOINT
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary, shortfall
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD
 
 DEFAULTS = PalSettings()
+PACES_IN_TURN: Final = ", ".join(f"{pace:g}" for pace in PACES) + " in turn"
 BATTERY_RECONNECT: Final = 600.0
 """How long a robot is waited for that a person stands beside, in s: time to charge or change a battery, and to put it back."""
 
@@ -52,7 +57,8 @@ def coach(
         typer.Option(
             "--opponent",
             autocompletion=common.opponents,
-            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out.",
+            help=f"One of {', '.join(OPPONENTS)}; an emulated robot's is flat-light if left out. Or emulated robots that are "
+            "met in turn, as NAME,NAME: entrants of hil tournament, and self for what was learnt so far.",
         ),
     ] = None,
     budget: Annotated[
@@ -105,7 +111,7 @@ def coach(
         typer.Option(
             "--mirror/--no-mirror",
             help="What is learnt on the left holds on the right: for a robot whose wheels are even "
-            "[default: --mirror in lock-step, --no-mirror in real time]",
+            "[default: --mirror if it is emulated, or if its encoders say that they are]",
         ),
     ] = None,
     end_on_change: Annotated[
@@ -115,7 +121,16 @@ def coach(
             help="A maneuver ends when what the eyes see changes [default: so with several runs]",
         ),
     ] = None,
-    period: Annotated[float, typer.Option("--period", min=0.02, max=5.0, help="Time an action lasts, in s.")] = DEFAULTS.period,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            "--period",
+            min=LEAST_PERIOD,
+            max=MOST_PERIOD,
+            help=f"Time an action lasts, in s [default: {DEFAULTS.period:g}; with --runs, {PACES_IN_TURN}]",
+        ),
+    ] = None,
+    vary: VaryOption = None,
     held_out: Annotated[
         int | None,
         typer.Option(
@@ -178,8 +193,9 @@ def coach(
 
     Examples: hil coach; hil coach /dev/ttyACM0 --objective contact
     """
-    if opponent is not None:
-        common.check_opponent(opponent)
+    opponent, rivals = opponent_named(opponent)
+    context.params["opponent"] = opponent  # what it is called from now on, whatever files it was named by
+    runs = runs if rivals is None else check_one_run(runs)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
     if link is None and checkpoint is None:
@@ -193,7 +209,7 @@ def coach(
     if team_begun is not None or wanted.number > 1:
         begun_job = None if team_begun is None else team_begun.job
         return coach_team(
-            begun_job or asked.together(link, opponent, runs=wanted.number, held_out=held_out, seed=seed),
+            begun_job or asked.together(link, opponent, runs=wanted.number, vary=vary, held_out=held_out, seed=seed),
             workers=workers,
             scheduler=scheduler,
             require=require,
@@ -209,18 +225,19 @@ def coach(
     begun = BegunRun(context, resume=resume, resume_from=resume_from, checkpoint=checkpoint)
     saved = begun.named() or (begun.newest(opponent=opponent) if link is None else None)
     if saved is not None:
-        opponent = saved.opponent if saved.opponent in OPPONENTS else opponent
-        seed = saved.seed
+        rivals = saved.rivals
+        opponent = saved.opponent if rivals is not None or saved.opponent in OPPONENTS else opponent
+        seed, vary = saved.seed, saved.vary
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
-    url = common.url_of(link, opponent, seed)
+    url = varied(common.url_of(link, opponent, seed) if rivals is None else ring_url(link, seed), vary)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
         reconnect = BATTERY_RECONNECT
     with running(
         "coach",
-        opponent or "robot",
+        rivals.short_name if rivals is not None else opponent or "robot",
         url=url,
         emulated_here=link is None,
         opponent=opponent or "",
@@ -238,7 +255,8 @@ def coach(
             settings=settings,
             choose_objective=objective is None,
             choose_mirror=mirror is None,
-            opponent=opponent,
+            measure_wheels=mirror is None,
+            opponent=opponent if rivals is None else None,
             held_out=held_out,
             seed=seed,
             reconnect=reconnect,
@@ -246,6 +264,8 @@ def coach(
             pauses=page is not None and not links.emulated_here(url) and reset is None,
             reset=reset,
             judged=judge,
+            vary=vary or 0.0,
+            rivals=rivals,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
@@ -284,7 +304,13 @@ def coach(
             wall_seconds = clock.now()
             if not as_json:  # before the report is drawn: should that fail, the outcome has been told
                 for line in coaching_summary(
-                    coaching, tally, coached.random, opponent=coached.opponent, files=document, wall_seconds=wall_seconds
+                    coaching,
+                    tally,
+                    coached.random,
+                    opponent=coached.opponent,
+                    files=document,
+                    wall_seconds=wall_seconds,
+                    by_rival=coached.by_rival,
                 ):
                     console.print(line, markup=False)
             files.draw(stage, document, announce=not as_json)
@@ -305,7 +331,7 @@ class _Asked:
     objective: Objective | None
     budget: str | None
     phases: PhasesName
-    period: float
+    period: float | None
     pairs: bool
     mirror: bool | None
     end_on_change: bool | None
@@ -319,28 +345,33 @@ class _Asked:
         Raises:
             UsageError: A value makes no sense.
         """
-        maneuvers, robot_time = budget_of(self.budget or (TEAM_BUDGET if together else str(DEFAULTS.budget)))
+        usual = TEAM_SETTINGS if together else DEFAULTS
+        maneuvers, robot_time = (usual.budget, usual.robot_time) if self.budget is None else budget_of(self.budget)
         try:
-            return PalSettings(
+            return replace(
+                usual,
                 objective=self.objective or Objective.OUTCOME,
                 budget=maneuvers,
                 robot_time=robot_time,
                 phases=self.phases.value,
                 pairs=self.pairs,
                 mirror=self.mirror is not False,
-                end_on_change=together if self.end_on_change is None else self.end_on_change,
-                period=self.period,
+                end_on_change=usual.end_on_change if self.end_on_change is None else self.end_on_change,
+                period=usual.period if self.period is None else self.period,
             )
         except SettingsError as error:
             raise common.UsageError(str(error)) from error
 
-    def together(self, link: str | None, opponent: str | None, *, runs: int, held_out: int | None, seed: int) -> TeamJob:
+    def together(
+        self, link: str | None, opponent: str | None, *, runs: int, vary: float | None, held_out: int | None, seed: int
+    ) -> TeamJob:
         """As several runs.
 
         Args:
             link: Address of the emulated robots; None: as usual.
             opponent: Their opponent; None: that of the address, or as usual.
             runs: How many.
+            vary: By how much their worlds differ from bout to bout; None: as the address says.
             held_out: Bouts to be played with the advice; None is as many as usual.
             seed: Seed of it all.
 
@@ -348,7 +379,9 @@ class _Asked:
             UsageError: A value makes no sense.
         """
         opponent = opponent_of(link, opponent)
-        return TeamJob(self.settings(together=True), opponent, urls_of(link, opponent, seed, runs), held_out, seed)
+        periods = tuple(islice(cycle(PACES), runs)) if self.period is None else ()
+        urls = tuple(varied(url, vary) for url in urls_of(link, opponent, seed, runs))
+        return TeamJob(self.settings(together=True), opponent, urls, held_out, seed, periods)
 
 
 def _reset(reset: Reset | None, *, judge: bool, in_real_time: bool, live: bool) -> Reset | None:

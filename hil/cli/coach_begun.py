@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     import typer
 
 DOOR: Final = Door("list of runs", CheckpointError, largest=1 << 20)
-BEGUN_WITH: Final = ("runs", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "held_out")
+LEARNS_BY: Final = ("seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period", "vary")
+"""Options that decide how a run learns."""
+BEGUN_WITH: Final = ("runs", *LEARNS_BY, "held_out")
 """Options that runs are begun with."""
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from hil import runs
 from hil.cli import common
+from hil.cli.coach_begun import LEARNS_BY
 from hil.cli.coach_team import budget_of
 from hil.going_on import saved_by, successor
 from hil.sumo.coaching import DOOR, Checkpoint, load_checkpoint
@@ -110,7 +111,9 @@ class BegunRun:
         Args:
             uid: Its unique id.
         """
-        self.newest(robot=uid)
+        saved = self.newest(robot=uid)
+        if saved is not None and saved.vary != (self._context.params["vary"] or 0.0):
+            raise common.UsageError(f"the coaching to be gone on with was begun with --vary {saved.vary:g}: say so again")
         assert self.content is not None, "none is wanted, and it was looked for all the same"
         return self.content
 
@@ -139,7 +142,8 @@ def _check_resumed(context: typer.Context, saved: Checkpoint) -> None:
     settings = saved.pal.settings
     budget = f"{settings.robot_time:g}s" if settings.robot_time else str(settings.budget)
     begun: dict[str, object] = {**settings.to_dict(), "seed": saved.seed, "opponent": saved.opponent, "budget": budget}
-    for name in ("opponent", "seed", "budget", "objective", "phases", "pairs", "mirror", "end_on_change", "period"):
+    begun["vary"] = saved.vary
+    for name in ("opponent", *LEARNS_BY):
         wanted = context.params[name]
         if name == "budget" and wanted is not None and budget_of(wanted) == (settings.budget, settings.robot_time):
             continue

@@ -11,6 +11,7 @@ from hil.cli import common
 from hil.cli.coach_begun import check_begun
 from hil.cli.swarm import options
 from hil.seeds import run_seed
+from simdevice.sumo.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     import typer
@@ -29,7 +30,7 @@ OF_ONE: Final = {
     "judge": "is for a robot with a person beside it",
 }
 """Options of a run that has one robot, and why it has but one."""
-ALIKE: Final = frozenset(("opponent", "seed", "wire"))
+ALIKE: Final = frozenset(("opponent", "seed", "wire", "vary", *CONDITIONS))
 """Options of the address of an emulated robot of which there may be several: with others one robot is rehearsed."""
 
 

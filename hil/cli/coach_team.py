@@ -17,7 +17,7 @@ from hil.cli.coach_worker import RunTask, coach_run
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.files.outputs import replace_file
-from hil.jobs.team import TeamJob, TeamOutputs
+from hil.jobs.team import TEAM_SETTINGS, TeamJob, TeamOutputs
 from hil.sumo.summary import shortfall, team_summary
 from hil.working import open_crew
 from hil.working.processes import cores
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
     from hil.cli.coach_begun import BegunTeam
 
-TEAM_BUDGET: Final = "16min"
-"""Robot time of each of several runs: what 1600 maneuvers take that nothing ends early."""
+TEAM_BUDGET: Final = f"{TEAM_SETTINGS.robot_time / 60.0:g}min"
+"""Robot time of each of several runs, as it is given."""
 BUDGET: Final = re.compile(r"(\d+)(min|s)?", re.ASCII)
 
 

@@ -146,6 +146,7 @@ def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
         settings=order.settings,
         choose_objective=False,
         choose_mirror=False,
+        measure_wheels=False,
         opponent=order.opponent,
         held_out=0,
         seed=order.seed,

@@ -24,7 +24,7 @@ from hil.bridge.sessions import random_session
 from hil.connecting.handle import RobotHandle
 from hil.connecting.junior_address import junior_settings
 from hil.connecting.lines import capacity_of, pace_of
-from hil.connecting.network_address import network_of, number_option
+from hil.connecting.network_address import network_of, number_option, whole_of
 from hil.connecting.swarm_address import is_swarm, swarm_settings
 from hil.files.fault_file import fault_file_of, read_faults
 from hil.safety import Limits
@@ -375,7 +375,7 @@ class AddressOpeners:
         """
         if not network_of(address):
             return AddressOpener(address, self._ports, self._key, self._clock, gather=self._gather)
-        whole = address.url.rpartition("&network=")[0]
+        whole = whole_of(address)
         if whole not in self._tables:
             self._tables[whole] = _networked(address, self._key)
         return AddressOpener(address, self._ports, self._key, self._clock, self._tables[whole], gather=self._gather)

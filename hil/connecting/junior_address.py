@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 JUNIOR: Final = "junior"
 """Target of the address of an emulated Junior, and name of the opponent that is one."""
 JUNIOR_OPTIONS: Final = (
-    "opponent", "seed", "faults", "referee", "wire", "board", "count", "networks", "network", "system", "node",
+    "opponent", "seed", "faults", "referee", "wire", "board", "count", "networks", "network", "system", "node", "vary",
+    "mass", "friction", "speed", "force", "left", "right", "eyes", "battery", "opponent_mass", "opponent_friction", "delay",
 )  # fmt: skip
 BOARDS: Final = ("host", "avr")
 """What an emulated robot's firmware runs on: this process, or an ATmega328P emulated by simavr."""
@@ -39,7 +40,8 @@ def junior_settings(address: Address, faults: FaultSpec | None = None, key: Sign
     Raises:
         AddressError: It is of something else, or something in its options is wrong.
     """
-    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.sumo.conditions import CONDITIONS, Conditions  # noqa: PLC0415 - pymunk is only needed here
+    from simdevice.sumo.settings import WorldSettings  # noqa: PLC0415 - as above
 
     if address.target != JUNIOR:
         meant = nearest(address.target, (JUNIOR, SWARM))
@@ -74,9 +76,25 @@ def junior_settings(address: Address, faults: FaultSpec | None = None, key: Sign
             board=maker,
             signing_key=key,
             hosted=hosted,
+            conditions=Conditions(**{name: _real(address, name) for name in CONDITIONS if name in given}),
+            vary=_real(address, "vary") if "vary" in given else 0.0,
         )
+    except AddressError:  # which is a ValueError, and names the address already
+        raise
     except ValueError as error:
         raise AddressError(address.url, str(error)) from error
+
+
+def _real(address: Address, name: str) -> float:
+    """An option that is a number of any kind.
+
+    Raises:
+        AddressError: It is none.
+    """
+    try:
+        return float(address.options[name])
+    except ValueError as error:
+        raise AddressError(address.url, f"{name} is a number, not {address.options[name][:40]!r}") from error
 
 
 def board_maker(name: str, wire: str = MAVLINK) -> BoardMaker | None:

@@ -6,6 +6,7 @@ from firmware_protocol.address import Address, parse_address, whole_number
 from firmware_protocol.errors import AddressError
 
 MOST_NUMBER = 2**32 - 1
+_NETWORK = "&network="
 
 
 def networks_of(address: Address) -> list[Address]:
@@ -20,7 +21,16 @@ def networks_of(address: Address) -> list[Address]:
     count = (number_option(address, "networks") or 1) if address.scheme == "sim" else 1
     if count <= 1 or "network" in address.options:
         return [address]
-    return [parse_address(f"{address.url}&network={number}") for number in range(1, count + 1)]
+    return [parse_address(f"{address.url}{_NETWORK}{number}") for number in range(1, count + 1)]
+
+
+def whole_of(address: Address) -> str:
+    """The address of all networks of an emulated place.
+
+    Args:
+        address: That of one of them, as `networks_of` makes it, or of all.
+    """
+    return address.url.rpartition(_NETWORK)[0] or address.url
 
 
 def network_of(address: Address) -> int:

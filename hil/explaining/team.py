@@ -40,6 +40,14 @@ class TeamMember:
     pal: Pal | None = None
     history: LearningHistory | None = None
 
+    def has_learnt(self, entry: AdviceEntry) -> bool:
+        """It has learnt what an advice of several runs has for a situation, at the pace that it has there.
+
+        Args:
+            entry: Of the advice of several.
+        """
+        return entry.period in {None, self.advice.settings.period} and replace(entry, period=None) in self.advice.entries
+
 
 class TeamHistory:
     """Takes what the log of several runs tells of them.
@@ -75,8 +83,9 @@ class TeamHistory:
         Returns:
             An explanation of each entry, in order.
         """
-        learnt = [(number, frozenset(member.advice.entries)) for number, member in sorted(self.members.items())]
-        return [self._explain(entry, next((number for number, own in learnt if entry in own), 0)) for entry in entries]
+        wanted, members = list(entries), sorted(self.members.items())
+        found = [next((number for number, member in members if member.has_learnt(entry)), 0) for entry in wanted]
+        return [self._explain(entry, number) for entry, number in zip(wanted, found, strict=True)]
 
     def _explain(self, entry: AdviceEntry, number: int) -> Explanation:
         """Why an entry is there that comes from the run of a number; 0: from none that is known."""

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from firmware_protocol.errors import HilError
-from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of
+from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, rivals_files, rivals_of, rivals_options
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_pair_session, open_session
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.advice_file import advice_text
-from hil.sumo.attended import FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing
+from hil.sumo.attended import Evenness, FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing, try_wheels
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import Ring, open_ring
+from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from contextlib import AbstractContextManager
     from pathlib import Path
     from typing import Self
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Stage
     from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Checkpoint, Observer
+    from hil.sumo.rivals.pair import Pair
+    from hil.sumo.rivals.rivals import Rivals
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import Advice
 
@@ -101,6 +104,8 @@ class Coached:
         seed: Seed of the run.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        by_rival: The held-out bouts of the advice by whom it met, where several robots are met in turn.
+        wheels: What was found out of the robot's wheels; None where they were not measured.
     """
 
     coaching: Coaching
@@ -108,6 +113,8 @@ class Coached:
     seed: int
     tally: Tally | None
     random: Tally | None
+    by_rival: tuple[Tally, ...] = ()
+    wheels: Evenness | None = None
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
@@ -121,6 +128,8 @@ class Coached:
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
             "held_out": self.tally.to_dict() if self.tally else None,
+            **({"held_out_by_rival": [tally.to_dict() for tally in self.by_rival]} if self.by_rival else {}),
+            **({"wheels": self.wheels.figures()} if self.wheels else {}),
         }
 
 
@@ -131,7 +140,8 @@ class CoachJob:
     Attributes:
         settings: How Pal coaches; of a run that is gone on with, its own hold.
         choose_objective: The objective is `contact` where nobody can tell what is better.
-        choose_mirror: Left and right are not exchanged in real time, where nobody knows whether the robot's wheels are even.
+        choose_mirror: Left and right are exchanged where the robot's wheels are even.
+        measure_wheels: Whether the wheels of a robot at a link are even is measured; else nobody knows.
         opponent: Opponent to place, or what the user says it is up against; None takes what is there.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
@@ -140,8 +150,11 @@ class CoachJob:
         pauses: A person who looks on may have the run pause.
         reset: How the ring is set up between bouts; None: by its referee, or not at all.
         judged: Only a person says how bouts end, who sets the ring up as well; else floor sensors and clock do, too.
+        vary: Share by which the world of an emulated robot differs from bout to bout: its address says so, and the checkpoint
+            has it.
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
+        rivals: The robots that are met in an emulated ring of two, instead of an opponent that a referee places.
     """
 
     VERB: ClassVar[str] = "coach"
@@ -149,6 +162,7 @@ class CoachJob:
     settings: PalSettings
     choose_objective: bool
     choose_mirror: bool
+    measure_wheels: bool
     opponent: str | None
     held_out: int | None
     seed: int
@@ -157,8 +171,10 @@ class CoachJob:
     pauses: bool = False
     reset: Reset | None = None
     judged: bool = False
+    vary: float = 0.0
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
+    rivals: Rivals | None = field(default=None, compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
@@ -166,6 +182,7 @@ class CoachJob:
             "settings": self.settings.to_saved(),
             "choose_objective": self.choose_objective,
             **({"choose_mirror": True} if self.choose_mirror else {}),
+            **({"measure_wheels": True} if self.measure_wheels else {}),
             "opponent": self.opponent,
             "held_out": self.held_out,
             "seed": self.seed,
@@ -173,11 +190,14 @@ class CoachJob:
             **({"pauses": True} if self.pauses else {}),
             **({"reset": self.reset.value} if self.reset else {}),
             **({"judged": True} if self.judged else {}),
+            **({"vary": self.vary} if self.vary else {}),
+            **({"rivals": rivals_options(self.rivals)} if self.rivals else {}),
         }
 
     def files(self) -> dict[str, bytes]:
-        """The checkpoint, as far as it is known before the robot is."""
-        return {} if self.saved is None else {CHECKPOINT: self.saved}
+        """The checkpoint, as far as it is known before the robot is, and what rivals play by."""
+        saved = {} if self.saved is None else {CHECKPOINT: self.saved}
+        return saved if self.rivals is None else {**saved, **rivals_files(self.rivals)}
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -186,6 +206,7 @@ class CoachJob:
             settings=settings_of(options),
             choose_objective=options.flag("choose_objective"),
             choose_mirror=options.flag("choose_mirror", missing=False),
+            measure_wheels=options.flag("measure_wheels", missing=False),
             opponent=none_or(options, "opponent", opponent_of),
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
@@ -194,13 +215,14 @@ class CoachJob:
             pauses=options.flag("pauses", missing=False),
             reset=options.one_of("reset", Reset) if options.has("reset") else None,
             judged=options.flag("judged", missing=False),
+            vary=options.number("vary", 0, 1) if options.has("vary") else 0.0,
+            rivals=rivals_of(options, "rivals", files) if options.has("rivals") else None,
         )
 
     def perform(self, stage: Stage) -> Coached:
         """Coach, and try the advice."""
-        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
-        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session, self._keys(stage):
-            run = _CoachingRun(self, session, stage)
+        with self._session(stage) as (session, pair), self._keys(stage):
+            run = _CoachingRun(self, session, stage, pair)
             try:
                 run.coach()
                 tally, random = run.held_out()
@@ -209,9 +231,20 @@ class CoachJob:
                 self.outputs.cut(run.coaching)
                 raise
             run.end()
-            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random)
+            coached = Coached(run.coaching, run.ring.opponent, run.seed, tally, random, run.by_rival, run.wheels)
             session.finish(coached.facts())
         return coached
+
+    @contextmanager
+    def _session(self, stage: Stage) -> Iterator[tuple[Session[Junior], Pair | None]]:
+        """Inside, the robot is there; against rivals the other, too."""
+        if self.rivals is not None:
+            with open_pair_session(stage, reconnect=self.reconnect) as both:
+                yield both
+            return
+        armed = self.reset is None  # else the ring arms it, when nobody's hands are in it
+        with open_session(Junior, stage, reconnect=self.reconnect, arm=armed) as session:
+            yield session, None
 
     def _keys(self, stage: Stage) -> AbstractContextManager[None]:
         """Inside, a person beside the ring may answer by keys."""
@@ -221,14 +254,18 @@ class CoachJob:
 class _CoachingRun:
     """One coaching run."""
 
-    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage) -> None:
+    def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage, pair: Pair | None) -> None:
         self._job = job
         self._session = session
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
-        self.ring = self._ring(stage)
+        rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
+        self._rivals = rivals
+        self.by_rival: tuple[Tally, ...] = ()
+        self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
+        self.wheels: Evenness | None = None
         if saved is None:
-            pal, progress = new_pal(self._settings(), self.seed), None
+            pal, progress = new_pal(self._settings(stage), self.seed), None
         else:
             pal, progress = saved.pal, saved.progress
             job.outputs.resumed(saved)
@@ -242,9 +279,11 @@ class _CoachingRun:
             checkpoint=job.outputs.checkpoint,
             observers=(*session.observers(), self._display, *job.outputs.observers),
             progress=progress,
+            vary=job.vary if saved is None else saved.vary,
             save_on_cut=not session.lockstep,
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,
+            rivals=rivals,
         )
         stage.describe(opponent=self.ring.opponent)
 
@@ -283,13 +322,29 @@ class _CoachingRun:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
 
-    def _settings(self) -> PalSettings:
+    def _settings(self, stage: Stage) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
             settings = replace(settings, objective=Objective.CONTACT)
         if self._job.choose_mirror and not self._session.lockstep:
-            settings = replace(settings, mirror=False)
+            settings = replace(settings, mirror=self._job.measure_wheels and self._even(stage))
         return settings
+
+    def _even(self, stage: Stage) -> bool:
+        """Whether the robot's wheels are even; who has a referee is emulated, and its wheels are taken for even."""
+        junior, tell = self._session.robot, stage.tell or nothing
+        if junior.referee is not None:
+            return True
+        tell("Whether the wheels are even is found out first, within 30 s; with --mirror or --no-mirror that is left out.")
+        questions = self._session.questions(stage.say) if self._job.reset is Reset.ASK else None
+        self.wheels = found = try_wheels(junior, self.ring, questions)
+        words = f"{found} {'Left and right are learnt as one.' if found.even else 'Left and right are learnt apart.'}"
+        if found.trim is not None:
+            name, factor = found.trim
+            words += f" They would be about even with {name} {factor * junior.parameter(name):.2f}."
+        self._session.note("wheels", words, **found.figures())
+        tell(words)
+        return found.even
 
     def coach(self) -> None:
         """Coach, with the display, and write the advice."""
@@ -308,14 +363,18 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally = self._played(AdviceController(self.coaching.advice()), trials)
+        tally, bouts = self._played(AdviceController(self.coaching.advice()), trials)
+        if self._rivals is not None:
+            self.by_rival = self._rivals.tallies(bouts)
         if not self._session.lockstep:
             return tally, None
         player = RandomController(generator(self.seed, Branch.CONTROLLER))
-        return tally, self._played(player, min(trials, RANDOM_BOUTS))
+        return tally, self._played(player, min(trials, RANDOM_BOUTS))[0]
 
-    def _played(self, controller: Controller, trials: int) -> Tally:
-        return play_held_out(self._session, self.ring, controller, seed=self.seed, trials=trials)
+    def _played(self, controller: Controller, trials: int) -> tuple[Tally, list[Bout]]:
+        bouts: list[Bout] = []
+        tally = play_held_out(self._session, self.ring, controller, seed=self.seed, trials=trials, each=bouts.append)
+        return tally, bouts
 
     def end(self) -> None:
         """Put into the log how far it has come: whoever has the log can go on from there."""

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from hil.connecting.connecting_all import connect_all_as
-from hil.jobs.options import MOST_SEED, wanted_file
+from hil.jobs.options import MOST_SEED, entrant_files, entrant_from
 from hil.jobs.session import begin_log, nothing_said
-from hil.policies import policy_of, policy_text
-from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.bouts import Bout
 from hil.sumo.robots import Robots
 from hil.sumo.tournament.duels import duel_url, fight
-from hil.sumo.tournament.entrants import Entrant, EntrantKind
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,6 +19,7 @@ if TYPE_CHECKING:
 
     from hil.jobs.stage import Stage
     from hil.sumo.tournament.duels import Duel
+    from hil.sumo.tournament.entrants import Entrant
     from pal_advisor.fields import Fields
 
 SEATS: Final = ("home", "away")
@@ -61,28 +59,13 @@ class DuelJob:
     def files(self) -> dict[str, bytes]:
         """What has been learnt."""
         both = zip(SEATS, (self.home, self.away), strict=True)
-        found = {}
-        for seat, one in both:
-            if one.advice is not None:
-                found[f"{seat}.toml"] = advice_text(one.advice).encode()
-            if one.policy is not None:
-                found[f"{seat}.json"] = policy_text(one.policy).encode()
-        return found
+        return {name: data for seat, one in both for name, data in entrant_files(seat, one).items()}
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
         """As a log has it; see `Job.of_log`."""
         seed = options.integer("seed", 0, MOST_SEED)
-        entrants = []
-        for seat in SEATS:
-            kind, name = options.one_of(seat, EntrantKind), options.text(f"{seat}_name")
-            advice = advice_of(wanted_file(files, f"{seat}.toml")) if kind.takes == "an advice" else None
-            policy = policy_of(wanted_file(files, f"{seat}.json")) if kind is EntrantKind.POLICY else None
-            try:
-                entrants.append(Entrant(name, kind, advice, policy))
-            except ValueError as error:
-                raise options.wrong(f"{seat}_name", str(error)) from error
-        home, away = entrants
+        home, away = (entrant_from(options, seat, f"{seat}_name", seat, files) for seat in SEATS)
         return cls(home, away, seed)
 
     def perform(self, stage: Stage) -> Duel:

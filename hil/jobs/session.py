@@ -14,27 +14,31 @@ from hil.connecting.connecting_all import connect_all_as
 from hil.connecting.diagnosis import lost, seen_by
 from hil.connecting.handle import RobotHandle
 from hil.connecting.handles import RobotHandles
+from hil.connecting.network_address import whole_of
 from hil.jobs.words import tell_others
 from hil.mcaplog.attachments import BEGUN_WITH, ENDED_WITH
 from hil.mcaplog.media import media_type_of
 from hil.questions import Questions
+from hil.sumo.rivals.pair import Pair
 from hil.terminal.suspending import Suspension
 from hil.working.errors import WorkerError
 from hil.working.recorded import CUT_SHORT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from firmware_protocol.address import Address
     from firmware_protocol.events import Event
     from hil.bridge.bridge import Bridge
     from hil.bridge.networks import Networks
     from hil.bridge.operator import Operator
+    from hil.connecting.serving import Serving
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
     from hil.safety import Limits
     from hil.sumo.bouts import Bout
     from hil.sumo.coaching import Observer
+    from hil.sumo.junior import Junior
     from pal_advisor.maneuvers import Advice
 
 H = TypeVar("H", bound=RobotHandle)
@@ -80,6 +84,17 @@ class Session(Generic[H]):
             say: Says to the person at the terminal what is asked for; None: nobody is there.
         """
         return Questions(self.robot.bridge.operator, self.recorder, say)
+
+    def note(self, kind: str, text: str, **fields: object) -> None:
+        """Put an event into the log.
+
+        Args:
+            kind: What kind of event it is.
+            text: What happened, in words.
+            **fields: The same as plain values.
+        """
+        if self.recorder is not None:
+            self.recorder.note(kind, text, **fields)
 
     def series(self, title: str) -> None:
         """Bouts from now on belong together, under this title."""
@@ -249,11 +264,7 @@ def _taken(robot: H, stage: Stage, recorder: Recorder | None, *, arm: bool) -> I
         if robot.uid and address.scheme != "sim":  # one of this process has an id that says nothing
             stage.describe(robot=robot.uid)
         bridges = [robot.bridge]
-        suspension = Suspension(
-            stage.operator, lambda: [robot], lambda: bridges, robot.step, robot.now, replayed=stage.replayed
-        )
-        suspending = stack.enter_context(suspension)
-        robot.between = OnlookerAttendant(stage.operator, lambda: [robot], suspending.attend).attend
+        suspension = _looked_on(stack, stage, robot, lambda: [robot], lambda: bridges)
         tell = stage.tell
         if tell is not None:
             _tell_pace(robot.bridge, tell)
@@ -344,25 +355,89 @@ def open_watch(
             stack.enter_context(robots)
         stage.connected()
         members, bridges = robots.members, robots.networks.bridges
-        suspension = Suspension(
-            stage.operator,
+        _looked_on(
+            stack,
+            stage,
+            robots,
             lambda: list(members.values()),
             lambda: list(bridges.values()),
-            robots.step,
-            robots.now,
-            replayed=stage.replayed,
+            call=robots.call_emergency_stop,
         )
-        suspending = stack.enter_context(suspension)
-        onlooker = OnlookerAttendant(
-            stage.operator, lambda: list(members.values()), suspending.attend, robots.call_emergency_stop
-        )
-        robots.between = onlooker.attend
         if stage.tell is not None:
             bridge = next(iter(bridges.values()))
             _tell_pace(bridge, stage.tell)
             listener = _teller(bridge, stage.tell)
             robots.listen(lambda _, event: listener(event))
         yield robots, recorder
+
+
+@contextmanager
+def open_pair_session(stage: Stage, *, reconnect: float = 0.0) -> Iterator[tuple[Session[Junior], Pair]]:
+    """Connect to both robots of an emulated ring, with a log, and arm the first; see `open_session`.
+
+    Args:
+        stage: The outside; its address is that of both, or of the first's network.
+        reconnect: How long a robot or link that is lost is waited for, in s.
+
+    Yields:
+        The session, of the first, and both.
+
+    Raises:
+        As `open_session`, and:
+        RingError: There are not two robots.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(stage.interrupts())
+        recorder = begin_log(stack, stage)
+        with nothing_said(recorder):
+            pair = connect_all_as(
+                Pair,
+                whole_of(parse_address(stage.url)),
+                taps=[recorder] if recorder else [],
+                reconnect=reconnect,
+                signing_key=stage.key,
+                operator=stage.operator,
+                opener_of=stage.opener_of,
+            )
+            stack.enter_context(pair)
+        stage.connected()
+        both, bridges, home = [pair.home, pair.away], list(pair.networks.bridges.values()), pair.home
+        suspension = _looked_on(stack, stage, pair, lambda: both, lambda: bridges, call=pair.call_emergency_stop)
+        if stage.tell is not None:
+            tell = _teller(home.bridge, stage.tell)
+            pair.listen(lambda _, event: tell(event))
+        home.arm()
+        if recorder is not None:
+            recorder.metadata("robot", {name: f"{value:g}" for name, value in home.parameters().items()})
+        try:
+            yield Session(home, recorder, suspension), pair
+        except PeerLostError as error:
+            raise PeerLostError(lost(replace(seen_by(home.bridge), url=stage.url), str(error))) from error
+
+
+def _looked_on(
+    stack: ExitStack,
+    stage: Stage,
+    served: Serving,
+    robots: Callable[[], Sequence[RobotHandle]],
+    bridges: Callable[[], Sequence[Bridge]],
+    *,
+    call: Callable[[], None] | None = None,
+) -> Suspension:
+    """Until the stack ends, robots are stopped and looked at as somebody who looks on asks for, and before Ctrl-Z.
+
+    Args:
+        stack: Ends it.
+        stage: The outside.
+        served: Serves the links.
+        robots: Gives the robots.
+        bridges: Gives what speaks with them.
+        call: As for `OnlookerAttendant`.
+    """
+    suspension = Suspension(stage.operator, robots, bridges, served.step, served.now, replayed=stage.replayed)
+    suspending = stack.enter_context(suspension)
+    served.between = OnlookerAttendant(stage.operator, robots, suspending.attend, call).attend
+    return suspension
 
 
 def note_cut_short(recorder: Recorder | None, error: HilError | KeyboardInterrupt) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
@@ -25,6 +25,7 @@ from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bou
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_BUDGET, MOST_PERIOD
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
@@ -40,6 +41,10 @@ if TYPE_CHECKING:
 R = TypeVar("R")
 
 MOST_RUNS: Final = 100
+PACES: Final = (0.15, 0.11, 0.08)
+"""Time that an action lasts, in s, in one run after the other where none is asked for: opponents differ in what serves best."""
+TEAM_SETTINGS: Final = PalSettings(budget=MOST_BUDGET, robot_time=1440.0, end_on_change=True, progress_weight=200.0)
+"""How Pal coaches several runs where nothing else is asked for."""
 VERB: Final = "coach --runs"
 EXAM: Final = "team exam"
 TEAM: Final = "team"
@@ -151,6 +156,7 @@ class TeamJob:
 
     Attributes:
         settings: How Pal coaches, in each run.
+        periods: Time that an action lasts in each run, in s, so that they learn which does best; none: as the settings say.
         opponent: Name of the opponent.
         urls: Address of the emulated robot of each run; robots of the first play the exam and the bouts afterwards, too.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
@@ -165,6 +171,7 @@ class TeamJob:
     urls: tuple[str, ...]
     held_out: int | None
     seed: int
+    periods: tuple[float, ...] = ()
     outputs: TeamOutputs = field(default=TeamOutputs(), compare=False)
 
     @property
@@ -176,6 +183,7 @@ class TeamJob:
         """Everything that decides."""
         return {
             "settings": self.settings.to_dict(),
+            **({"periods": list(self.periods)} if self.periods else {}),
             "opponent": self.opponent,
             "urls": list(self.urls),
             "held_out": self.held_out,
@@ -193,13 +201,26 @@ class TeamJob:
         urls = options.texts("urls")
         if not 1 <= len(urls) <= MOST_RUNS:
             raise options.wrong("urls", f"expected 1 to {MOST_RUNS}, not {len(urls)}")
+        paces = options.elements("periods") if options.has("periods") else None
+        periods = () if paces is None else tuple(paces.number(name, LEAST_PERIOD, MOST_PERIOD) for name in paces.names)
+        if len(periods) not in {0, len(urls)}:
+            raise options.wrong("periods", f"expected {len(urls)}, one for each run, not {len(periods)}")
         return cls(
             settings=settings,
             opponent=opponent_of(options, "opponent"),
             urls=urls,
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
+            periods=periods,
         )
+
+    def settings_of_run(self, number: int) -> PalSettings:
+        """How Pal coaches in a run.
+
+        Args:
+            number: Its number, from 1.
+        """
+        return replace(self.settings, period=self.periods[number - 1]) if self.periods else self.settings
 
     def perform(self, stage: Stage) -> Team:
         """Coach, put together, and try.
@@ -271,7 +292,7 @@ class _TeamWork:
             f"objective {settings.objective.value}. Then one advice is put together."
         )
         orders = [
-            RunOrder(number, run_seed(job.seed, number), url, job.settings, job.opponent)
+            RunOrder(number, run_seed(job.seed, number), url, job.settings_of_run(number), job.opponent)
             for number, url in enumerate(job.urls, start=1)
         ]
         self._coached.of(job.outputs.coach or _nobody, [job.outputs.task_of(order) for order in orders], self._take_run)

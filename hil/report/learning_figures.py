@@ -23,7 +23,7 @@ PHASES: Final = {1: "Phase 1: basic actions", 2: "Phase 2: fine actions"}
 MOST_STRIPS: Final = 64
 """Maneuvers drawn."""
 WIDE: Final = 5
-"""Of more actions than this the words are set one below the other."""
+"""Where more actions than this would fit, the words are set one below the other."""
 WINDOW: Final = 20
 """Bouts that the running share of wins is taken over."""
 SPEEDS: Final = {
@@ -125,25 +125,31 @@ def maneuver_strips(data: RunData) -> Figure | None:
     drawn = figure(9.0, 0.55 + 1.25 * len(entries))
     panels = drawn.subplots(len(entries), 1, squeeze=False, sharex=True)[:, 0]
     period = data.advice.period
+    paces = [period if entry.period is None else entry.period for entry in entries]
     longest = max(len(entry.actions) for entry in entries)
-    for axes, entry in zip(panels, entries, strict=True):
-        _strip(axes, entry, _speeds(data.parameters), period, longest)
+    span = max(len(entry.actions) * pace for entry, pace in zip(entries, paces, strict=True))
+    for axes, entry, pace in zip(panels, entries, paces, strict=True):
+        _strip(axes, entry, _speeds(data.parameters), pace, span)
     last = panels[-1]
-    last.set_xticks([i * period for i in range(longest + 1)], [f"{i * period:.2g} s" for i in range(longest + 1)])
+    if len(set(paces)) == 1:
+        ticks = [i * paces[0] for i in range(longest + 1)]
+        last.set_xticks(ticks, [f"{tick:.2g} s" for tick in ticks])
+    else:
+        last.xaxis.set_major_formatter("{x:g} s")
     last.tick_params(axis="x", length=0, labelbottom=True)
     handles = [Rectangle((0, 0), 1, 1, color=BLUE), Rectangle((0, 0), 1, 1, color=VERMILLION)]
     drawn.legend(handles, ["wheel forward (bar up)", "wheel backward (bar down)"], loc="outside upper left", ncols=2)
     return drawn
 
 
-def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: float, longest: int) -> None:
+def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: float, span: float) -> None:
     from matplotlib.patches import Rectangle  # noqa: PLC0415 - as above
 
     bare(axes)
     lanes = {"L": 1.1, "R": -1.1}
     for lane, middle in lanes.items():
         axes.axhline(middle, xmax=1.0, color="#C8C8C8", linewidth=0.8, zorder=1)
-        axes.text(-0.02 * longest * period, middle, lane, ha="right", va="center", fontsize=8, color="#555555")
+        axes.text(-0.02 * span, middle, lane, ha="right", va="center", fontsize=8, color="#555555")
     for index, action in enumerate(entry.actions):
         spec = action.spec
         start = index * period
@@ -154,10 +160,11 @@ def _strip(axes: Axes, entry: AdviceEntry, speeds: dict[Speed, float], period: f
                 Rectangle((start + 0.03 * period, lanes[lane]), 0.94 * period, height, color=color, linewidth=0, zorder=2)
             )
         axes.text(start + period / 2, 3.5, action.name, ha="center", va="bottom", fontsize=8.5, fontweight="bold", color=INK)
-        words = spec.meaning.replace(", ", ",\n").replace(" ", "\n" if longest > WIDE else " ")
+        narrow = span > (WIDE + 0.5) * period
+        words = spec.meaning.replace(", ", ",\n").replace(" ", "\n" if narrow else " ")
         axes.text(start + period / 2, 3.4, words, ha="center", va="top", fontsize=6.5, color="#555555", linespacing=0.95)
         axes.axvline(start + period, color=PALE, linewidth=0.8, zorder=0)
-    axes.set_xlim(-0.001, longest * period)
+    axes.set_xlim(-0.001, span)
     axes.set_ylim(-2.3, 4.6)
     axes.tick_params(axis="x", length=0)
     name = category_name(situation(entry)).replace(", ", ",\n")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from firmware_protocol.messages import BoutOutcome
+from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import codes, spelled_out
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.happened.words import interruptions_said, results_said, stops_said
@@ -313,6 +313,8 @@ def _series(bouts: Sequence[BoutPath]) -> dict[tuple[str, str], list[BoutPath]]:
 def _opponents(data: RunData) -> list[str]:
     seen = list(dict.fromkeys(bout.opponent_name for bout in data.bouts))
     told = data.advice.opponent if data.advice else ""
+    if told and seen == [OpponentCode.JUNIOR.label]:
+        return [told]  # a referee knows that it is a Junior, and not who plays it
     return [*seen[:MOST_NAMED], "others"] if len(seen) > MOST_NAMED else seen or ([told] if told else [])
 
 

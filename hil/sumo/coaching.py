@@ -14,6 +14,7 @@ from hil.files.outputs import replace_file
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.bouts import MOST_LOSSES, Bout, check_encounter
 from hil.sumo.ring import OPPONENTS, UNKNOWN, Encounter, Ring, RingError
+from hil.sumo.rivals.rivals import Rivals
 from pal_advisor.fields import FieldError, Fields, shown
 from pal_advisor.maneuvers import (
     Credit,
@@ -147,10 +148,12 @@ class Coaching:
         checkpoint: File to write checkpoints to; None writes none.
         observers: Who is told.
         progress: How far a resumed run is.
+        vary: Share by which the robot's world differs from bout to bout, for the checkpoint.
         save_on_cut: Save in the middle of a bout when the run is cut: nothing learnt is lost, but the cut shows. In
             real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
         on_unsaved: Is told, in words, when a checkpoint can't be written; coaching goes on. None: that ends it.
         keep: Is given the best advice so far with every checkpoint; None: nobody is.
+        rivals: The robots that are met in the ring; None: there are none. In self-play they learn of what was learnt.
 
     Attributes:
         progress: How far the run is.
@@ -167,17 +170,21 @@ class Coaching:
         checkpoint: Path | None = None,
         observers: tuple[Observer, ...] = (),
         progress: Progress | None = None,
+        vary: float = 0.0,
         save_on_cut: bool = False,
         on_unsaved: Callable[[str], None] | None = None,
         keep: Callable[[Advice], object] | None = None,
+        rivals: Rivals | None = None,
     ) -> None:
         self.pal = pal
         self.unsaved = False
         self._on_unsaved = on_unsaved
         self._keep = keep
+        self._rivals = rivals
         self.progress = progress or Progress()
         self._ring = ring
         self._seed = seed
+        self._vary = vary
         self._checkpoint = checkpoint
         self._observers = observers
         self._save_on_cut = save_on_cut
@@ -208,6 +215,8 @@ class Coaching:
         """One bout, to its end or to that of the budget."""
         number = self.progress.bouts + 1
         seed = bout_seed(self._seed, Branch.COACHING_BOUTS, number)
+        if self._rivals is not None:
+            self._rivals.keep_up(self.progress.bouts, self.advice)
         place = self._begin(number, seed)
         trial: Trial | None = None
         maneuvers = 0
@@ -350,6 +359,8 @@ class Coaching:
             "wins": self.progress.wins,
             "losses": self.progress.losses,
             "robot_seconds": self.progress.robot_seconds,
+            **({"vary": self._vary} if self._vary else {}),
+            **({} if self._rivals is None else {"rivals": self._rivals.to_dict()}),
             "pal": state,
         }
         return json.dumps(document, separators=(",", ":")).encode()
@@ -421,12 +432,16 @@ class Checkpoint:
         seed: Seed of the run.
         opponent: Name of the opponent.
         progress: How far the run was.
+        vary: Share by which the robot's world differed from bout to bout.
+        rivals: The robots that it was coached against; None: it was not against robots.
     """
 
     pal: Pal
     seed: int
     opponent: str
     progress: Progress
+    vary: float = 0.0
+    rivals: Rivals | None = None
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
@@ -479,12 +494,15 @@ def _checkpoint(fields: Fields) -> Checkpoint:
     if progress.wins + progress.losses > progress.bouts + 1:  # the one under way is counted when it is left
         raise fields.wrong("bouts", f"{progress.bouts} are fewer than were won and lost")
     seed = fields.integer("seed", 0, 2**32 - 1)
+    rivals = Rivals.from_fields(Fields(fields.take("rivals"), "rivals")) if fields.has("rivals") else None
+    known = {*OPPONENTS, UNKNOWN} if rivals is None else {rivals.name}
     opponent = fields.text("opponent")
-    if opponent not in {*OPPONENTS, UNKNOWN}:
-        raise fields.wrong("opponent", f"expected one of {', '.join(OPPONENTS)} or {UNKNOWN}, not {shown(opponent)}")
+    if opponent not in known:
+        raise fields.wrong("opponent", f"expected one of {', '.join(sorted(known))}, not {shown(opponent)}")
+    vary = fields.number("vary", 0.0, 1.0) if fields.has("vary") else 0.0
     try:
         pal = Pal.from_state(fields.take("pal"))
     except StateError as error:
         raise fields.wrong("pal", str(error)) from error
     fields.done()
-    return Checkpoint(pal, seed, opponent, progress)
+    return Checkpoint(pal, seed, opponent, progress, vary, rivals)

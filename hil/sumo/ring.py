@@ -149,9 +149,13 @@ class RefereedRing:
         """Begin a bout; see `Ring.begin`. The robot stands still, whatever it was doing."""
         if self._junior.armed:
             self._junior.stop()
-        self._clearance = self._referee.reset(seed, self._code).clearance
+        self._place(seed)
         self._junior.wait(SETTLE)
         return self._junior.sense()
+
+    def _place(self, seed: int) -> None:
+        """Have everybody placed."""
+        self._clearance = self._referee.reset(seed, self._code).clearance
 
     def engage(self, maneuver: Maneuver) -> Encounter:
         """Have a maneuver performed; it is broken off when the bout is over."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes, spelled_out
+from hil.sumo.controllers import BUILT_IN
+from hil.sumo.ring import OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice, AdviceEntry, TeamVerdict
 
 EYES = {0: "no eye sees it", 1: "the left eye sees it", 2: "the right eye sees it", 3: "both eyes see it"}
+PLAYS = "How it plays"
 ARMS = {0: "", 4: ", the left arm touches", 8: ", the right arm touches", 12: ", both arms touch"}
 
 
@@ -77,6 +80,7 @@ def coaching_summary(
     opponent: str,
     files: dict[str, object],
     wall_seconds: float,
+    by_rival: Sequence[Tally] = (),
 ) -> list[str]:
     """What was learnt, against what, how it plays, where the files are.
 
@@ -87,6 +91,7 @@ def coaching_summary(
         opponent: Name of the opponent.
         files: Paths by name: advice, log, report, checkpoint.
         wall_seconds: Time it took, in s.
+        by_rival: The held-out bouts by whom it met, where it met several robots.
 
     Returns:
         Lines.
@@ -96,7 +101,12 @@ def coaching_summary(
         f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
         f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s."
     )
-    return ["", headline, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+    lines = ["", headline, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+    if by_rival:
+        won = ", ".join(f"{one.wins} of {one.trials} against {one.opponent}" for one in by_rival)
+        place = next(place for place, line in enumerate(lines) if line.startswith(PLAYS))
+        lines.insert(place + 1, f"  Won of these: {won}.")
+    return lines
 
 
 def team_summary(
@@ -168,10 +178,10 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
         lines.append(f"      {spelled_out(entry.actions)}")
     lines.append("")
     if tally is None:
-        lines.append("How it plays was not tried: there were no held-out bouts.")
+        lines.append(f"{PLAYS} was not tried: there were no held-out bouts.")
     else:
         low, high = tally.win_rate.ci95
-        won = f"How it plays: won {tally.wins} of {tally.trials} bouts from fresh poses (95 % interval {low:.2f} to {high:.2f})"
+        won = f"{PLAYS}: won {tally.wins} of {tally.trials} bouts from fresh poses (95 % interval {low:.2f} to {high:.2f})"
         time = "" if tally.median_time_to_win is None else f", in {tally.median_time_to_win:.1f} s by the median"
         versus = f"; random maneuvers won {random.wins} of {random.trials}" if random else ""
         lines.append(f"{won}{time}{versus}.")
@@ -183,5 +193,7 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
     if files.get("best_log"):
         lines.append(f"{'The best run:':12} hil view {files['best_log']}")
     if tally is not None and files.get("advice"):
-        lines.append(f"{'Play it:':12}hil bout --advice {files['advice']} --opponent {opponent}")
+        bout = f"hil bout --advice {files['advice']} --opponent {opponent}"
+        play = bout if opponent in OPPONENTS else f"hil tournament {files['advice']} {' '.join(BUILT_IN)}"
+        lines.append(f"{'Play it:':12}{play}")
     return lines

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus, stimulus_label
 from pal_advisor.fields import FieldError, Fields, SettingsError, shown
-from pal_advisor.maneuvers.settings import Objective, PalSettings
+from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD, Objective, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -36,6 +36,7 @@ class AdviceEntry:
         phase: Phase in which it arose.
         parents: Maneuvers it descends from, as action names with spaces between.
         names: What it is called, where it meets a criterion.
+        period: Time an action of it lasts, in s; None: as the settings say.
     """
 
     previous: int
@@ -46,6 +47,7 @@ class AdviceEntry:
     phase: int = 1
     parents: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
+    period: float | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The entry as plain values."""
@@ -58,6 +60,7 @@ class AdviceEntry:
             "phase": self.phase,
             "parents": list(self.parents),
             "names": list(self.names),
+            **({} if self.period is None else {"period": self.period}),
         }
 
     @classmethod
@@ -89,6 +92,7 @@ class AdviceEntry:
             phase=fields.integer("phase", 1, 2) if fields.has("phase") else 1,
             parents=fields.texts("parents") if fields.has("parents") else (),
             names=fields.texts("names") if fields.has("names") else (),
+            period=fields.number("period", LEAST_PERIOD, MOST_PERIOD) if fields.has("period") else None,
         )
         fields.done()
         return entry
@@ -99,7 +103,7 @@ class Advice:
     """The best maneuver for every situation that came up.
 
     Attributes:
-        settings: How it was learnt; period and options of the maneuvers come from here.
+        settings: How it was learnt; options of the maneuvers come from here, and the period where an entry has none of its own.
         entries: One per situation.
         opponent: Against whom.
         seed: Seed of the coaching; None where it is not known.
@@ -117,7 +121,7 @@ class Advice:
 
     def maneuver(self, entry: AdviceEntry) -> Maneuver:
         """An entry as a maneuver that a robot can be given."""
-        return make_maneuver(entry.actions, self.settings)
+        return make_maneuver(entry.actions, self.settings, entry.period)
 
     def find(self, current: int, previous: int | None = None) -> AdviceEntry:
         """The entry that fits a situation best.
@@ -187,11 +191,17 @@ class Advice:
         return cls(settings, entries, opponent, seed)
 
 
-def make_maneuver(actions: tuple[Action, ...], settings: PalSettings) -> Maneuver:
-    """Actions with the period and the options of the settings."""
+def make_maneuver(actions: tuple[Action, ...], settings: PalSettings, period: float | None = None) -> Maneuver:
+    """Actions with the period and the options of the settings.
+
+    Args:
+        actions: The actions.
+        settings: Period and options.
+        period: Time an action lasts, in s; None: as the settings say.
+    """
     return Maneuver(
         actions,
-        period=settings.period,
+        period=settings.period if period is None else period,
         floor_reflex=settings.floor_reflex,
         end_on_change=settings.end_on_change,
         arms=settings.arms_in_stimulus,

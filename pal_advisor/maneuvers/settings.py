@@ -23,6 +23,10 @@ MOST_AGAIN: Final = 1000
 """No maneuver is handed out again more often in a bout."""
 MOST_BROOD: Final = 100
 """No more children are bred for a place."""
+LEAST_PERIOD: Final = 0.02
+"""No action lasts less, in s."""
+MOST_PERIOD: Final = 5.0
+"""No action lasts longer, in s."""
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
 BEFORE: Final[Mapping[str, Any]] = {"mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False}
@@ -142,7 +146,7 @@ class PalSettings:
         self._require("objective", self.objective in set(Objective), f"one of {', '.join(Objective)}")
         self._require("phases", self.phases in get_args(Phases), f"one of {', '.join(get_args(Phases))}")
         self._require("actions", 1 <= self.actions <= MAX_ACTIONS, f"1 to {MAX_ACTIONS}")
-        self._require("period", 0.02 <= self.period <= 5.0, "0.02 to 5 s")
+        self._require("period", LEAST_PERIOD <= self.period <= MOST_PERIOD, f"{LEAST_PERIOD:g} to {MOST_PERIOD:g} s")
         self._require("population", 2 <= self.population <= MOST_MEMBERS, f"2 to {MOST_MEMBERS}")
         self._require("elite", 0 <= self.elite < self.population, "less than the population, and not negative")
         for name, most in (("budget", MOST_BUDGET), ("exam_best", MOST_MEMBERS), ("tournament", MOST_MEMBERS), ("rounds", 30)):

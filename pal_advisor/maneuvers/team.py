@@ -15,14 +15,15 @@ from pal_advisor.maneuvers.mirror import home_of, reflected_category
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from firmware_protocol.vocabulary import Maneuver
     from pal_advisor.maneuvers.advice import Advice, AdviceEntry
     from pal_advisor.maneuvers.population import Category
 
 BETTER: Final = 0.005
 """A challenger takes a champion's place when its score is greater by more."""
-TIME_COST: Final = 0.01
+TIME_COST: Final = 0.03
 """What a second of the mean time of a bout costs, in bouts won."""
-BOUTS: Final = 60
+BOUTS: Final = 120
 """Bouts that an advice is tried by, from poses that are the same for all."""
 
 
@@ -67,7 +68,7 @@ class TeamExam:
     """Makes one advice of several.
 
     Args:
-        advices: What each run has learnt, all by the same settings, one or more.
+        advices: What each run has learnt, one or more, by settings that differ in nothing but the period.
 
     Attributes:
         verdicts: What was found out so far, in order.
@@ -138,13 +139,13 @@ class TeamExam:
             self._wanted = self._challengers(self._categories.pop(0))
 
     def _challengers(self, category: Category) -> list[tuple[int, Category | None, Advice]]:
-        """The best advice with the champion of each other run in its place, where that is another maneuver."""
+        """The best advice with the champion of each other run in its place, where that is another maneuver or another pace."""
         found: list[tuple[int, Category | None, Advice]] = []
-        seen = {_actions(self._best, category)}
+        seen = {_played(self._best, category)}
         for run in self._order:
-            actions = _actions(self._advices[run], category)
-            if actions and actions not in seen:
-                seen.add(actions)
+            played = _played(self._advices[run], category)
+            if played and played not in seen:
+                seen.add(played)
                 found.append((run, category, _joined(self._best, self._advices[run], category)))
         return found
 
@@ -160,13 +161,15 @@ def _entries(advice: Advice, category: Category) -> tuple[AdviceEntry, ...]:
     return tuple(entry for entry in advice.entries if (entry.previous, entry.current) in places)
 
 
-def _actions(advice: Advice, category: Category) -> tuple[tuple[int, ...], ...]:
-    return tuple(tuple(map(int, entry.actions)) for entry in _entries(advice, category))
+def _played(advice: Advice, category: Category) -> tuple[Maneuver, ...]:
+    """What a robot is given in a situation."""
+    return tuple(advice.maneuver(entry) for entry in _entries(advice, category))
 
 
 def _joined(advice: Advice, other: Advice, category: Category) -> Advice:
-    """An advice with another's champion of a situation."""
+    """An advice with another's champion of a situation, at the pace that the other learnt it at."""
     places = _places(advice, category)
     kept = [entry for entry in advice.entries if (entry.previous, entry.current) not in places]
-    entries = sorted([*kept, *_entries(other, category)], key=lambda entry: (entry.current, -entry.previous))
-    return replace(advice, entries=tuple(entries))
+    paces = [(entry, other.maneuver(entry).period) for entry in _entries(other, category)]
+    taken = [replace(entry, period=None if period == advice.settings.period else period) for entry, period in paces]
+    return replace(advice, entries=tuple(sorted([*kept, *taken], key=lambda entry: (entry.current, -entry.previous))))

@@ -37,3 +37,11 @@ class JuniorHardware:
         """Begin a bout; see `Motors.begin` and `Sensors.begin`."""
         self.motors.begin(motor_noise)
         self.sensors.begin(sensor_noise)
+
+    def fit(self, profile: JuniorProfile) -> None:
+        """Be a robot of these numbers from now on; it is off the table."""
+        if profile is not self.profile:
+            self.profile = profile
+            self.motors.fit(profile)
+            self.body.fit(profile)
+            self.sensors.fit(profile)

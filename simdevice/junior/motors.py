@@ -35,29 +35,32 @@ class Motors:
     """
 
     def __init__(self, profile: JuniorProfile, noise: np.random.Generator) -> None:
-        self._profile = profile
         self.noise = noise
         self.commanded = (0, 0)
         self._effort_left = 0.0
         self._effort_right = 0.0
+        self.force_left = 0.0
+        self.force_right = 0.0
+        self.travel_left = 0.0
+        self.travel_right = 0.0
+        self.charge = 0.0
+        self._share = 1.0
+        self._fed: float | None = None
+        self.fit(profile)
+
+    def fit(self, profile: JuniorProfile) -> None:
+        """Have other motors and another battery, whose numbers these are."""
+        self._profile = profile
         self._free = profile.free_speed
         self._stall = profile.stall_force
         self._limit = profile.tyre_limit
         self.slip = profile.free_speed / profile.stall_force
         self._idle = profile.idle_current
         self.current_per_force = profile.stall_current / profile.stall_force
-        self._full = profile.full_voltage
-        self._empty = profile.empty_voltage
         self.fall = (profile.full_voltage - profile.empty_voltage) / profile.capacity
         self._resistance = profile.resistance
         self.per_volt = 1 / profile.nominal_voltage
-        self.force_left = 0.0
-        self.force_right = 0.0
-        self.travel_left = 0.0
-        self.travel_right = 0.0
-        self.charge = 0.0
-        self.voltage = profile.full_voltage
-        self._share = self.voltage * self.per_volt
+        self.feed(self._fed)
 
     def command(self, left: int, right: int) -> None:
         """Set the effort; a change draws a new error for that wheel.
@@ -119,6 +122,7 @@ class Motors:
             voltage: Without load, in V, whatever is taken from it; None is its own again.
         """
         profile = self._profile
+        self._fed = voltage
         self._full = profile.full_voltage if voltage is None else voltage
         self._empty = profile.empty_voltage if voltage is None else voltage
         self.voltage = max(self._empty, self._full - self.charge * self.fall)

@@ -111,11 +111,20 @@ class Sensors:
     """
 
     def __init__(self, profile: JuniorProfile, body: Piece, ring: SumoRing, noise: np.random.Generator) -> None:
-        self._profile = profile
         self._body = body
         self._ring = ring
         self.noise = noise
-        self._readings = _readings(profile, noise)
+        self.fit(profile)
+        self._sights: list[_Sight] = []
+        self.eye_left = self.eye_right = profile.eye_ambient
+        self.floor_left = self.floor_right = profile.floor_on
+        self.arm_left = self.arm_right = 0
+        self.distance_left = self.distance_right = NOTHING
+
+    def fit(self, profile: JuniorProfile) -> None:
+        """Have other sensors, whose numbers these are."""
+        self._profile = profile
+        self._readings = _readings(profile, self.noise)
         eye_x, self._eye_y = profile.eye_position
         self._eye_x = eye_x
         # The outer border of the left eye's cone, and its inner one; the right eye mirrors them.
@@ -134,13 +143,8 @@ class Sensors:
         self._floor_spot = profile.floor_spot
         self.floor_step = profile.floor_off - profile.floor_on
         edge = math.hypot(*profile.floor_position) + profile.floor_spot
-        self.floor_beyond_x = ring.width / 2 - edge
-        self.floor_beyond_y = ring.height / 2 - edge
-        self._sights: list[_Sight] = []
-        self.eye_left = self.eye_right = profile.eye_ambient
-        self.floor_left = self.floor_right = profile.floor_on
-        self.arm_left = self.arm_right = 0
-        self.distance_left = self.distance_right = NOTHING
+        self.floor_beyond_x = self._ring.width / 2 - edge
+        self.floor_beyond_y = self._ring.height / 2 - edge
 
     def begin(self, noise: np.random.Generator) -> None:
         """Begin a bout: arms open, and noise that follows from the bout's own seed.

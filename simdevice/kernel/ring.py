@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from simdevice.arena import Piece
     from simdevice.junior.faults import DeviceFaults
     from simdevice.junior.hardware import JuniorHardware
+    from simdevice.junior.profile import JuniorProfile
     from simdevice.kernel.arrays import Arrays
     from simdevice.outline import Outline
     from simdevice.sumo.match import Match
@@ -45,8 +46,10 @@ class KernelRing:
         self.lib = arrays.lib
         self._ffi = arrays.ffi
         self._match = match
-        self._profile = match.robot.profile
         self._kept: dict[object, object] = {}
+        self._numbers: dict[int, Any] = {}
+        self._described: dict[int, JuniorProfile] = {}
+        self._fed: dict[int, float] = {}
         self._outlines: dict[int, tuple[Outline, Any]] = {}
         self._world, self.devices = arrays.world, arrays.devices
         world, devices = self._world, self.devices
@@ -54,11 +57,11 @@ class KernelRing:
         devices.system_at, devices.system_mask = SYSTEM_BYTE[wire], SYSTEM_MASK[wire]
         world.period, world.time_limit = match.period, TIME_LIMIT
         world.half_x, world.half_y = match.half_x, match.half_y
-        self._describe(match.robot)
         for piece in range(self.first, self.first + PIECES):
+            self._numbers[piece] = world.profile[piece] = self._ffi.new("kernel_profile *")
             devices.fresh[piece] = devices.system[piece] = 1
             devices.effort[2 * piece] = devices.effort[2 * piece + 1] = 1.0
-            self.feed(piece, None)
+        self._describe(self.first, match.robot)
 
     @property
     def watched(self) -> bool:
@@ -70,9 +73,12 @@ class KernelRing:
         if watched != self.watched:
             (self._arrays.watched.append if watched else self._arrays.watched.remove)(self)
 
-    def _describe(self, robot: JuniorHardware) -> None:
-        """Hand over the numbers of a robot."""
-        profile, motors, sensors, to = robot.profile, robot.motors, robot.sensors, self._world.profile
+    def _describe(self, piece: int, robot: JuniorHardware) -> None:
+        """Hand over the numbers of a robot, where they are others than before."""
+        profile, motors, sensors, to = robot.profile, robot.motors, robot.sensors, self._numbers[piece]
+        if self._described.get(piece) is profile:
+            return
+        self._described[piece] = profile
         to.half_track = profile.track / 2
         for name in ("free_speed", "stall_force", "tyre_limit", "idle_current", "resistance", "wheel_gain", "command_noise"):
             setattr(to, name, getattr(profile, name))
@@ -84,6 +90,7 @@ class KernelRing:
         to.reach, to.eye_offset, to.eye_scale = profile.eye_reach, profile.eye_offset, sensors.scale
         to.arm_span, to.floor_spot = profile.arm_span, profile.floor_spot
         to.floor_x, to.floor_y = profile.floor_position
+        self.feed(piece, self._fed.get(piece))
 
     def take(self) -> None:
         """Take over from the table how everybody stands; who has been given other noise begins a bout."""
@@ -95,7 +102,10 @@ class KernelRing:
         for piece, one in enumerate((match.robot.body, match.opponent), self.first):
             self._place(piece, one)
         for piece, robot in enumerate((match.robot, match.second), self.first):
-            if robot is not None and self._kept.get(("noise", piece)) is not robot.motors.noise:
+            if robot is None:
+                continue
+            self._describe(piece, robot)
+            if self._kept.get(("noise", piece)) is not robot.motors.noise:
                 self._kept["noise", piece] = robot.motors.noise
                 self._begin(piece)
 
@@ -144,7 +154,7 @@ class KernelRing:
             world.command[wheel], world.effort[wheel] = 0, 0.0
         self.lib.world_forget(world, piece)
         world.charge[piece], world.voltage[piece] = 0.0, world.full[piece]
-        world.share[piece] = world.voltage[piece] * world.profile.per_volt
+        world.share[piece] = world.voltage[piece] * world.profile[piece].per_volt
         world.readings[piece] = world.reading_at[piece] = world.errors[piece] = world.error_at[piece] = 0
 
     def _pointer(self, address: int) -> Any:  # noqa: ANN401 - a pointer of cffi
@@ -179,7 +189,7 @@ class KernelRing:
         if robot is None:
             return
         if world.reading_at[piece] >= world.readings[piece]:
-            eyes, floor = draw_noise(self._profile, robot.sensors.noise)
+            eyes, floor = draw_noise(robot.profile, robot.sensors.noise)
             world.eye_noise[piece] = self._borrowed("eyes", piece, np.ascontiguousarray(eyes), "double[]")
             world.floor_noise[piece] = self._borrowed("floor", piece, floor.astype(np.uint16), "uint16_t[]")
             world.readings[piece], world.reading_at[piece] = eyes.shape[1], 0
@@ -264,11 +274,15 @@ class KernelRing:
 
     def feed(self, piece: int, voltage: float | None) -> None:
         """Have a battery give another voltage, see `Motors.feed`."""
-        world, profile = self._world, self._profile
+        world, profile = self._world, self._described[piece]
+        if voltage is None:
+            self._fed.pop(piece, None)
+        else:
+            self._fed[piece] = voltage
         world.full[piece] = profile.full_voltage if voltage is None else voltage
         world.empty[piece] = profile.empty_voltage if voltage is None else voltage
-        world.voltage[piece] = max(world.empty[piece], world.full[piece] - world.charge[piece] * world.profile.fall)
-        world.share[piece] = world.voltage[piece] * world.profile.per_volt
+        world.voltage[piece] = max(world.empty[piece], world.full[piece] - world.charge[piece] * world.profile[piece].fall)
+        world.share[piece] = world.voltage[piece] * world.profile[piece].per_volt
 
     def befall(self, piece: int, faults: DeviceFaults) -> None:
         """Have faults do to a robot what they do now."""

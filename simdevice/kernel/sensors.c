@@ -60,7 +60,7 @@ static void look(
 /* Measures another piece. Returns 0 where it is as it was: at rest, or pushing. */
 static uint8_t measure_one(kernel_world *world, uint32_t piece, uint32_t other, uint32_t pair)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     const kernel_outline *outline = world->outline[other];
     double dx = world->x[piece] - world->x[other], dy = world->y[piece] - world->y[other];
     double turn_cos = world->cos[other], turn_sin = world->sin[other];
@@ -91,7 +91,7 @@ static uint8_t measure_one(kernel_world *world, uint32_t piece, uint32_t other, 
 
 static void measure(kernel_world *world, uint32_t piece)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     uint32_t first = piece - piece % world->pieces, pair = piece * world->pieces, k;
     uint8_t *arm = &world->arm[2 * piece], changed = 0, touched;
     double *distance = &world->distance[2 * piece], bound;
@@ -131,7 +131,7 @@ static uint16_t eye_count(const kernel_profile *profile, double count, double di
 
 static uint16_t floor_count(const kernel_world *world, uint32_t piece, uint16_t count, double side)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     double c = world->cos[piece], s = world->sin[piece];
     double x = world->x[piece] + profile->floor_x * c - side * s, y = world->y[piece] + profile->floor_x * s + side * c;
     double clearance = least(world->half_x - fabs(x), world->half_y - fabs(y));
@@ -143,7 +143,7 @@ static uint16_t floor_count(const kernel_world *world, uint32_t piece, uint16_t 
 
 void world_sense(kernel_world *world, uint32_t piece, uint8_t held_up)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     uint32_t at = world->reading_at[piece]++, count = world->readings[piece];
     const double *eye = world->eye_noise[piece];
     const uint16_t *floor = world->floor_noise[piece];

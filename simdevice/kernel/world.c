@@ -12,7 +12,7 @@ enum { UNDECIDED, WIN, LOSS, DRAW };
 
 static void set_wheel(kernel_world *world, uint32_t piece, int side, int16_t command)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     uint32_t wheel = 2 * piece + (uint32_t)side;
     double error;
 
@@ -44,7 +44,7 @@ void world_power_on(kernel_world *world, uint32_t piece)
 /* Works out the forces of one period, from the speeds of the ground under the wheels. */
 static void turn(kernel_world *world, uint32_t piece, double left, double right)
 {
-    const kernel_profile *profile = &world->profile;
+    const kernel_profile *profile = world->profile[piece];
     double *force = &world->force[2 * piece], *travel = &world->travel[2 * piece], speed[2], current;
     int side;
 
@@ -74,7 +74,7 @@ static void turn(kernel_world *world, uint32_t piece, double left, double right)
 
 static void drive(kernel_world *world, uint32_t piece)
 {
-    double x = world->x[piece], y = world->y[piece], half = world->profile.half_track, rate = 1 / world->period;
+    double x = world->x[piece], y = world->y[piece], half = world->profile[piece]->half_track, rate = 1 / world->period;
     double ahead = (x - world->last_x[piece]) * world->cos[piece] + (y - world->last_y[piece]) * world->sin[piece];
     double lead = (world->angle[piece] - world->last_angle[piece]) * half;
     double left, right, push;

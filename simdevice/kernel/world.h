@@ -10,7 +10,7 @@
 #include "outline.h"
 #include "physics.h"
 
-typedef struct { /* what all Juniors have in common, as simdevice/junior/{motors,sensors}.py work it out of a profile */
+typedef struct { /* a Junior's numbers, as simdevice/junior/{motors,sensors}.py work them out of a profile */
     double half_track, free_speed, stall_force, tyre_limit, slip, idle_current, current_per_force, fall, resistance;
     double per_volt, wheel_gain[2], command_noise;
     double eye_x, eye_y, cone[4], steepest, reach, eye_offset, eye_scale;
@@ -22,7 +22,6 @@ enum { KERNEL_DUMMY, KERNEL_ROVER };
 
 typedef struct {
     kernel_physics physics;
-    kernel_profile profile;
     uint32_t pieces;
     double period, time_limit, half_x, half_y; /* a ring's half width and height */
 
@@ -42,7 +41,8 @@ typedef struct {
     double *still_slide, *still_turn, *kinetic_slide, *kinetic_turn, *grip, *moving;
     uint8_t *sliding;
 
-    /* For each piece that is a Junior: wheels, motors and battery. */
+    /* For each piece that is a Junior: its numbers, wheels, motors and battery. */
+    const kernel_profile **profile;
     void **axle;
     double *last_x, *last_y, *last_angle, *held_x, *held_y, *ground;
     int16_t *command;                /* permille; left, right */

@@ -128,6 +128,10 @@ class KernelWorld(World):
         if not 0 < periods <= MANY:
             check_periods(periods)
             periods = MANY
+        if self._late is not None:
+            now = self._clock[self.number]
+            inbound = self._late.arriving(inbound, now, self._delay)
+            periods = self._late.next(now, periods)  # whoever lives with it comes again
         said = self._live(inbound, periods) if self.room is None else self._live_within(self.room, inbound, periods)
         return [(self._clock[self.number] * self.period, said)] if said else []
 

@@ -73,6 +73,8 @@ class Crowd:
         settings = settings if settings is not None else WorldSettings()
         self.period, self.wire = settings.period, settings.wire
         nvm = settings.nvm
+        if settings.vary or settings.conditions.delay:
+            raise ValueError("several robots share one line, which has no delay: conditions vary for one robot alone")
         most = LAST_NODE if self.wire == CAN else LAST_SYSTEM
         if not 1 <= count <= most:
             raise ValueError(f"1 to {most} robots can share this line, not {count}")

@@ -18,12 +18,14 @@ from simdevice.arena import CONTROL_PERIOD, Arena, Dummy, Piece
 from simdevice.junior.hardware import JuniorHardware
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.sensors import Sensors
+from simdevice.sumo.conditions import NOMINAL
 from simdevice.sumo.opponents import JUNIOR_OPPONENT, OPPONENTS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from simdevice.junior.sensors import Sensors
+    from simdevice.sumo.conditions import Conditions
     from simdevice.sumo.ring import SumoRing
 
 TIME_LIMIT: Final = 15.0
@@ -54,6 +56,7 @@ class Purpose(IntEnum):
     OPPONENT_MOTORS = 4
     OPPONENT_SENSORS = 5
     IDENTITY = 6
+    CONDITIONS = 7
 
 
 def stream(seed: int, purpose: Purpose) -> np.random.Generator:
@@ -92,6 +95,8 @@ class Match:
         profile: Junior's numbers, and those of a second Junior.
         ring: The ring.
         period: One control period, in s.
+        conditions: How it differs from the nominal.
+        vary: How far each bout's conditions may be from these, as a share.
 
     Attributes:
         arena: The physics.
@@ -105,6 +110,7 @@ class Match:
         half_x: Half of the ring's width, in m.
         half_y: Half of its height, in m.
         lifted: Control periods until the robots stand on the table; meanwhile nothing moves.
+        conditions: Of the present bout.
     """
 
     def __init__(
@@ -114,12 +120,18 @@ class Match:
         profile: JuniorProfile | None = None,
         ring: SumoRing | None = None,
         period: float = CONTROL_PERIOD,
+        *,
+        conditions: Conditions = NOMINAL,
+        vary: float = 0.0,
     ) -> None:
         self._profile = profile if profile is not None else JuniorProfile()
         self._seed = seed
+        self._about, self._vary = conditions, vary
+        self.conditions = conditions
         self.arena = Arena(ring, period)
         self.half_x, self.half_y = self.arena.ring.width / 2, self.arena.ring.height / 2
-        self.robot = JuniorHardware(self._profile, self.arena.ring, stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS))
+        motors, sensors = stream(seed, Purpose.MOTORS), stream(seed, Purpose.SENSORS)
+        self.robot = JuniorHardware(conditions.junior(self._profile), self.arena.ring, motors, sensors)
         self.arena.add(self.robot.body)
         self.second: JuniorHardware | None = None
         opponent_code(opponent)
@@ -134,10 +146,12 @@ class Match:
     def _make(self, name: str) -> Piece:
         """A body for an opponent; a second Junior is kept, memory and all, when others come between."""
         if name != JUNIOR_OPPONENT:
-            return Dummy(OPPONENTS[name], self._profile.body_friction)
+            return Dummy(self.conditions.dummy(OPPONENTS[name]), self._profile.body_friction)
+        profile = self.conditions.second(self._profile)
         if self.second is None:
             motors, sensors = stream(self._seed, Purpose.OPPONENT_MOTORS), stream(self._seed, Purpose.OPPONENT_SENSORS)
-            self.second = JuniorHardware(self._profile, self.arena.ring, motors, sensors)
+            self.second = JuniorHardware(profile, self.arena.ring, motors, sensors)
+        self.second.fit(profile)
         return self.second.body
 
     @property
@@ -161,17 +175,22 @@ class Match:
         What follows depends on the seed and on what the robots do, and on nothing that was before.
 
         Args:
-            seed: Seed of the start pose.
+            seed: Seed of the start pose, and of the conditions where they vary.
             opponent: Another opponent; None keeps the present one.
 
         Raises:
             ValueError: There is no opponent of this name.
         """
-        if opponent is not None and opponent != self.name:
+        changed = opponent is not None and opponent != self.name
+        if changed and opponent is not None:
             opponent_code(opponent)
-            self.arena.remove(self.opponent)
             self.name = opponent
-            self.opponent = self._make(opponent)
+        if self._vary:
+            self.conditions = self._about.drawn(self._vary, stream(seed, Purpose.CONDITIONS))
+            self.robot.fit(self.conditions.junior(self._profile))
+        if changed or self._vary:
+            self.arena.remove(self.opponent)
+            self.opponent = self._make(self.name)
             self.arena.add(self.opponent)
         self.arena.clear_memory()
         self._place(stream(seed, Purpose.START))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from firmware_protocol.wire.fields import MAVLINK
 from simdevice.arena import CONTROL_PERIOD
 from simdevice.junior.profile import JuniorProfile
+from simdevice.sumo.conditions import MOST_VARY, NOMINAL, Conditions
 from simdevice.sumo.opponents import JUNIOR_OPPONENT
 
 if TYPE_CHECKING:
@@ -34,9 +35,12 @@ class WorldSettings:
         start_held: Junior is switched on with its start input held: it forgets the time of its signatures that is in `nvm`.
         period: One control period, in s. The firmware is made for 5 ms.
         hosted: The opponent, a second Junior, has a host of its own on a second network, and no keeper.
+        conditions: How it differs from the nominal.
+        vary: Each bout has conditions of its own, drawn from its seed: every quantity is off by up to this share of what
+            it is nominally. 0 draws nothing.
 
     Raises:
-        ValueError: The period takes no time, or an opponent that is no robot is to have a host.
+        ValueError: The period takes no time, an opponent that is no robot is to have a host, or that is no share.
     """
 
     opponent: str = "flat-light"
@@ -52,9 +56,13 @@ class WorldSettings:
     start_held: bool = False
     period: float = CONTROL_PERIOD
     hosted: bool = False
+    conditions: Conditions = NOMINAL
+    vary: float = 0.0
 
     def __post_init__(self) -> None:
         if not self.period > 0.0:
             raise ValueError(f"a control period is longer than 0 s, not {self.period:g} s")
+        if not 0 <= self.vary <= MOST_VARY:
+            raise ValueError(f"vary is a share, 0 to {MOST_VARY:g}, not {self.vary:g}")
         if self.hosted and self.opponent != JUNIOR_OPPONENT:
             raise ValueError(f"only a second Junior has a host of its own, and the opponent is {self.opponent}")

@@ -9,6 +9,7 @@ from simdevice.emulation import check_periods
 from simdevice.junior.device import VirtualDevice
 from simdevice.junior.second import Keeper
 from simdevice.sumo.eeprom import image_of
+from simdevice.sumo.late import Late
 from simdevice.sumo.match import HELD_UP, PUT_DOWN, Match, Purpose, stream
 from simdevice.sumo.referee import Referee
 from simdevice.sumo.settings import WorldSettings
@@ -50,7 +51,15 @@ class World:
         self.room: int | None = None
         self.networks = 2 if settings.hosted else 1
         self._ticks = 0
-        self._match = Match(settings.opponent, settings.seed, settings.profile, period=settings.period)
+        self._match = Match(
+            settings.opponent,
+            settings.seed,
+            settings.profile,
+            period=settings.period,
+            conditions=settings.conditions,
+            vary=settings.vary,
+        )
+        self._late = Late() if settings.vary or settings.conditions.delay else None
         self._prepare()
         self.device = self._device(self._match.robot)
         signing = None
@@ -117,6 +126,11 @@ class World:
         """A second Junior is on the table."""
         second = self._match.second
         return second is not None and self._match.opponent is second.body
+
+    @property
+    def _delay(self) -> int:
+        """By how many control periods what the host says is late in this bout."""
+        return round(self._match.conditions.delay / self.period)
 
     @property
     def match(self) -> Match:
@@ -195,6 +209,8 @@ class World:
         Returns:
             Everything sent to the host in this period.
         """
+        if self._late is not None:
+            inbound = self._late.arriving(inbound, self._ticks, self._delay)
         device = self.device
         referee = self.referee if device.powered else None
         answers = referee.receive(inbound, self._ticks * self.period) if inbound and referee is not None else b""

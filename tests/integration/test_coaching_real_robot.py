@@ -16,6 +16,7 @@ import hil
 from hil.cli.app import run
 from hil.mcaplog.reading.reader import LogReader
 from hil.sumo.advice_file import load_advice
+from simdevice.junior.profile import JuniorProfile
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
@@ -31,13 +32,17 @@ LOW = 7.2
 class Handled(Stepped):
     """A robot and its ring, in which hands do something between two control periods.
 
+    Args:
+        gain: Share of its effort that the left wheel gives.
+
     Attributes:
         world: The ring.
         touched: Whether the wheels turned whenever somebody's hands were in the ring.
     """
 
-    def __init__(self) -> None:
-        self.world = World(WorldSettings(seed=5, referee=False))
+    def __init__(self, gain: float) -> None:
+        profile = JuniorProfile(wheel_gain=(gain, 1.0), command_noise=0.01)
+        self.world = World(WorldSettings(seed=5, referee=False, profile=profile))
         super().__init__(self.world)
         self.touched: list[bool] = []
         self._hands: list[Callable[[], object]] = []
@@ -64,15 +69,20 @@ class Handled(Stepped):
         self._away = False
         self.reach_in(lambda: self.world.match.reset(seed))
 
+    def make_room(self) -> None:
+        """Put our robot into the middle of the ring, and the other one far off."""
+        match = self.world.match
+        self.reach_in(lambda: match.robot.body.place(0.0, 0.0, 0.0), lambda: match.opponent.place(0.0, 0.6, 0.0))
+
     def take_off(self) -> None:
         """Hold our robot far off the ring."""
         self._away = True
 
 
 @contextmanager
-def handled() -> Iterator[tuple[Handled, str]]:
-    """A robot that hands can reach, on a pty."""
-    robot, endpoint = Handled(), PtyEndpoint()
+def handled(gain: float = 1.0) -> Iterator[tuple[Handled, str]]:
+    """A robot that hands can reach, on a pty, whose left wheel gives a share of its effort."""
+    robot, endpoint = Handled(gain), PtyEndpoint()
     with in_thread(robot, endpoint):
         yield robot, endpoint.url
 
@@ -84,12 +94,17 @@ def hil_on(*words: str) -> str:
 
 @pytest.mark.slow
 def test_a_person_sets_up_judges_and_changes_the_battery(tmp_path: Path) -> None:
-    with handled() as (robot, url), Shell(tmp_path) as shell:
+    with handled(0.85) as (robot, url), Shell(tmp_path) as shell:
         with hil.connect(url) as junior:
             junior.set_parameter("BATT_LOW", LOW * 1e3)
         words = ("--reset", "ask", "--budget", "100000", "--held-out", "0", "--no-report", "--out", "run")
         shell.types(hil_on("coach", url, *words))
-        shell.until("Bout 1: set up both robots")
+        shell.until("The wheels are measured first")
+        robot.make_room()
+        shell.types("\n")
+        told = " ".join(shell.until("Bout 1: set up both robots").split())
+        assert "The wheels are not even (5 % are allowed)" in told
+        assert "Left and right are learnt apart. They would be about even with TRIM_RIGHT 0.8" in told
         robot.set_up(1)
         shell.types("\n")
         shell.until("Bout 1: how does it end?")
@@ -127,10 +142,10 @@ def test_a_person_sets_up_judges_and_changes_the_battery(tmp_path: Path) -> None
         told = shell.until("Interrupted.")
     assert "The best advice so far: run/advice.toml" in told
     assert "--reset ask --resume-from run" in re.sub(r"\s+", " ", told)
-    assert robot.touched == [False] * 4
+    assert robot.touched == [False] * 5
     log = tmp_path / "run" / "log.mcap"
-    bouts = [entry.value.text for entry in LogReader(log).entries(["/events"]) if entry.value.kind == "bout"]
-    assert len(bouts) == 3, bouts
+    events = [entry.value for entry in LogReader(log).entries(["/events"])]
+    assert [event.kind for event in events if event.kind in {"wheels", "bout"}] == ["wheels", "bout", "bout", "bout"]
     assert [what.removeprefix("key ") for what in inputs_of(log)][-1:] == ["interrupt"]
     assert hil.replay(log).difference is None
 
@@ -140,6 +155,9 @@ def test_a_robot_sets_itself_up_and_asks_where_it_cannot(tmp_path: Path) -> None
     with handled() as (robot, url), Shell(tmp_path) as shell:
         shell.types(hil_on("coach", url, "--reset", "auto", "--budget", "100000", "--no-report", "--out", "run"))
         assert "The battery is not watched" in shell.until("A pause begins before the next maneuver")
+        told = " ".join(shell.until("maneuvers").split())
+        assert "The wheels are even (5 % are allowed)" in told
+        assert "Left and right are learnt as one." in told
         robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
         robot.take_off()
         shell.until("The floor sensors see no ring: put both robots back")

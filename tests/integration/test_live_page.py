@@ -242,7 +242,7 @@ def test_a_person_judges_on_the_page(page: Page, tmp_path: Path) -> None:
 
 def test_a_coaching_pauses_and_goes_on(page: Page, tmp_path: Path) -> None:
     world = junior_world(WorldSettings(referee=False))
-    with served("tcp://127.0.0.1:0", world) as url, running(tmp_path, *LONG, url) as run:
+    with served("tcp://127.0.0.1:0", world) as url, running(tmp_path, *LONG, "--no-mirror", url) as run:
         page.visit(run.url, "document.querySelector('#choices button')")
         for name in ("Pause", "Go on"):
             answer(page, name)

@@ -109,7 +109,7 @@ def test_coaching_over_a_signed_link_learns_the_same_and_repeats_itself(folder: 
 def test_the_main_job_over_a_signed_pty(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = key_file(folder)
     with served(key=KEY) as url:
-        arguments = ["--budget", "2", "--held-out", "0", "--objective", "contact", "--no-report", "--json"]
+        arguments = ["--budget", "2", "--held-out", "0", "--objective", "contact", "--no-report", "--no-mirror", "--json"]
         assert run(["coach", url, *arguments, "--signing-key", str(path)]) == 0
         document = json.loads(capsys.readouterr().out)
         assert document["maneuvers"] == 2

@@ -33,6 +33,7 @@ from firmware_protocol.wire.fields import CAN, MAVLINK
 from simdevice.junior.profile import JuniorProfile
 from simdevice.junior.second import REFLEXES
 from simdevice.kernel.world import KernelWorld
+from simdevice.sumo.conditions import CONDITIONS, NOMINAL, Conditions
 from simdevice.sumo.settings import WorldSettings
 from simdevice.sumo.world import World
 
@@ -150,7 +151,14 @@ class Player:
             "start_held": rng.random() < 0.1,
             "profile": self._profile() if rng.random() < 0.5 else JuniorProfile(),
             "period": rng.choice((0.005, 0.005, 0.005, 0.004)),
+            "conditions": self._conditions() if rng.random() < 0.3 else NOMINAL,
+            "vary": rng.choice((0.0, 0.0, 0.3)),
         }, watched=rng.random() < 0.2)  # fmt: skip
+
+    def _conditions(self) -> Conditions:
+        rng = self._rng
+        factors = {name: rng.uniform(0.6, 1.4) for name in CONDITIONS if name != "delay"}
+        return Conditions(**factors, delay=rng.choice((0.0, 0.02)))
 
     def _profile(self) -> JuniorProfile:
         rng = self._rng

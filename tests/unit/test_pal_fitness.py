@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_protocol.vocabulary import Action, ActionTally, Maneuver
-from pal_advisor.maneuvers import Objective, ObjectiveError, PalSettings, Performance, SettingsError, describe, fitness
+from firmware_protocol.vocabulary import ActionTally
+from pal_advisor.maneuvers import Objective, ObjectiveError, PalSettings, Performance, SettingsError, fitness
 
 BOOK = PalSettings(objective=Objective.CONTACT, contact_weight=1.0)
 NOTHING = ActionTally(50, (0, 0), (0, 0), (0.0, 0.0), 0.0)
@@ -85,31 +85,6 @@ def test_a_performance_must_be_possible() -> None:
         Performance((HIT, HIT), 1)
     with pytest.raises(ValueError, match="not both"):
         Performance((), 1, won=True, lost=True)
-
-
-@pytest.mark.parametrize(
-    ("actions", "tallies", "name"),
-    [
-        ("FF FF MF FF", (PUSH, PUSH, PUSH, NOTHING), "straight push"),
-        ("FF FB FF FB", (HIT, NOTHING, HIT, NOTHING), "intermittent impact"),
-        ("LSRF LSRF LFRS FF", (PUSH, PUSH, PUSH, NOTHING), "stall turning"),
-        (
-            "LBRF FF FF FF",
-            (ActionTally(50, (1, 1), (1, 0), (0.05, 0.0), 0.0), HIT, NOTHING, NOTHING),
-            "corner-to-edge alignment",
-        ),
-        (
-            "LSRF LFRS LSRF LFRS",
-            (ActionTally(50, (1, 1), (1, 0), (0.05, 0.0), 0.0), ActionTally(50, (1, 1), (0, 1), (0.0, 0.05), 0.0)),
-            "alternating twist",
-        ),
-    ],
-)
-def test_what_was_learnt_gets_its_name(actions: str, tallies: tuple[ActionTally, ...], name: str) -> None:
-    maneuver = Maneuver(tuple(Action[code] for code in actions.split()))
-    assert name in describe(maneuver, [tallies])
-    assert describe(maneuver, [(NOTHING, NOTHING, NOTHING, NOTHING)]) == []
-    assert describe(maneuver, []) == []
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
@@ -109,3 +110,18 @@ def test_one_run_is_its_own_team() -> None:
 def test_as_many_scores_as_are_wanted() -> None:
     with pytest.raises(ValueError, match="shorter"):
         TeamExam([advice("L", "L", "F"), advice("B", "L", "F")]).tell([TeamScore(1, 1, 1.0)])
+
+
+def test_a_champion_is_played_at_the_pace_it_was_learnt_at() -> None:
+    slow, fast = advice("L", "L", "F"), advice("L", "L", "F")
+    fast = replace(fast, settings=replace(fast.settings, period=0.08))
+    exam = TeamExam([slow, fast])
+    exam.tell([TeamScore(40, BOUTS, 0.0), TeamScore(30, BOUTS, 0.0)])
+    while not exam.finished:  # only where nothing is seen the faster one does better
+        (tried,) = exam.wanted
+        faster = [entry.current for entry in tried.entries if tried.maneuver(entry).period == 0.08]
+        exam.tell([TeamScore(50 if faster == [0] else 20, BOUTS, 0.0)])
+    best = exam.best
+    assert [best.maneuver(entry).period for entry in best.entries] == [0.08, 0.15, 0.15, 0.15]
+    assert [entry.period for entry in best.entries] == [0.08, None, None, None], "none where the settings say the same"
+    assert Advice.from_dict(best.to_dict()) == best

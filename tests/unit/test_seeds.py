@@ -45,4 +45,5 @@ def test_branches_keep_their_numbers() -> None:
         "VALIDATION": 10,
         "TOURNAMENT": 11,
         "RUNS": 12,
+        "RIVALS": 14,
     }

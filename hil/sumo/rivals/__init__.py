@@ -1,0 +1,1 @@
+"""Coaching against robots: who Junior meets, and the ring where somebody plays the other robot meanwhile."""
