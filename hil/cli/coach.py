@@ -88,6 +88,15 @@ def coach(
             "Of several runs: processes that share the work; the same result for every N [default: one a core]."
         ),
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="tcp://HOST:PORT",
+            help="Of several runs: have the workers of this Dask scheduler share the work instead, with the same result; they "
+            "run programs as their users, so let it be on machines of yours.",
+        ),
+    ] = None,
     objective: Annotated[
         Objective | None,
         typer.Option("--objective", help="What a good maneuver is; outcome where there is a referee, else contact."),
@@ -205,6 +214,7 @@ def coach(
             begun_job or asked.together(link, opponent, runs=wanted.number, vary=vary, held_out=held_out, seed=seed),
             begin_from=begin_from,
             workers=workers,
+            scheduler=scheduler,
             require=require,
             advice_out=advice_out,
             report=report,
