@@ -56,8 +56,8 @@ GIVEN: Final = "given.toml"
 TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
 TEAM: Final = "team.json"
-TEAM_FILES: Final = ("run-[1-9]*.json", "run-[1-9]*.mcap")
-"""Checkpoints and logs of several coachings that belong together."""
+TEAM_FILES: Final = ("run-[1-9]*.json", "run-[1-9]*.mcap", "run-[1-9]*.slim")
+"""Checkpoints and logs of several coachings that belong together, and logs that were being made small."""
 REPORT: Final = "report"
 VIEW: Final = "view.html"
 VERSION: Final = 1

@@ -23,7 +23,7 @@ from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.coach_vary import VaryOption, varied
-from hil.cli.rivals import check_one_run, opponent_named, ring_url
+from hil.cli.rivals import opponent_named, ring_url, run_against_robots
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
@@ -86,6 +86,15 @@ def coach(
         int | None,
         common.workers_option(
             "Of several runs: processes that share the work; the same result for every N [default: one a core]."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="tcp://HOST:PORT",
+            help="Of several runs: have the workers of this Dask scheduler share the work instead, with the same result; they "
+            "run programs as their users, so let it be on machines of yours.",
         ),
     ] = None,
     objective: Annotated[
@@ -188,12 +197,12 @@ def coach(
     """
     opponent, rivals = opponent_named(opponent)
     context.params["opponent"] = opponent  # what it is called from now on, whatever files it was named by
-    runs = runs if rivals is None else check_one_run(runs)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
     if link is None and checkpoint is None:
         team_begun = begun_team(resume=resume, resume_from=resume_from, opponent=opponent)
-    wanted = runs_wanted(context, runs, link, team_begun)
+    alone = rivals is not None and team_begun is None
+    wanted = run_against_robots(runs) if alone else runs_wanted(context, runs, link, team_begun)
     clock = MonotonicClock()
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
@@ -205,6 +214,7 @@ def coach(
             begun_job or asked.together(link, opponent, runs=wanted.number, vary=vary, held_out=held_out, seed=seed),
             begin_from=begin_from,
             workers=workers,
+            scheduler=scheduler,
             require=require,
             advice_out=advice_out,
             report=report,

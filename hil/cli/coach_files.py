@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 from hil import runs
 from hil.cli import common
 from hil.cli.coach_from import beside
+from hil.cli.coach_worker import SentRun
 from hil.cli.run_files import RunFiles
+from hil.files.outputs import replace_file
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 
 if TYPE_CHECKING:
@@ -17,6 +19,7 @@ if TYPE_CHECKING:
 
     from hil.cli.running import ActiveRun
     from hil.sumo.coaching import Coaching
+    from hil.sumo.team import CoachedRun
     from pal_advisor.maneuvers import Advice
 
 
@@ -126,10 +129,31 @@ class TeamFiles(RunFiles):
         log = None if self._run.run is None else self._run.run.folder / f"run-{number}.mcap"
         return log if log is not None and log.is_file() else None
 
-    def tell_how_to_go_on(self, given: Advice | None = None) -> None:
+    def take(self, run: CoachedRun) -> CoachedRun:
+        """Keep the files that a worker has sent back.
+
+        Args:
+            run: What came of a coaching.
+
+        Returns:
+            The same without files.
+        """
+        if not isinstance(run, SentRun):
+            return run
+        assert self._run.run is not None, "a run that has files sent has a folder for them"
+        for name, data in run.files.items():
+            path = self._run.run.folder / Path(name).name
+            try:
+                replace_file(path, data)
+            except OSError as error:
+                self._failed(path, f"cannot write {path}: {error.strerror}")
+        return run.alone
+
+    def tell_how_to_go_on(self, scheduler: str | None, given: Advice | None = None) -> None:
         """Say where what was learnt so far is, and how to go on.
 
         Args:
+            scheduler: Address of the Dask scheduler whose workers coached; None: workers of our own.
             given: The advice that was begun from, which is the best so far unless one was written already; None: there is none.
         """
         if given is not None and not self.advice.exists():
@@ -137,7 +161,8 @@ class TeamFiles(RunFiles):
             self._console.print(f"The best advice so far: {self.advice}", markup=False)
         if self._run.run is not None:
             folder = self._run.run.folder
-            again = shlex.join(["hil", "coach", "--resume-from", str(folder)])
+            where = [] if scheduler is None else ["--scheduler", scheduler]
+            again = shlex.join(["hil", "coach", *where, "--resume-from", str(folder)])
             self._console.print(f"What was learnt so far is in {folder}. To go on: {again}", markup=False)
 
 

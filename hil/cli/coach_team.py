@@ -77,6 +77,7 @@ def coach_team(
     *,
     begin_from: Path | None,
     workers: int | None,
+    scheduler: str | None,
     require: float | None,
     advice_out: Path | None,
     report: bool,
@@ -92,6 +93,7 @@ def coach_team(
         job: What is asked for.
         begin_from: The advice that it begins from, or its run; None: none that was not begun from already.
         workers: Processes; None: as many as there are cores, and no more than runs.
+        scheduler: Address of a Dask scheduler whose workers coach instead.
         require: Share of the held-out bouts to be won.
         advice_out: Advice file, instead of the one in the run's folder.
         report: A report is wanted.
@@ -107,19 +109,22 @@ def coach_team(
     clock = MonotonicClock()
     given = given_advice(begin_from, job.settings, resumes=begun is not None)
     hands = workers or min(cores(), len(job.urls))
-    with running(
-        "coach",
-        job.opponent,
-        url=job.urls[0],
-        emulated_here=True,
-        opponent=job.opponent,
-        seed=job.seed,
-        out=places.out,
-        log=places.log,
-        no_log=places.no_log,
-        overwrite=places.overwrite,
-        makes={runs.ADVICE: advice_out},
-    ) as run:
+    with (
+        open_crew(hands, scheduler) as crew,
+        running(
+            "coach",
+            job.opponent,
+            url=job.urls[0],
+            emulated_here=True,
+            opponent=job.opponent,
+            seed=job.seed,
+            out=places.out,
+            log=places.log,
+            no_log=places.no_log,
+            overwrite=places.overwrite,
+            makes={runs.ADVICE: advice_out},
+        ) as run,
+    ):
         files = TeamFiles(run, advice_out, console, report=report)
         folder = None if run.run is None else run.run.folder
         given = given or job.given
@@ -129,9 +134,14 @@ def coach_team(
             outputs=TeamOutputs(
                 coach=coach_run,
                 task_of=lambda order: RunTask(
-                    order, folder, not places.no_log, None if begun is None else begun.checkpoint(order.number)
+                    order,
+                    folder,
+                    not places.no_log,
+                    None if begun is None else begun.checkpoint(order.number),
+                    sent=scheduler is not None,
                 ),
-                cut=lambda: files.tell_how_to_go_on(given),
+                take=files.take,
+                cut=lambda: files.tell_how_to_go_on(scheduler, given),
                 save=files.save_advice,
                 learnt=files.save_learnt,
             ),
@@ -143,28 +153,27 @@ def coach_team(
         if begun is not None:
             run.describe(resumed_from=str(begun.source))
             console.print(f"Going on from {begun.source.parent}.", markup=False)
-        with open_crew(hands) as crew:
-            stage = LiveStage(
-                run, job, job.urls[0], console, quiet=quiet, options=places.options, reports=files.report is not None, crew=crew
-            )
-            with closing(stage):
-                team = job.perform(stage)
-                document = {**team.facts(), **files.document(len(job.urls))}
-                if not as_json:
-                    for line in team_summary(
-                        team.advice,
-                        team.runs,
-                        team.verdicts,
-                        team.tally,
-                        team.random,
-                        opponent=team.opponent,
-                        robot_seconds=team.robot_seconds,
-                        files={**document, "best_log": files.log_of(team.best_run)},
-                        wall_seconds=clock.now(),
-                        challenge=team.challenge,
-                    ):
-                        console.print(line, markup=False)
-                files.draw(stage, document, announce=not as_json)
+        stage = LiveStage(
+            run, job, job.urls[0], console, quiet=quiet, options=places.options, reports=files.report is not None, crew=crew
+        )
+        with closing(stage):
+            team = job.perform(stage)
+            document = {**team.facts(), **files.document(len(job.urls))}
+            if not as_json:
+                for line in team_summary(
+                    team.advice,
+                    team.runs,
+                    team.verdicts,
+                    team.tally,
+                    team.random,
+                    opponent=team.opponent,
+                    robot_seconds=team.robot_seconds,
+                    files={**document, "best_log": files.log_of(team.best_run)},
+                    wall_seconds=clock.now(),
+                    challenge=team.challenge,
+                ):
+                    console.print(line, markup=False)
+            files.draw(stage, document, announce=not as_json)
         short = shortfall(team.tally, require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():

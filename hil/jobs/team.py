@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, hold_challenge, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
 from hil.jobs.session import ADVICE, GIVEN, attach, begin_log, note_cut_short, open_session_within
+from hil.jobs.team_progress import TeamDisplay
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
 from hil.seeds import Branch, generator, run_seed
@@ -19,7 +21,7 @@ from hil.sumo.challenging import ChallengeStanding, facts
 from hil.sumo.controllers import AdviceController, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
-from hil.sumo.summary import per_stimulus
+from hil.sumo.summary import in_words, per_stimulus
 from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
     from hil.jobs.session import Session
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
-    from hil.sumo.bouts import Tally
+    from hil.sumo.bouts import Bout, Tally
     from hil.sumo.ring import Ring
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import TeamVerdict
@@ -71,6 +73,10 @@ class RunOrder:
     opponent: str
 
 
+def _as_it_is(run: CoachedRun) -> CoachedRun:
+    return run
+
+
 @dataclass(frozen=True)
 class TeamOutputs:
     """Where it leaves what; by default nowhere.
@@ -78,6 +84,7 @@ class TeamOutputs:
     Attributes:
         coach: Does a coaching, in a worker; of a module.
         task_of: Makes of an order what `coach` takes.
+        take: Is given what came of a coaching, and gives it without what is only to be kept.
         save: Writes the advice.
         learnt: Writes what was learnt beside it, where the advice that was given stays.
         cut: Is told that it is cut short.
@@ -85,6 +92,7 @@ class TeamOutputs:
 
     coach: Callable[[Any], CoachedRun] | None = None
     task_of: Callable[[RunOrder], object] = nothing
+    take: Callable[[CoachedRun], CoachedRun] = _as_it_is
     save: Callable[[Advice], object] = nothing
     learnt: Callable[[Advice], object] = nothing
     cut: Callable[[], object] = nothing
@@ -277,8 +285,16 @@ class _TeamWork:
         self._runs: list[CoachedRun] = []
         self._coached = _FromWorkers(stage, RUNS)
         self._bouts = _FromWorkers(stage, PLAYED)
+        board = stage.board
+        self._display = TeamDisplay(stage.console, len(job.urls), None if board is None else board.read, quiet=stage.quiet)
+        self._examined = 0
 
     def do(self) -> Team:
+        """Coach, examine, and try, with the display."""
+        with self._display:
+            return self._do()
+
+    def _do(self) -> Team:
         job = self._job
         settings = job.settings
         budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
@@ -299,8 +315,10 @@ class _TeamWork:
             self._recorder.note("result", "done", **team.facts())
         return team
 
-    def _take_run(self, place: int, run: CoachedRun) -> None:
+    def _take_run(self, place: int, told: CoachedRun) -> None:
+        run = self._job.outputs.take(told)
         self._runs.append(run)
+        self._display.run_over(place)
         if self._recorder is not None:
             self._recorder.coached_run(place + 1, run)
         learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
@@ -309,7 +327,7 @@ class _TeamWork:
     def _examine(self, exam: TeamExam) -> None:
         """One turn of the exam."""
         wanted, before = exam.wanted, len(exam.verdicts)
-        played = self._play(wanted)
+        played = self._play(wanted, self._examined + BOUTS * exam.at_most)
         exam.tell([score_of(each) for each in played])
         for verdict in exam.verdicts[before:]:
             if self._recorder is not None:
@@ -318,7 +336,9 @@ class _TeamWork:
         score = exam.score
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
-            self._tell(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+            category = exam.verdicts[before].category
+            when = "" if category is None else f" when {in_words(category[1])}"
+            self._tell(f"Team exam, {len(wanted)} tried{when}: {what}; {score.wins} of {score.trials} bouts won.")
 
     def _judged(self, exam: TeamExam) -> Team:
         """What was put together, or the given advice where that stays, and the bouts that it was tried by."""
@@ -337,9 +357,14 @@ class _TeamWork:
             self._keep(advice)
             if not trials:
                 return team
-            tally = play_held_out(session, ring, AdviceController(advice), seed=job.seed, trials=trials)
+            at_random, done = min(trials, RANDOM_BOUTS), count(1)
+
+            def each(_: Bout) -> None:
+                self._display.played(next(done), trials + at_random)
+
+            tally = play_held_out(session, ring, AdviceController(advice), seed=job.seed, trials=trials, each=each)
             player = RandomController(generator(job.seed, Branch.CONTROLLER))
-            random = play_held_out(session, ring, player, seed=job.seed, trials=min(trials, RANDOM_BOUTS))
+            random = play_held_out(session, ring, player, seed=job.seed, trials=at_random, each=each)
             return replace(team, tally=tally, random=random)
 
     def _challenge(self, session: Session[Junior], ring: Ring, given: Advice, learnt: Advice) -> ChallengeStanding:
@@ -357,8 +382,8 @@ class _TeamWork:
             attach(self._recorder, ADVICE, advice_text(advice).encode())
         self._job.outputs.save(advice)
 
-    def _play(self, advices: Sequence[Advice]) -> list[list[PlayedBouts]]:
-        """Bouts by each of several advices, from the same poses."""
+    def _play(self, advices: Sequence[Advice], most: int) -> list[list[PlayedBouts]]:
+        """Bouts by each of several advices, from the same poses; there will be so many in the exam at the most."""
         parts = parts_of(BOUTS)
         url, seed = self._job.urls[0], self._job.seed
         tasks = [BoutsTask(url, advice, seed, Branch.VALIDATION, numbers) for advice in advices for numbers in parts]
@@ -366,6 +391,8 @@ class _TeamWork:
 
         def take(place: int, result: PlayedBouts) -> None:
             played.append(result)
+            self._examined += len(result.outcomes)
+            self._display.examined(self._examined, most)
             if self._recorder is not None:
                 self._recorder.team_bouts(EXAM, tasks[place].numbers[0], result)
 
@@ -376,7 +403,7 @@ class _TeamWork:
         """Say how it goes, in the log as well; what is in it so far is safe then, since no time of it passes meanwhile."""
         self._say(text)
         if self._recorder is not None:
-            self._recorder.note(TEAM, text)
+            self._recorder.note(TEAM, text.removesuffix("."))
             self._recorder.flush()
 
     def _say(self, text: str) -> None:

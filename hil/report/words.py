@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from firmware_protocol.vocabulary import codes, spelled_out
+from firmware_protocol.vocabulary import codes
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.happened.words import interruptions_said, results_said, stops_said
 from hil.report.learning_figures import Category, category_name, situation, sort_key
@@ -194,7 +194,7 @@ def learnt_table(data: RunData) -> ReportTable | None:
     rows = tuple(
         (
             category_name(situation(entry)),
-            spelled_out(entry.actions),
+            entry.in_words,
             codes(entry.actions),
             ", ".join(entry.names) or "—",
             f"{entry.fitness:.2f}",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes, spelled_out
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes
 from hil.sumo.challenging import challenge_in_words
 from hil.sumo.controllers import BUILT_IN
 from hil.sumo.ring import OPPONENTS
@@ -66,6 +66,7 @@ def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
     return {
         label(entry): {
             "maneuver": [action.name for action in entry.actions],
+            "period": advice.maneuver(entry).period,
             "fitness": round(entry.fitness, 3),
             "evaluations": entry.evaluations,
             "names": list(entry.names),
@@ -190,7 +191,7 @@ def _learnt(
         times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
         worth = f"Worth {entry.fitness:.1f}, tried {times}."
         lines.append(f"  When {situation_in_words(entry)}: {codes(entry.actions)}{called}. {worth}")
-        lines.append(f"      {spelled_out(entry.actions)}")
+        lines.append(f"      {entry.in_words}")
     lines.append("")
     if tally is None:
         lines.append(f"{PLAYS} was not tried: there were no held-out bouts.")
