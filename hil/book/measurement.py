@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp, floor, log10, sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from hil.statistics import Z95, Rate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+
+_STUDENT: Final = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228)
+"""By degrees of freedom, from one."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,31 @@ def mean_of(values: NDArray[np.float64]) -> Measurement:
         values: One for each run, two or more, shape (n,).
     """
     return about(float(values.mean()), error_of(values), len(values))
+
+
+def mean_of_few(values: NDArray[np.float64]) -> Measurement:
+    """The mean over few runs, with Student's interval.
+
+    Args:
+        values: One for each run, two or more, shape (n,).
+    """
+    half, mean = student95(len(values) - 1) * error_of(values), float(values.mean())
+    return Measurement(mean, mean - half, mean + half, len(values))
+
+
+def student95(freedom: int) -> float:
+    """The 97.5 % point of Student's distribution, to a thousandth.
+
+    Args:
+        freedom: Degrees of freedom, one or more.
+    """
+    if freedom <= len(_STUDENT):
+        return _STUDENT[freedom - 1]
+    z = Z95  # Abramowitz & Stegun 1964, 26.7.5
+    first = (z**3 + z) / 4.0
+    second = (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / 96.0
+    third = (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / 384.0
+    return z + first / freedom + second / freedom**2 + third / freedom**3
 
 
 def share_of(successes: NDArray[np.bool_], text: str = "") -> Measurement:

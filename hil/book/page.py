@@ -65,32 +65,49 @@ def what_holds(results: StoredResults) -> str:
     found = {head: [claim.judge(results) for claim in claims] for head, claims in CHAPTERS.items()}
     numbers = {name: number for number, name in enumerate(EXPERIMENTS, 1)}
     judgements = [judgement for each in found.values() for judgement in each]
-    parts = [_HEAD, _counts(judgements)]
+    parts = [_HEAD, counts(judgements)]
     for head, each in found.items():
-        parts += [f"## {head}\n", _table(each, numbers)]
-    parts += [_WHY + "\n", _reasons(judgements), _COMMANDS, _commands(numbers, results)]
+        parts += [f"## {head}\n", table(each, numbers)]
+    parts += [_WHY + "\n", reasons(judgements), _COMMANDS, _commands(numbers, results)]
     return "\n".join(parts)
 
 
-def _counts(judgements: Sequence[Judgement]) -> str:
+def counts(judgements: Sequence[Judgement]) -> str:
+    """How often there is which verdict.
+
+    Args:
+        judgements: What was found of the claims.
+    """
     counts = Counter(judgement.verdict for judgement in judgements)
     told = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in ClaimVerdict if counts[verdict])
     return f"Of {len(judgements)} claims: {told}.\n"
 
 
-def _table(judgements: Sequence[Judgement], numbers: Mapping[str, int]) -> str:
-    rows = ["| the book says | where | measured | asked | figure | runs | verdict | by |", "|---|---|---|---|---|---|---|---|"]
+def table(judgements: Sequence[Judgement], numbers: Mapping[str, int] | None = None) -> str:
+    """A row for each claim.
+
+    Args:
+        judgements: What was found of them.
+        numbers: Numbers of the commands, by name of the result; None: one command makes all.
+    """
+    heads = ["the book says", "where", "measured", "asked", "figure", "runs", "verdict", *([] if numbers is None else ["by"])]
+    rows = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
     for judgement in judgements:
         claim, measurement = judgement.claim, judgement.measurement
         figure, runs = ("", "") if measurement is None else (str(measurement), str(measurement.count or ""))
-        by = ", ".join(f"[{numbers[name]}](#the-commands)" for name in claim.needs)
-        cells = (claim.says, claim.place, claim.measured, claim.asked, figure, runs, f"**{judgement.verdict.value}**", by)
+        cells = [claim.says, claim.place, claim.measured, claim.asked, figure, runs, f"**{judgement.verdict.value}**"]
+        if numbers is not None:
+            cells.append(", ".join(f"[{numbers[name]}](#the-commands)" for name in claim.needs))
         rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows) + "\n"
 
 
-def _reasons(judgements: Sequence[Judgement]) -> str:
-    """A paragraph for each thing that the book says and that does not hold, whatever the number of cases."""
+def reasons(judgements: Sequence[Judgement]) -> str:
+    """A paragraph for each thing that the book says and that does not hold, whatever the number of cases.
+
+    Args:
+        judgements: What was found of the claims.
+    """
     lines = []
     bad = [judgement for judgement in judgements if judgement.verdict in _BAD]
     for (says, place), alike in groupby(bad, key=lambda judgement: (judgement.claim.says, judgement.claim.place)):

@@ -18,7 +18,7 @@ from hil.statistics import Z95
 from pal_advisor.surround import Case
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 VERSION: Final = 1
 ANEW: Final = "python -m hil.book.run"
 """Makes results."""
+_COMMANDS: Final = {name: experiment.command for name, experiment in EXPERIMENTS.items()}
 
 
 class ResultError(HilError):
@@ -162,10 +163,13 @@ class StoredResults:
 
     Args:
         folder: The folder.
+        commands: By name of the result, the command that makes it; None: those of the experiments of chapters 6 to 9.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, commands: Mapping[str, str] | None = None) -> None:
         self._folder = folder
+        self._commands = _COMMANDS if commands is None else commands
+        self._anew = f"{ANEW} {{}}".format if commands is None else commands.__getitem__
         self._read: dict[str, dict[str, Any]] = {}
 
     def path(self, name: str) -> Path:
@@ -185,7 +189,7 @@ class StoredResults:
         Raises:
             ResultError: What is stored can't be read.
         """
-        return self.path(name).is_file() and self._document(name)["command"] == EXPERIMENTS[name].command
+        return self.path(name).is_file() and self._document(name)["command"] == self._commands[name]
 
     def document(self, name: str) -> dict[str, Any]:
         """What is stored of an experiment.
@@ -198,7 +202,7 @@ class StoredResults:
             ResultError: What is stored can't be read.
         """
         if not self.has(name):
-            raise ResultMissingError(f"{name} has not been made: {ANEW} {name}")
+            raise ResultMissingError(f"{name} has not been made: {self._anew(name)}")
         return self._document(name)
 
     def runs(self, name: str) -> StoredRuns:
@@ -235,7 +239,7 @@ class StoredResults:
             known = isinstance(data, dict) and data.get("version") == VERSION and {"command", "versions", "result"} <= set(data)
             columns = data["result"].get("columns") if known and isinstance(data["result"], dict) else None
             if not isinstance(columns, dict) or len({len(column) for column in columns.values()}) != 1:
-                raise document.wrong("", f"this is no stored result of this version: make it again by {ANEW} {name}")
+                raise document.wrong("", f"this is no stored result of this version: make it again by {self._anew(name)}")
             self._read[name] = data
         return self._read[name]
 
@@ -252,8 +256,23 @@ def save(results: Path, experiment: Experiment, versions: dict[str, str], result
     Raises:
         OSError: It can't be written.
     """
-    document = {"version": VERSION, "command": experiment.command, "versions": versions, "result": result}
-    replace_file(results / f"{experiment.name}.json", (stored_text(document) + "\n").encode())
+    store(results / f"{experiment.name}.json", experiment.command, versions, result)
+
+
+def store(path: Path, command: str, versions: dict[str, str], result: dict[str, Any]) -> None:
+    """Write a stored result.
+
+    Args:
+        path: The file.
+        command: What makes it.
+        versions: By which versions.
+        result: What is kept of it.
+
+    Raises:
+        OSError: It can't be written.
+    """
+    document = {"version": VERSION, "command": command, "versions": versions, "result": result}
+    replace_file(path, (stored_text(document) + "\n").encode())
 
 
 def stored_text(value: Any, depth: int = 0) -> str:  # noqa: ANN401 - plain values

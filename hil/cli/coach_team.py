@@ -13,6 +13,7 @@ from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
 from hil.cli.coach_files import TeamFiles
+from hil.cli.coach_from import given_advice
 from hil.cli.coach_worker import RunTask, coach_run
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
@@ -74,6 +75,7 @@ class Places:
 def coach_team(
     job: TeamJob,
     *,
+    begin_from: Path | None,
     workers: int | None,
     scheduler: str | None,
     require: float | None,
@@ -89,6 +91,7 @@ def coach_team(
 
     Args:
         job: What is asked for.
+        begin_from: The advice that it begins from, or its run; None: none that was not begun from already.
         workers: Processes; None: as many as there are cores, and no more than runs.
         scheduler: Address of a Dask scheduler whose workers coach instead.
         require: Share of the held-out bouts to be won.
@@ -104,6 +107,7 @@ def coach_team(
         Exit status.
     """
     clock = MonotonicClock()
+    given = given_advice(begin_from, job.settings, resumes=begun is not None)
     hands = workers or min(cores(), len(job.urls))
     with (
         open_crew(hands, scheduler) as crew,
@@ -123,8 +127,10 @@ def coach_team(
     ):
         files = TeamFiles(run, advice_out, console, report=report)
         folder = None if run.run is None else run.run.folder
+        given = given or job.given
         job = replace(
             job,
+            given=given,
             outputs=TeamOutputs(
                 coach=coach_run,
                 task_of=lambda order: RunTask(
@@ -135,12 +141,15 @@ def coach_team(
                     sent=scheduler is not None,
                 ),
                 take=files.take,
-                cut=lambda: files.tell_how_to_go_on(scheduler),
+                cut=lambda: files.tell_how_to_go_on(given, scheduler),
                 save=files.save_advice,
+                learnt=files.save_learnt,
             ),
         )
         if folder is not None:
             replace_file(folder / runs.TEAM, json.dumps(job.options(), sort_keys=True).encode())
+            for name, data in job.files().items():
+                replace_file(folder / name, data)
         if begun is not None:
             run.describe(resumed_from=str(begun.source))
             console.print(f"Going on from {begun.source.parent}.", markup=False)
@@ -161,6 +170,7 @@ def coach_team(
                     robot_seconds=team.robot_seconds,
                     files={**document, "best_log": files.log_of(team.best_run)},
                     wall_seconds=clock.now(),
+                    challenge=team.challenge,
                 ):
                     console.print(line, markup=False)
             files.draw(stage, document, announce=not as_json)

@@ -9,10 +9,11 @@ from firmware_protocol.vocabulary import Action
 from pal_advisor.maneuvers.evidence import path_of
 from pal_advisor.maneuvers.mirror import home_of, is_symmetric, one_of_two, reflected, reflected_category
 from pal_advisor.maneuvers.model import Model
+from pal_advisor.maneuvers.names import shortfalls
 from pal_advisor.maneuvers.population import UNBORN
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from hil.explaining.history import LearningHistory, Performed
     from hil.mcaplog.records import TeamVerdictRecord
@@ -41,6 +42,7 @@ class Candidacy:
         mean_error: Standard error of that; None likewise.
         foretold: Fitness that the model foretells from its parts, its own mean left aside; None without a model.
         foretold_error: Standard error of that; None likewise.
+        lacking: For each of the five names of the book what it lacks, in words; nothing where it has earned the name.
         history: What the log tells of it; None where there is none, or it tells nothing.
     """
 
@@ -57,6 +59,7 @@ class Candidacy:
     mean_error: float | None
     foretold: float | None
     foretold_error: float | None
+    lacking: Mapping[str, tuple[str, ...]]
     history: Performed | None
 
 
@@ -200,6 +203,7 @@ class _Situation:
             mean_error=None if own is None else own.error,
             foretold=foretold[0],
             foretold_error=foretold[1],
+            lacking=shortfalls(self._here(genome), candidate.engagement),
             history=self._performed(genome),
         )
 

@@ -37,7 +37,15 @@ def reasons(one: Explanation) -> list[str]:
     if one.chosen is None:
         return ["This maneuver was never tried in this situation in this run: the advice was edited, or it is another run's."]
     chosen = one.chosen
-    found = (_team(one), _tried(one, chosen), _bred(one, chosen), _foretold(chosen), _beaten(one, chosen), _mirror(one))
+    found = (
+        _team(one),
+        _tried(one, chosen),
+        _bred(one, chosen),
+        _foretold(chosen),
+        _beaten(one, chosen),
+        _mirror(one),
+        _named(one, chosen),
+    )
     return [text for text in found if text]
 
 
@@ -200,6 +208,14 @@ def with_error(value: float, error: float) -> str:
     return f"{value:.1f} +- {error:.1f}"
 
 
+def _named(one: Explanation, chosen: Candidacy) -> str:
+    """What it lacks for a name, where the opponent is seen and it has earned none."""
+    if not one.entry.current or not chosen.performed or not all(chosen.lacking.values()):
+        return ""
+    nearest = min(chosen.lacking, key=lambda name: len(chosen.lacking[name]))
+    return f"None of the five names is its own. For {nearest} it lacks: {'; '.join(chosen.lacking[nearest])}."
+
+
 def _times(count: int) -> str:
     return {0: "never", 1: "once", 2: "twice"}.get(count, f"{count:,} times")
 
@@ -217,6 +233,7 @@ def plain(one: Explanation) -> dict[str, object]:
     entry = one.entry
     return {
         "maneuver": [action.name for action in entry.actions],
+        "period": entry.period,
         "fitness": entry.fitness,
         "evaluations": entry.evaluations,
         "names": list(entry.names),
@@ -252,6 +269,7 @@ def _plain(one: Candidacy) -> dict[str, object]:
         "mean_error": one.mean_error,
         "foretold": one.foretold,
         "foretold_error": one.foretold_error,
+        "lacking": {name: list(parts) for name, parts in one.lacking.items()},
         "expected": None if told is None else told.expected,
         "expected_error": None if told is None else told.error,
         "motives": None if told is None else dict(told.motives),

@@ -14,7 +14,7 @@ from hil.book import ClaimVerdict, Limit, StoredResults, what_holds
 from hil.book.__main__ import main
 from hil.book.chapters import CHAPTERS
 from hil.book.experiments import EXPERIMENTS, FITNESSES
-from hil.book.measurement import Measurement, about, difference_of, mean_of, ratio_of, share_of
+from hil.book.measurement import Measurement, about, difference_of, mean_of, ratio_of, share_of, student95
 from hil.book.places import PAGE, RESULTS
 from hil.book.results import save
 from pal_advisor.surround import Case
@@ -110,6 +110,11 @@ def test_the_figure_and_its_interval_decide(
     limit: Limit, measurement: tuple[float, float, float], verdict: ClaimVerdict
 ) -> None:
     assert limit.judge(Measurement(*measurement, count=40)) is verdict
+
+
+@pytest.mark.parametrize(("freedom", "point"), [(1, 12.706), (7, 2.365), (10, 2.228), (11, 2.201), (15, 2.131), (39, 2.023)])
+def test_few_runs_have_wider_intervals(freedom: int, point: float) -> None:
+    assert student95(freedom) == pytest.approx(point, abs=6e-4)
 
 
 def test_estimates_by_hand() -> None:

@@ -236,6 +236,17 @@ def test_of_a_run_of_before_origins_were_kept_it_says_so(coached: Path) -> None:
     assert any(text.startswith(f"How it arose in phase {both.chosen.phase} was not kept") for text in told)
 
 
+def test_what_is_lacking_for_the_nearest_name_is_told_where_none_is_earned(coached: Path) -> None:
+    both = explained(learning_of(coached))[3]
+    assert both.chosen is not None
+    far = dict.fromkeys(both.chosen.lacking, ("this", "that"))
+    near = replace(both.chosen, lacking={**far, "stall turning": ("a stall",)})
+    assert reasons(replace(both, chosen=near))[-1] == "None of the five names is its own. For stall turning it lacks: a stall."
+    earned = replace(both.chosen, lacking={**far, "stall turning": ()})
+    assert not any("five names" in text for text in reasons(replace(both, chosen=earned)))
+    assert [name for name, parts in both.chosen.lacking.items() if not parts] == list(both.entry.names)
+
+
 def test_a_situation_that_never_came_up_is_told_by_the_file(coached: Path) -> None:
     learning = learning_of(coached)
     unmet = replace(learning.advice.entries[0], current=7)
