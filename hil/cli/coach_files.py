@@ -149,12 +149,12 @@ class TeamFiles(RunFiles):
                 self._failed(path, f"cannot write {path}: {error.strerror}")
         return run.alone
 
-    def tell_how_to_go_on(self, scheduler: str | None, given: Advice | None = None) -> None:
+    def tell_how_to_go_on(self, given: Advice | None, scheduler: str | None) -> None:
         """Say where what was learnt so far is, and how to go on.
 
         Args:
-            scheduler: Address of the Dask scheduler whose workers coached; None: workers of our own.
             given: The advice that was begun from, which is the best so far unless one was written already; None: there is none.
+            scheduler: Address of the Dask scheduler whose workers coached; None: workers of our own.
         """
         if given is not None and not self.advice.exists():
             self.save_advice(given)

@@ -141,7 +141,7 @@ def coach_team(
                     sent=scheduler is not None,
                 ),
                 take=files.take,
-                cut=lambda: files.tell_how_to_go_on(scheduler, given),
+                cut=lambda: files.tell_how_to_go_on(given, scheduler),
                 save=files.save_advice,
                 learnt=files.save_learnt,
             ),

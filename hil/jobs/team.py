@@ -300,7 +300,7 @@ class _TeamWork:
         budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
         self._say(
             f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: {budget} each, "
-            f"objective {settings.objective.value}. Then one advice is put together."
+            f"objective {settings.objective.value}. Then one advice is put together. (--runs 1 coaches one.)"
         )
         orders = [
             RunOrder(number, run_seed(job.seed, number), url, job.settings_of_run(number), job.opponent)
