@@ -20,7 +20,7 @@ from hil.book.chapters.chapter10 import CLAIMS
 from hil.book.results import store
 from hil.book.sumo.cells import made, shown
 from hil.book.sumo.figures import complexity, curves, maneuvers
-from hil.book.sumo.methods import METHODS, OPPONENTS, SEEDS, SQUARE, Cell
+from hil.book.sumo.methods import LEAST_SEEDS, METHODS, OPPONENTS, SEEDS, SQUARE, Cell
 from hil.book.sumo.page import chapter_10
 from hil.book.sumo.reduction import reduced
 from hil.book.sumo.results import COMMAND, FIGURES, PAGE, RESULTS, stored
@@ -71,7 +71,7 @@ def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
 
 
 def keep(rows: dict[Cell, Plain], results: Path) -> None:
-    """Reduce what happened to the results, each method and opponent whose cells are all there.
+    """Reduce what happened to the results, each method and opponent of which there are seeds enough.
 
     Args:
         rows: What happened.
@@ -81,15 +81,15 @@ def keep(rows: dict[Cell, Plain], results: Path) -> None:
     for cell, row in sorted(rows.items(), key=lambda each: each[0].seed):
         if cell == Cell(cell.method, cell.opponent, cell.seed) and cell.seed in range(1, SEEDS + 1):
             groups.setdefault((cell.method, cell.opponent), []).append(row)
-    for (method, opponent), group in groups.items():
-        if len(group) < SEEDS:
+    for (method, opponent), found in groups.items():
+        group = [row for seed, row in enumerate(found, start=1) if row["cell"]["seed"] == seed]
+        if len(group) < LEAST_SEEDS:
             continue
         result = reduced(group)
         if method == "book":
             result["bout"] = shown(sorted(group, key=lambda row: row["wins"])[len(group) // 2])
         else:
-            for name in ("curves", "winners", "lacking"):
-                del result[name]
+            del result["curves"]
         store(results / f"{method}-{opponent}.json", COMMAND, versions(), result)
 
 
@@ -118,8 +118,9 @@ def main() -> int:
     replace_file(options.page, chapter_10(results).encode())
     for judgement in (claim.judge(results) for claim in CLAIMS):
         claim = judgement.claim
-        found = "" if judgement.measurement is None else f" {judgement.measurement}"
-        sys.stdout.write(f"{judgement.verdict.value:12} {claim.says} {claim.measured}:{found} (asked: {claim.asked})\n")
+        found = "" if judgement.measurement is None else f": {judgement.measurement}"
+        asked = f" (asked: {claim.asked})" if claim.asked else ""
+        sys.stdout.write(f"{judgement.verdict.value:12} {claim.says} {claim.measured}{found}{asked}\n")
     return 0
 
 
