@@ -52,7 +52,7 @@ def kept(path: Path) -> dict[Cell, Plain]:
 
 
 def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
-    """Make what is not there.
+    """Make what is not there; Ctrl-C ends it with what there is by then.
 
     Args:
         cells: What is wanted.
@@ -61,12 +61,15 @@ def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
     """
     rows = kept(path)
     missing = [cell for cell in cells if cell not in rows]
-    with open_crew(workers) as crew, path.open("a", encoding="utf-8") as file:
-        for number, row in enumerate(crew.in_order(made, missing), start=1):
-            rows[Cell(**row["cell"])] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            sys.stderr.write(f"\r{number}/{len(missing)} ")
+    try:
+        with open_crew(workers) as crew, path.open("a", encoding="utf-8") as file:
+            for number, row in enumerate(crew.in_order(made, missing), start=1):
+                rows[Cell(**row["cell"])] = row
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                sys.stderr.write(f"\r{number}/{len(missing)} ")
+    except KeyboardInterrupt:
+        sys.stderr.write("broken off: what there is by now is told; give the command again for the rest\n")
     return rows
 
 
