@@ -49,13 +49,11 @@ HAND: Final = "chase2"
 THERE: Final = "there"
 WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
     **METHODS,
-    "team": {"runs": 4, "end_on_change": True, "robot_time": 960.0},
     "vary": {"vary": 0.15},
     "vary-30": {"vary": 0.3},
-    "paces": {"paces": (0.15, 0.11, 0.08)},
     THERE: {THERE: True},
 }
-"""What each changes: settings of Pal, and of the coaching; `paces`: time of an action, in s, in one run after the other."""
+"""What each changes: settings of Pal, and of the coaching; `team` is what `hil coach` does with emulated robots."""
 NOT_PALS: Final = ("runs", "vary", "paces", THERE)
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "mass": ("mass",),

@@ -3,7 +3,8 @@
     runs/20261128-130501-coach-flat-light/
         run.json         what was run, with which versions, of what robot; "running", and then how it ended
         log.mcap         everything that happened; of bouts played side by side, bouts-01-10.mcap and so on instead
-        advice.toml      what was learnt
+        advice.toml      what was learnt; where the advice stays that it began from, that, and beside it learnt-advice.toml
+        given.toml       the advice that several coachings, put together, began from
         tables.toml      what a swarm has learnt; of several seeds tables-1.toml and so on instead
         checkpoint.json  what a run that was cut goes on from
         team.json        that several coachings belong together: run-1.json, run-1.mcap and so on are checkpoint and log of each
@@ -48,11 +49,15 @@ TOURNAMENT_PIXELS: Final = "tournament.png"
 SEED_TABLES: Final = "tables-*.toml"
 """What a swarm has learnt with each of several seeds."""
 ADVICE: Final = "advice.toml"
+LEARNT: Final = "learnt-advice.toml"
+"""What was learnt where the advice stays that a coaching began from."""
+GIVEN: Final = "given.toml"
+"""The advice that coachings of several robots began from; one coaching's is in its checkpoint."""
 TABLES: Final = "tables.toml"
 CHECKPOINT: Final = "checkpoint.json"
 TEAM: Final = "team.json"
-TEAM_FILES: Final = ("run-[1-9]*.json", "run-[1-9]*.mcap")
-"""Checkpoints and logs of several coachings that belong together."""
+TEAM_FILES: Final = ("run-[1-9]*.json", "run-[1-9]*.mcap", "run-[1-9]*.slim")
+"""Checkpoints and logs of several coachings that belong together, and logs that were being made small."""
 REPORT: Final = "report"
 VIEW: Final = "view.html"
 VERSION: Final = 1
@@ -205,7 +210,7 @@ class Run:
 
     def remove(self) -> None:
         """Remove what runs make, and the folder where nothing else is in it; likewise `runs`."""
-        for name in (LOG, ADVICE, TABLES, CHECKPOINT, TEAM, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
+        for name in (LOG, ADVICE, LEARNT, GIVEN, TABLES, CHECKPOINT, TEAM, VIEW, TOURNAMENT_PICTURE, TOURNAMENT_PIXELS):
             (self.folder / name).unlink(missing_ok=True)
         for pattern in (PART_LOGS, UPSET_LOGS, SEED_TABLES, *TEAM_FILES):
             for made in self.folder.glob(pattern):

@@ -22,6 +22,7 @@ class Branch(IntEnum):
     VALIDATION = 10
     TOURNAMENT = 11
     RUNS = 12
+    CHALLENGE = 13
     RIVALS = 14
 
 

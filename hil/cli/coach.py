@@ -18,11 +18,12 @@ from hil.cli import share as share_options
 from hil.cli.asking import check_asked
 from hil.cli.coach_begun import begun_team
 from hil.cli.coach_files import CoachingFiles
+from hil.cli.coach_from import FromOption, given_advice
 from hil.cli.coach_resuming import BegunRun
 from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.coach_vary import VaryOption, varied
-from hil.cli.rivals import check_one_run, opponent_named, ring_url
+from hil.cli.rivals import opponent_named, ring_url, run_against_robots
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
@@ -87,6 +88,15 @@ def coach(
             "Of several runs: processes that share the work; the same result for every N [default: one a core]."
         ),
     ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            "--scheduler",
+            metavar="tcp://HOST:PORT",
+            help="Of several runs: have the workers of this Dask scheduler share the work instead, with the same result; they "
+            "run programs as their users, so let it be on machines of yours.",
+        ),
+    ] = None,
     objective: Annotated[
         Objective | None,
         typer.Option("--objective", help="What a good maneuver is; outcome where there is a referee, else contact."),
@@ -142,6 +152,7 @@ def coach(
     resume_from: Annotated[
         Path | None, typer.Option("--resume-from", metavar="RUN|FILE", help="Go on with this run, or from this checkpoint.")
     ] = None,
+    begin_from: FromOption = None,
     checkpoint: Annotated[
         Path | None, typer.Option("--checkpoint", metavar="FILE", help="Instead of checkpoint.json in the run's folder.")
     ] = None,
@@ -186,12 +197,12 @@ def coach(
     """
     opponent, rivals = opponent_named(opponent)
     context.params["opponent"] = opponent  # what it is called from now on, whatever files it was named by
-    runs = runs if rivals is None else check_one_run(runs)
     link = links.settled(link, yes=yes, quiet=quiet, signing_key=signing_key)
     team_begun = None
     if link is None and checkpoint is None:
         team_begun = begun_team(resume=resume, resume_from=resume_from, opponent=opponent)
-    wanted = runs_wanted(context, runs, link, team_begun)
+    alone = rivals is not None and team_begun is None
+    wanted = run_against_robots(runs) if alone else runs_wanted(context, runs, link, team_begun)
     clock = MonotonicClock()
     page = live_options.live_page(live, open_page, public=public, no_log=no_log, viewer=viewer)
     shared = share_options.shared_address(share, link and [link], "coach", no_log=no_log)
@@ -201,7 +212,9 @@ def coach(
         begun_job = None if team_begun is None else team_begun.job
         return coach_team(
             begun_job or asked.together(link, opponent, runs=wanted.number, vary=vary, held_out=held_out, seed=seed),
+            begin_from=begin_from,
             workers=workers,
+            scheduler=scheduler,
             require=require,
             advice_out=advice_out,
             report=report,
@@ -221,6 +234,7 @@ def coach(
     elif link is None:
         opponent = opponent or "flat-light"
     settings = asked.settings(together=False) if saved is None else saved.pal.settings
+    given = given_advice(begin_from, settings, resumes=begun.wanted, reset=reset)
     url = varied(common.url_of(link, opponent, seed) if rivals is None else ring_url(link, seed), vary)
     reset = _reset(reset, judge=judge, in_real_time=not links.emulated_here(url), live=live)
     if reset is not None and not common.was_given(context, "reconnect"):
@@ -256,10 +270,12 @@ def coach(
             judged=judge,
             vary=vary or 0.0,
             rivals=rivals,
+            given=given,
             find=begun.of_robot if begun.wanted and saved is None else None,
             outputs=Outputs(
                 checkpoint=files.checkpoint,
                 save=files.save_advice,
+                learnt=files.save_learnt,
                 keep=files.keep_advice,
                 cut=lambda coaching: files.tell_how_to_resume(
                     coaching, [*([link] if link else []), *_words(reset, judge=judge)], signing_key
@@ -287,6 +303,7 @@ def coach(
                 **coached.facts(),
                 "run": run.folder,
                 "advice": None if files.unsaved else str(files.advice),
+                "learnt": str(files.learnt) if files.learnt.is_file() else None,
                 "checkpoint": None if coaching.unsaved else str(files.checkpoint),
                 "log": run.log_file,
                 "report": None,

@@ -11,6 +11,7 @@ from hil.cli import common
 from hil.doors import Door
 from hil.going_on import can_go_on, successor
 from hil.jobs.team import TeamJob
+from hil.sumo.advice_file import DOOR as ADVICE
 from hil.sumo.coaching import DOOR as CHECKPOINT
 from hil.sumo.coaching import CheckpointError
 from pal_advisor.fields import FieldError, Fields
@@ -90,7 +91,8 @@ def _begun(path: Path) -> BegunTeam:
     document = DOOR.document(path, json=True)
     try:
         fields = Fields(document.data)
-        job = TeamJob.of_log(fields, {})
+        given = path.with_name(runs.GIVEN)
+        job = TeamJob.of_log(fields, {runs.GIVEN: ADVICE.read(given)} if given.is_file() else {})
         fields.done()
     except FieldError as error:
         raise document.wrong("", f"this list of runs is damaged: {error}") from error

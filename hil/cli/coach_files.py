@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING
 
 from hil import runs
 from hil.cli import common
+from hil.cli.coach_from import beside
+from hil.cli.coach_worker import SentRun
 from hil.cli.run_files import RunFiles
+from hil.files.outputs import replace_file
 from hil.sumo.advice_file import AdviceFileError, advice_text, save_advice
 
 if TYPE_CHECKING:
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
     from hil.cli.running import ActiveRun
     from hil.sumo.coaching import Coaching
+    from hil.sumo.team import CoachedRun
     from pal_advisor.maneuvers import Advice
 
 
@@ -31,12 +35,14 @@ class CoachingFiles(RunFiles):
 
     Attributes:
         advice: Advice file.
+        learnt: Beside it, what was learnt where the advice stays that was begun from.
         unsaved: No file holds the advice.
     """
 
     def __init__(self, run: ActiveRun, advice: Path | None, checkpoint: Path | None, console: Console, *, report: bool) -> None:
         super().__init__(run, checkpoint, console, report=report)
         self.advice = run.place(advice, runs.ADVICE)
+        self.learnt = beside(self.advice)
         self.unsaved = False
         self._kept = False
 
@@ -52,8 +58,14 @@ class CoachingFiles(RunFiles):
         """Write the advice; where that fails, say what it is."""
         self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite or self._kept)
 
+    def save_learnt(self, advice: Advice) -> None:
+        """Write what was learnt beside the advice that stays; where that fails, say what it is."""
+        _saved(self._run, advice, self.learnt, overwrite=self._run.overwrite)
+
     def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
         """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
+        if coaching.standing is not None and not self._kept:
+            self.keep_advice(coaching.best())
         if not self.checkpoint.is_file() or coaching.unsaved:
             if coaching.pal.used:
                 common.complain("no file holds what was learnt so far. It is:")
@@ -75,17 +87,23 @@ class TeamFiles(RunFiles):
 
     Attributes:
         advice: Advice file.
+        learnt: Beside it, what was put together where the advice stays that was begun from.
         unsaved: No file holds the advice.
     """
 
     def __init__(self, run: ActiveRun, advice: Path | None, console: Console, *, report: bool) -> None:
         super().__init__(run, None if run.run is not None else Path(runs.TEAM), console, report=report)
         self.advice = run.place(advice, runs.ADVICE)
+        self.learnt = beside(self.advice)
         self.unsaved = False
 
     def save_advice(self, advice: Advice) -> None:
         """Write the advice; where that fails, say what it is."""
         self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite)
+
+    def save_learnt(self, advice: Advice) -> None:
+        """Write what was put together beside the advice that stays; where that fails, say what it is."""
+        _saved(self._run, advice, self.learnt, overwrite=self._run.overwrite)
 
     def document(self, number: int) -> dict[str, object]:
         """The files, by name.
@@ -96,6 +114,7 @@ class TeamFiles(RunFiles):
         return {
             "run": self._run.folder,
             "advice": None if self.unsaved else str(self.advice),
+            "learnt": str(self.learnt) if self.learnt.is_file() else None,
             "log": self._run.log_file,
             "logs": [str(log) for log in map(self.log_of, range(1, number + 1)) if log is not None],
             "report": None,
@@ -110,11 +129,40 @@ class TeamFiles(RunFiles):
         log = None if self._run.run is None else self._run.run.folder / f"run-{number}.mcap"
         return log if log is not None and log.is_file() else None
 
-    def tell_how_to_go_on(self) -> None:
-        """Say where what was learnt so far is, and how to go on."""
+    def take(self, run: CoachedRun) -> CoachedRun:
+        """Keep the files that a worker has sent back.
+
+        Args:
+            run: What came of a coaching.
+
+        Returns:
+            The same without files.
+        """
+        if not isinstance(run, SentRun):
+            return run
+        assert self._run.run is not None, "a run that has files sent has a folder for them"
+        for name, data in run.files.items():
+            path = self._run.run.folder / Path(name).name
+            try:
+                replace_file(path, data)
+            except OSError as error:
+                self._failed(path, f"cannot write {path}: {error.strerror}")
+        return run.alone
+
+    def tell_how_to_go_on(self, given: Advice | None, scheduler: str | None) -> None:
+        """Say where what was learnt so far is, and how to go on.
+
+        Args:
+            given: The advice that was begun from, which is the best so far unless one was written already; None: there is none.
+            scheduler: Address of the Dask scheduler whose workers coached; None: workers of our own.
+        """
+        if given is not None and not self.advice.exists():
+            self.save_advice(given)
+            self._console.print(f"The best advice so far: {self.advice}", markup=False)
         if self._run.run is not None:
             folder = self._run.run.folder
-            again = shlex.join(["hil", "coach", "--resume-from", str(folder)])
+            where = [] if scheduler is None else ["--scheduler", scheduler]
+            again = shlex.join(["hil", "coach", *where, "--resume-from", str(folder)])
             self._console.print(f"What was learnt so far is in {folder}. To go on: {again}", markup=False)
 
 

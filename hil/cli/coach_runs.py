@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 from firmware_protocol.address import parse_address
 from hil.cli import common
 from hil.cli.coach_begun import check_begun
+from hil.cli.swarm import options
 from hil.seeds import run_seed
 from simdevice.sumo.conditions import CONDITIONS
 
@@ -78,6 +79,9 @@ def runs_wanted(context: typer.Context, runs: int | None, link: str | None, begu
         wanted = RunsWanted(runs) if runs is not None else _usual(context, link)
     if wanted.number > 1 or begun is not None:
         _check_several(context, link, begun=begun is not None)
+        options.check_side_by_side(None, workers=context.params["workers"], scheduler=context.params["scheduler"])
+    elif context.params["scheduler"] is not None:
+        raise common.UsageError("--scheduler is for several runs, and this is one: leave one of the two out")
     return wanted
 
 

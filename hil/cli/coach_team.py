@@ -13,6 +13,7 @@ from hil import runs
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common
 from hil.cli.coach_files import TeamFiles
+from hil.cli.coach_from import given_advice
 from hil.cli.coach_worker import RunTask, coach_run
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
@@ -74,7 +75,9 @@ class Places:
 def coach_team(
     job: TeamJob,
     *,
+    begin_from: Path | None,
     workers: int | None,
+    scheduler: str | None,
     require: float | None,
     advice_out: Path | None,
     report: bool,
@@ -88,7 +91,9 @@ def coach_team(
 
     Args:
         job: What is asked for.
+        begin_from: The advice that it begins from, or its run; None: none that was not begun from already.
         workers: Processes; None: as many as there are cores, and no more than runs.
+        scheduler: Address of a Dask scheduler whose workers coach instead.
         require: Share of the held-out bouts to be won.
         advice_out: Advice file, instead of the one in the run's folder.
         report: A report is wanted.
@@ -102,59 +107,73 @@ def coach_team(
         Exit status.
     """
     clock = MonotonicClock()
+    given = given_advice(begin_from, job.settings, resumes=begun is not None)
     hands = workers or min(cores(), len(job.urls))
-    with running(
-        "coach",
-        job.opponent,
-        url=job.urls[0],
-        emulated_here=True,
-        opponent=job.opponent,
-        seed=job.seed,
-        out=places.out,
-        log=places.log,
-        no_log=places.no_log,
-        overwrite=places.overwrite,
-        makes={runs.ADVICE: advice_out},
-    ) as run:
+    with (
+        open_crew(hands, scheduler) as crew,
+        running(
+            "coach",
+            job.opponent,
+            url=job.urls[0],
+            emulated_here=True,
+            opponent=job.opponent,
+            seed=job.seed,
+            out=places.out,
+            log=places.log,
+            no_log=places.no_log,
+            overwrite=places.overwrite,
+            makes={runs.ADVICE: advice_out},
+        ) as run,
+    ):
         files = TeamFiles(run, advice_out, console, report=report)
         folder = None if run.run is None else run.run.folder
+        given = given or job.given
         job = replace(
             job,
+            given=given,
             outputs=TeamOutputs(
                 coach=coach_run,
                 task_of=lambda order: RunTask(
-                    order, folder, not places.no_log, None if begun is None else begun.checkpoint(order.number)
+                    order,
+                    folder,
+                    not places.no_log,
+                    None if begun is None else begun.checkpoint(order.number),
+                    sent=scheduler is not None,
                 ),
-                cut=files.tell_how_to_go_on,
+                take=files.take,
+                cut=lambda: files.tell_how_to_go_on(given, scheduler),
                 save=files.save_advice,
+                learnt=files.save_learnt,
             ),
         )
         if folder is not None:
             replace_file(folder / runs.TEAM, json.dumps(job.options(), sort_keys=True).encode())
+            for name, data in job.files().items():
+                replace_file(folder / name, data)
         if begun is not None:
             run.describe(resumed_from=str(begun.source))
             console.print(f"Going on from {begun.source.parent}.", markup=False)
-        with open_crew(hands) as crew:
-            stage = LiveStage(
-                run, job, job.urls[0], console, quiet=quiet, options=places.options, reports=files.report is not None, crew=crew
-            )
-            with closing(stage):
-                team = job.perform(stage)
-                document = {**team.facts(), **files.document(len(job.urls))}
-                if not as_json:
-                    for line in team_summary(
-                        team.advice,
-                        team.runs,
-                        team.verdicts,
-                        team.tally,
-                        team.random,
-                        opponent=team.opponent,
-                        robot_seconds=team.robot_seconds,
-                        files={**document, "best_log": files.log_of(team.best_run)},
-                        wall_seconds=clock.now(),
-                    ):
-                        console.print(line, markup=False)
-                files.draw(stage, document, announce=not as_json)
+        stage = LiveStage(
+            run, job, job.urls[0], console, quiet=quiet, options=places.options, reports=files.report is not None, crew=crew
+        )
+        with closing(stage):
+            team = job.perform(stage)
+            document = {**team.facts(), **files.document(len(job.urls))}
+            if not as_json:
+                for line in team_summary(
+                    team.advice,
+                    team.runs,
+                    team.verdicts,
+                    team.tally,
+                    team.random,
+                    opponent=team.opponent,
+                    robot_seconds=team.robot_seconds,
+                    files={**document, "best_log": files.log_of(team.best_run)},
+                    wall_seconds=clock.now(),
+                    challenge=team.challenge,
+                ):
+                    console.print(line, markup=False)
+            files.draw(stage, document, announce=not as_json)
         short = shortfall(team.tally, require)
         run.finish(document, common.EXIT_FELL_SHORT if short else common.EXIT_DONE)
     with run.telling():

@@ -10,7 +10,7 @@ import typer
 from rich.table import Table
 
 from firmware_protocol.near import did_you_mean
-from firmware_protocol.vocabulary import Stimulus, codes, spelled_out
+from firmware_protocol.vocabulary import Stimulus, codes
 from hil.cli import common
 from hil.explaining import learning_of
 from hil.explaining.words import plain, reasons, when, with_error
@@ -65,6 +65,9 @@ def explain(
         return
     if learning.source != advice and not quiet:
         console.print(f"Advice: {learning.source}")
+    if learning.challenge:
+        console.print()
+        console.print(fill(learning.challenge, console.width, break_long_words=False, break_on_hyphens=False), markup=False)
     for one in explanations:
         _tell(console, one)
     for text in learning.unknown:
@@ -98,7 +101,7 @@ def _tell(console: Console, one: Explanation) -> None:
     """An entry, and why it is there."""
     called = f", {' and '.join(one.entry.names)}" if one.entry.names else ""
     console.print(f"\n{when(one)}: {codes(one.entry.actions)}{called}")
-    console.print(fill(spelled_out(one.entry.actions), console.width, initial_indent="  ", subsequent_indent="  "))
+    console.print(fill(one.entry.in_words, console.width, initial_indent="  ", subsequent_indent="  "))
     for text in reasons(one):
         console.print(fill(text, console.width, initial_indent="- ", subsequent_indent="  "))
     if one.rivals:
@@ -132,6 +135,7 @@ def _document(learning: Learning, explanations: Sequence[Explanation]) -> dict[s
         "opponent": advice.opponent,
         "objective": advice.objective.value,
         "seed": advice.seed,
+        "challenge": learning.challenge or None,
         "situations": [{"situation": label(one.entry), **plain(one)} for one in explanations],
         "unknown": learning.unknown,
     }

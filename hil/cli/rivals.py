@@ -7,6 +7,7 @@ from typing import Final
 from firmware_protocol.address import parse_address
 from firmware_protocol.near import did_you_mean
 from hil.cli import common
+from hil.cli.coach_runs import RunsWanted
 from hil.cli.tournament_words import entrant_of
 from hil.sumo.controllers import BUILT_IN
 from hil.sumo.ring import OPPONENTS
@@ -48,21 +49,18 @@ def opponent_named(text: str | None) -> tuple[str | None, Rivals | None]:
     return rivals.name, rivals
 
 
-def check_one_run(runs: int | None) -> int:
-    """See that one run will do.
+def run_against_robots(runs: int | None) -> RunsWanted:
+    """How many runs there are against robots: one.
 
     Args:
         runs: How many were asked for; None: nobody has said.
-
-    Returns:
-        One.
 
     Raises:
         UsageError: Several were asked for.
     """
     if runs is not None and runs > 1:
         raise common.UsageError(f"{ONE_RUN}: leave out --runs, or name a dummy ({', '.join(OPPONENTS)})")
-    return 1
+    return RunsWanted(1, "" if runs else "it meets robots")
 
 
 def ring_url(link: str | None, seed: int) -> str:

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from hil.jobs.stage import Window
     from hil.recording.recorder import Recorder
     from hil.working import Crew
+    from hil.working.progress import ProgressBoard
     from hil.working.recorded import Recorded
 
 T = TypeVar("T")
@@ -166,6 +167,11 @@ class LiveStage(Stage):
         """What comes of tasks that the crew does."""
         assert self._crew is not None, "a job that has tasks done elsewhere has a crew"
         return self._crew.in_order(function, tasks)
+
+    @property
+    def board(self) -> ProgressBoard | None:
+        """What the crew tells of how far its tasks are; None where nobody tells."""
+        return None if self._crew is None else self._crew.board
 
     def begin_log(self) -> Recorder | None:
         """Begin the log, with what was asked for."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -75,6 +76,8 @@ class PartStage(LiveStage):
 
     def begin_log(self) -> Recorder | None:
         """See `LiveStage.begin_log`."""
+        if threading.current_thread() is not threading.main_thread():  # of a cluster's worker: no signal comes to it
+            return super().begin_log()
         asked: list[int] = []
         before = signal.signal(signal.SIGTERM, lambda number, _: asked.append(number))
         try:

@@ -18,6 +18,7 @@ from hil.mcaplog.attachments import ENDED_WITH
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.reading.reader import LogReader
 from hil.sumo.advice_file import AdviceFileError, advice_of, load_advice
+from hil.sumo.challenging import challenge_in_words
 from hil.sumo.coaching import CheckpointError, checkpoint_of, load_checkpoint
 
 if TYPE_CHECKING:
@@ -26,11 +27,19 @@ if TYPE_CHECKING:
     from hil.explaining.explanation import Explanation
     from hil.mcaplog.attachments import LogAttachment
     from hil.runs import Run
+    from hil.sumo.challenging import ChallengeStanding
+    from hil.sumo.coaching import Checkpoint
     from pal_advisor.maneuvers import Advice, AdviceEntry, Pal
 
 MCAP: Final = ".mcap"
 _MEMBER: Final = re.compile(r"run-([1-9]\d{0,3})\.(?:json|mcap)")
 """A run's checkpoint or log there."""
+
+
+STAYED: Final = (
+    "This advice is the one that the run began from: why its maneuvers are there, the run that made it can tell. When a run is "
+    "over, what was learnt and did not take its place stands beside it, in learnt-advice.toml, which hil explain takes too."
+)
 
 
 class ExplainError(HilError):
@@ -49,6 +58,7 @@ class Learning:
         pal: The learner as it was at the end; None where that is not known.
         history: What the log tells; None where there is none.
         team: The runs that the advice was put together from; None where it is of one.
+        challenge: What came of the challenge of the advice that the run began from, in words; empty where there was none.
         unknown: What can't be told, and what to do about it, a sentence an item.
     """
 
@@ -59,6 +69,7 @@ class Learning:
     pal: Pal | None = None
     history: LearningHistory | None = None
     team: TeamHistory | None = None
+    challenge: str = ""
     unknown: list[str] = field(default_factory=list)
 
     def explained(self, entries: Iterable[AdviceEntry]) -> list[Explanation]:
@@ -93,6 +104,7 @@ def learning_of(given: Path | None) -> Learning:
             )
         learning = Learning(advice, given / runs.CHECKPOINT, given, pal=saved.pal)
         learning.unknown.append(f"The run was cut: this is what it had learnt. To go on: hil coach --resume-from {given}.")
+        _challenged(learning, saved.standing)
         _read_log(learning, given / runs.LOG)
         return learning
     found = runs.file_of(given, runs.ADVICE, verbs=("coach",))
@@ -125,15 +137,20 @@ def _run_of(advice: Path) -> Run | None:
 
 def _read_team(learning: Learning, run: Run) -> None:
     """Take the runs that an advice was put together from, and how that was done, as far as they can be read."""
-    learning.team = TeamHistory()
+    team = TeamHistory()
     if run.log.is_file():
         try:
-            learning.team, learning.log = _team_of(run.log), run.log
+            team, learning.log = _team_of(run.log), run.log
         except LogError as error:
             learning.unknown.append(f"The log of the team exam can't be read: {error}.")
     else:
         learning.unknown.append(f"There is no log {run.log}, so that it is not known how the team exam went.")
-    team = learning.team
+    learning.challenge = team.challenge
+    with contextlib.suppress(AdviceFileError):
+        if load_advice(run.folder / runs.GIVEN) == learning.advice:
+            learning.unknown.append(STAYED)
+            return
+    learning.team = team
     made = {_MEMBER.fullmatch(path.name) for path in run.folder.glob("run-*")}
     for number in sorted({int(name[1]) for name in made if name is not None} | set(team.members)):
         checkpoint, log = run.folder / f"run-{number}.json", run.folder / f"run-{number}.mcap"
@@ -168,6 +185,8 @@ def _read_run(learning: Learning, run: Run) -> None:
             f"There is no checkpoint of {run.folder}, so that it is not known how maneuvers were bred, nor what they beat."
         )
         return
+    if _challenged(learning, saved.standing):
+        return
     same = (saved.seed, saved.pal.settings) == (learning.advice.seed, learning.advice.settings)
     if not same:
         learning.unknown.append(
@@ -183,6 +202,18 @@ def _read_run(learning: Learning, run: Run) -> None:
             f"The log has {learning.history.count:,} of the {saved.pal.used:,} maneuvers that were performed: what for, and "
             f"what was expected of them, is known of these alone.{source}"
         )
+
+
+def _challenged(learning: Learning, standing: ChallengeStanding | None) -> bool:
+    """Take what came of a challenge, if there was one; says whether the advice is the one that was challenged."""
+    if standing is None:
+        return False
+    learning.challenge = challenge_in_words(standing.challenge)
+    given = learning.advice == standing.given
+    if given:
+        learning.history, learning.pal = None, None
+        learning.unknown.append(STAYED)
+    return given
 
 
 def _read_log(learning: Learning, path: Path) -> bytes | None:
@@ -211,9 +242,12 @@ def _of_log(path: Path) -> Learning:
     if advice is None:
         raise ExplainError(f"{path} has no advice: it is no log of a whole coaching (hil log info {path} tells more)")
     learning = Learning(_attached(path, advice), path, log=path, pal=pal_of(attachments), history=history)
+    saved = _saved_of(attachments)
+    if saved is not None and _challenged(learning, saved.standing):
+        return learning
     team = _team_of(path)
     if team.members:
-        learning.team = team
+        learning.team, learning.challenge = team, team.challenge
         learning.unknown.append(
             f"{path} tells of several runs, and how each has learnt stands in its own log: name the folder."
         )
@@ -248,15 +282,25 @@ def _history_of(path: Path) -> tuple[LearningHistory, Mapping[str, LogAttachment
 
 
 def pal_of(attachments: Mapping[str, LogAttachment]) -> Pal | None:
-    """The learner as a log's attachments have it at the end of the run; None where they do not, or it can't be read.
+    """The learner that has made the advice of a log, as the log's attachments have it at the end of the run.
+
+    None where they have none, where it can't be read, and where the advice stays that the run began from.
 
     Args:
         attachments: Of the log, by name.
     """
+    saved = _saved_of(attachments)
+    if saved is None or (saved.standing is not None and not saved.standing.beaten):
+        return None
+    return saved.pal
+
+
+def _saved_of(attachments: Mapping[str, LogAttachment]) -> Checkpoint | None:
+    """The checkpoint that a log ends with; None where it has none, or it can't be read."""
     found = attachments.get(ENDED_WITH + runs.CHECKPOINT)
     if found is None:
         return None
     try:
-        return checkpoint_of(found.data).pal
+        return checkpoint_of(found.data)
     except CheckpointError:
         return None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from firmware_protocol.vocabulary import stimulus_label
 from hil.doors import DocumentError, parse_json
 from hil.explaining.explanation import Explanation, explain
-from hil.mcaplog.records import CoachedRunRecord, TeamVerdictRecord
+from hil.mcaplog.records import EVENTS, CoachedRunRecord, EventRecord, TeamVerdictRecord
 from pal_advisor.maneuvers import Advice, AdviceError
 from pal_advisor.maneuvers.mirror import home_of
 
@@ -19,9 +19,12 @@ if TYPE_CHECKING:
     from hil.mcaplog.reading.reader import LogEntry
     from pal_advisor.maneuvers import AdviceEntry, Pal
 
-TOPICS: Final = ("/pal/run", "/pal/verdict")
+TOPICS: Final = ("/pal/run", "/pal/verdict", EVENTS)
 LONGEST: Final = 1 << 20
 """No advice has more letters."""
+CHALLENGE: Final = "challenge"
+"""Kind of the events that tell how a challenge stands; the last one tells how it has ended."""
+LONGEST_WORDS: Final = 600
 MOST_VERDICTS: Final = 10_000
 MOST_MEMBERS: Final = 1000
 
@@ -55,9 +58,11 @@ class TeamHistory:
     Attributes:
         members: The runs by their numbers; whoever knows more of one puts that in its place.
         verdicts: What the team exam found out, in order.
+        challenge: What came of the challenge of the advice that they began from, in words; empty where there was none.
     """
 
     def __init__(self) -> None:
+        self.challenge = ""
         self.members: dict[int, TeamMember] = {}
         self.verdicts: list[TeamVerdictRecord] = []
 
@@ -66,6 +71,8 @@ class TeamHistory:
         value = entry.value
         if isinstance(value, TeamVerdictRecord) and len(self.verdicts) < MOST_VERDICTS:
             self.verdicts.append(value)
+        elif isinstance(value, EventRecord) and value.kind == CHALLENGE:
+            self.challenge = value.text[:LONGEST_WORDS]
         elif isinstance(value, CoachedRunRecord) and len(value.json) <= LONGEST and len(self.members) < MOST_MEMBERS:
             try:
                 data = parse_json(value.json)

@@ -233,6 +233,7 @@ def plain(one: Explanation) -> dict[str, object]:
     entry = one.entry
     return {
         "maneuver": [action.name for action in entry.actions],
+        "period": entry.period,
         "fitness": entry.fitness,
         "evaluations": entry.evaluations,
         "names": list(entry.names),

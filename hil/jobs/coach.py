@@ -10,17 +10,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 from firmware_protocol.errors import HilError
 from hil.jobs.options import DAY, MOST_SEED, none_or, opponent_of, rivals_files, rivals_of, rivals_options
 from hil.jobs.progress import CoachingDisplay
-from hil.jobs.session import ADVICE, CHECKPOINT, Session, open_pair_session, open_session
+from hil.jobs.session import ADVICE, CHECKPOINT, GIVEN, LEARNT, Session, open_pair_session, open_session
 from hil.jobs.stage import keys_taken_in
 from hil.jobs.words import nothing
 from hil.seeds import Branch, bout_seed, generator
-from hil.sumo.advice_file import advice_text
+from hil.sumo.advice_file import advice_of, advice_text
 from hil.sumo.attended import Evenness, FloorJudge, JudgedRing, LonelyRing, PausedRing, PoweredRing, try_wheels
 from hil.sumo.bouts import Tally, play
+from hil.sumo.challenging import ChallengeStanding, beginning_in_words, facts, hold, pair_in_words
 from hil.sumo.coaching import Coaching, check_objective, checkpoint_of, new_pal
 from hil.sumo.controllers import AdviceController, Controller, RandomController
 from hil.sumo.junior import Junior
-from hil.sumo.ring import Ring, open_ring
+from hil.sumo.ring import Ring, RingError, open_ring
 from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.summary import per_stimulus
 from pal_advisor.fields import SettingsError
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from hil.sumo.rivals.pair import Pair
     from hil.sumo.rivals.rivals import Rivals
     from pal_advisor.fields import Fields
-    from pal_advisor.maneuvers import Advice
+    from pal_advisor.maneuvers import Advice, ChallengeVerdict
 
 HELD_OUT_LOCKSTEP: Final = 50
 HELD_OUT_REAL_TIME: Final = 5
@@ -78,6 +79,7 @@ class Outputs:
     Attributes:
         checkpoint: The file of its checkpoint; None writes none.
         save: Writes the advice; says False where it can't.
+        learnt: Writes what was learnt beside it, where the advice that was given stays.
         keep: Writes the best advice so far, whenever a checkpoint was due in real time.
         cut: Is told of a run that is cut short.
         unsaved: Is told, in words, that a checkpoint can't be written.
@@ -87,6 +89,7 @@ class Outputs:
 
     checkpoint: Path | None = None
     save: Callable[[Advice], object] = nothing
+    learnt: Callable[[Advice], object] = nothing
     keep: Callable[[Advice], object] = nothing
     cut: Callable[[Coaching], None] = nothing
     unsaved: Callable[[str], None] = nothing
@@ -118,7 +121,7 @@ class Coached:
 
     def facts(self) -> dict[str, object]:
         """What was learnt and won, as plain values."""
-        pal, advice = self.coaching.pal, self.coaching.advice()
+        pal, advice, standing = self.coaching.pal, self.coaching.best(), self.coaching.standing
         return {
             "opponent": self.opponent,
             "seed": self.seed,
@@ -127,6 +130,7 @@ class Coached:
             "bouts": self.coaching.progress.bouts,
             "robot_seconds": round(self.coaching.progress.robot_seconds, 3),
             "per_stimulus": per_stimulus(advice),
+            **({} if standing is None else {"challenge": facts(standing.challenge)}),
             "held_out": self.tally.to_dict() if self.tally else None,
             **({"held_out_by_rival": [tally.to_dict() for tally in self.by_rival]} if self.by_rival else {}),
             **({"wheels": self.wheels.figures()} if self.wheels else {}),
@@ -155,6 +159,8 @@ class CoachJob:
         find: Finds that checkpoint by the robot's unique id, once that is known; None where there is none to be found.
         outputs: Where it leaves what.
         rivals: The robots that are met in an emulated ring of two, instead of an opponent that a referee places.
+        given: The advice that it begins from, which stays unless what was learnt wins a challenge; None: there is none. A run
+            that is gone on with has its own.
     """
 
     VERB: ClassVar[str] = "coach"
@@ -175,6 +181,7 @@ class CoachJob:
     find: Callable[[str], bytes] | None = field(default=None, compare=False)
     outputs: Outputs = field(default=Outputs(), compare=False)
     rivals: Rivals | None = field(default=None, compare=False)
+    given: Advice | None = field(default=None, compare=False)
 
     def options(self) -> dict[str, Any]:
         """Everything that decides, but for the checkpoint."""
@@ -195,9 +202,12 @@ class CoachJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """The checkpoint, as far as it is known before the robot is, and what rivals play by."""
-        saved = {} if self.saved is None else {CHECKPOINT: self.saved}
-        return saved if self.rivals is None else {**saved, **rivals_files(self.rivals)}
+        """The checkpoint, as far as it is known before the robot is; the advice that it begins from; what rivals play by."""
+        return {
+            **({} if self.saved is None else {CHECKPOINT: self.saved}),
+            **({} if self.given is None else {GIVEN: advice_text(self.given).encode()}),
+            **({} if self.rivals is None else rivals_files(self.rivals)),
+        }
 
     @classmethod
     def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
@@ -217,6 +227,7 @@ class CoachJob:
             judged=options.flag("judged", missing=False),
             vary=options.number("vary", 0, 1) if options.has("vary") else 0.0,
             rivals=rivals_of(options, "rivals", files) if options.has("rivals") else None,
+            given=advice_of(files[GIVEN]) if GIVEN in files else None,
         )
 
     def perform(self, stage: Stage) -> Coached:
@@ -257,6 +268,7 @@ class _CoachingRun:
     def __init__(self, job: CoachJob, session: Session[Junior], stage: Stage, pair: Pair | None) -> None:
         self._job = job
         self._session = session
+        self._stage = stage
         saved = self._saved()
         self.seed = job.seed if saved is None else saved.seed
         rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
@@ -265,10 +277,13 @@ class _CoachingRun:
         self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
         self.wheels: Evenness | None = None
         if saved is None:
-            pal, progress = new_pal(self._settings(stage), self.seed), None
+            standing = None if job.given is None else ChallengeStanding(job.given)
+            self._check(standing)
+            pal, progress = new_pal(self._settings(stage), self.seed, job.given), None
         else:
-            pal, progress = saved.pal, saved.progress
+            pal, progress, standing = saved.pal, saved.progress, saved.standing
             job.outputs.resumed(saved)
+            self._check(standing)
         check_objective(pal.settings.objective, self.ring)
         self._display = CoachingDisplay(stage.console, pal.settings, used=pal.used, seconds=pal.seconds, quiet=stage.quiet)
         self._display.headline(session.robot, self.ring.opponent, pal)
@@ -284,6 +299,7 @@ class _CoachingRun:
             on_unsaved=job.outputs.unsaved,
             keep=None if session.lockstep else job.outputs.keep,
             rivals=rivals,
+            standing=standing,
         )
         stage.describe(opponent=self.ring.opponent)
 
@@ -318,6 +334,18 @@ class _CoachingRun:
         ring = PoweredRing(bare, junior, questions, low, self._save) if low else bare
         return PausedRing(ring, junior, questions) if lonely else ring
 
+    def _check(self, standing: ChallengeStanding | None) -> None:
+        """See that somebody can tell whether an advice is beaten, where one is to be.
+
+        Raises:
+            RingError: Nobody can.
+        """
+        if standing is not None and not self.ring.refereed:
+            raise RingError(
+                "whether what is learnt is better than the given advice is decided by bouts that somebody sees won, and nobody "
+                "does here: have a person say it (--reset ask, --judge), or leave --from out"
+            )
+
     def _save(self) -> None:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
@@ -351,10 +379,19 @@ class _CoachingRun:
         self._session.series("coaching")
         with self._display:
             self.coaching.run()
-        advice = self.coaching.advice()
+        self._challenge(self.coaching.standing)
+        advice = self.coaching.best()
         self._session.advice(advice)
         self._session.attach(ADVICE, advice_text(advice).encode())
         self._job.outputs.save(advice)
+
+    def _challenge(self, standing: ChallengeStanding | None) -> None:
+        """Have what was learnt challenge the given advice, if there is one, and keep it where that stays."""
+        if standing is not None:
+            learnt, tell = self.coaching.advice(), self._stage.tell or nothing
+            hold_challenge(self._session, self.ring, standing, learnt, seed=self.seed, tell=tell, save=self.coaching.save)
+            if not standing.beaten:
+                self._job.outputs.learnt(learnt)
 
     def held_out(self) -> tuple[Tally | None, Tally | None]:
         """Play bouts from fresh poses, as many as usual for None: by the advice, and in lock-step at random for comparison."""
@@ -363,7 +400,7 @@ class _CoachingRun:
             trials = HELD_OUT_LOCKSTEP if self._session.lockstep else HELD_OUT_REAL_TIME
         if not trials or not self.ring.refereed:
             return None, None
-        tally, bouts = self._played(AdviceController(self.coaching.advice()), trials)
+        tally, bouts = self._played(AdviceController(self.coaching.best()), trials)
         if self._rivals is not None:
             self.by_rival = self._rivals.tallies(bouts)
         if not self._session.lockstep:
@@ -408,3 +445,66 @@ def play_held_out(
         session.bout(bout)
         each(bout)
     return Tally.of(ring.opponent, bouts)
+
+
+def hold_challenge(
+    session: Session[Junior],
+    ring: Ring,
+    standing: ChallengeStanding,
+    learnt: Advice,
+    *,
+    seed: int,
+    tell: Callable[[str], object],
+    save: Callable[[], object] = nothing,
+) -> None:
+    """Have what was learnt challenge a given advice, and put that into the log.
+
+    Args:
+        session: The robot, and its log.
+        ring: Where.
+        standing: How the challenge stands, and then how it has ended.
+        learnt: What was learnt; where that is nothing, no bout is played.
+        seed: Seed of the run.
+        tell: Says to whoever waits what happens.
+        save: Saves how it stands, after each bout.
+    """
+    if learnt.entries:
+        tell(beginning_in_words(standing.challenge))
+        hold(ring, standing, learnt, seed, _ChallengeNotes(session, nothing if session.lockstep else tell, save))
+    if session.recorder is not None:
+        session.recorder.challenge(standing.challenge)
+    if not standing.beaten:
+        session.attach(LEARNT, advice_text(learnt).encode())
+
+
+class _ChallengeNotes:
+    """Who is told of a challenge: the log, whoever waits, and who saves.
+
+    Args:
+        session: The robot and the log.
+        tell: Says something to whoever waits.
+        save: Saves how it stands.
+    """
+
+    def __init__(self, session: Session[Junior], tell: Callable[[str], object], save: Callable[[], object]) -> None:
+        self._session = session
+        self._tell = tell
+        self._save = save
+
+    def series(self, title: str) -> None:
+        """A bout begins that belongs to these."""
+        self._session.series(title)
+
+    def bout(self, bout: Bout) -> None:
+        """A bout ended."""
+        self._session.bout(bout)
+
+    def verdict(self, verdict: ChallengeVerdict) -> None:
+        """A pair is complete."""
+        if self._session.recorder is not None:
+            self._session.recorder.challenge_verdict(verdict)
+        self._tell(pair_in_words(verdict))
+
+    def save(self) -> None:
+        """Save how it stands."""
+        self._save()

@@ -51,6 +51,8 @@ WITHOUT_A_WORD = (LinkOpenError, AddressError)
 ADVICE = "advice.toml"
 POLICY = "policy.json"
 CHECKPOINT = "checkpoint.json"
+GIVEN = "given.toml"
+LEARNT = "learnt-advice.toml"
 """What the files are called in a log that runs begin and end with."""
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hil.cockpit.snapshot import Snapshot
     from hil.connecting.connecting import NetworkOpener
     from hil.recording.recorder import Recorder
+    from hil.working.progress import ProgressBoard
     from hil.working.recorded import Recorded
     from pal_advisor.fields import Fields
 
@@ -205,6 +206,11 @@ class Stage(ABC):
             WorkerError: Some can't be had.
             KeyboardInterrupt: The operator asked for it.
         """
+
+    @property
+    def board(self) -> ProgressBoard | None:
+        """What other processes tell of how far their tasks are; None where nobody tells."""
+        return None
 
     @abstractmethod
     def begin_log(self) -> Recorder | None:

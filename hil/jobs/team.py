@@ -5,24 +5,27 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
-from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, play_held_out, settings_of
+from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, hold_challenge, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
-from hil.jobs.session import ADVICE, attach, begin_log, note_cut_short, open_session_within
+from hil.jobs.session import ADVICE, GIVEN, attach, begin_log, note_cut_short, open_session_within
+from hil.jobs.team_progress import TeamDisplay
 from hil.jobs.words import nothing
 from hil.mcaplog.records import CoachedRunRecord, TeamBoutsRecord
 from hil.seeds import Branch, generator, run_seed
-from hil.sumo.advice_file import advice_text
+from hil.sumo.advice_file import advice_of, advice_text
+from hil.sumo.challenging import ChallengeStanding, facts
 from hil.sumo.controllers import AdviceController, RandomController
 from hil.sumo.junior import Junior
 from hil.sumo.ring import open_ring
-from hil.sumo.summary import per_stimulus
+from hil.sumo.summary import in_words, per_stimulus
 from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bouts, score_of
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
-from pal_advisor.maneuvers import Advice, AdviceError, PalSettings, TeamExam
+from pal_advisor.maneuvers import Advice, AdviceError, Challenge, PalSettings, TeamExam
 from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_BUDGET, MOST_PERIOD
 from pal_advisor.maneuvers.team import BOUTS
 
@@ -30,9 +33,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from typing import Self
 
+    from hil.jobs.session import Session
     from hil.jobs.stage import Stage
     from hil.recording.recorder import Recorder
-    from hil.sumo.bouts import Tally
+    from hil.sumo.bouts import Bout, Tally
+    from hil.sumo.ring import Ring
     from pal_advisor.fields import Fields
     from pal_advisor.maneuvers import TeamVerdict
 
@@ -68,6 +73,10 @@ class RunOrder:
     opponent: str
 
 
+def _as_it_is(run: CoachedRun) -> CoachedRun:
+    return run
+
+
 @dataclass(frozen=True)
 class TeamOutputs:
     """Where it leaves what; by default nowhere.
@@ -75,13 +84,17 @@ class TeamOutputs:
     Attributes:
         coach: Does a coaching, in a worker; of a module.
         task_of: Makes of an order what `coach` takes.
+        take: Is given what came of a coaching, and gives it without what is only to be kept.
         save: Writes the advice.
+        learnt: Writes what was learnt beside it, where the advice that was given stays.
         cut: Is told that it is cut short.
     """
 
     coach: Callable[[Any], CoachedRun] | None = None
     task_of: Callable[[RunOrder], object] = nothing
+    take: Callable[[CoachedRun], CoachedRun] = _as_it_is
     save: Callable[[Advice], object] = nothing
+    learnt: Callable[[Advice], object] = nothing
     cut: Callable[[], object] = nothing
 
 
@@ -90,13 +103,14 @@ class Team:
     """What came of it.
 
     Attributes:
-        advice: What was put together.
+        advice: What was put together, or the advice that was given, where that stays.
         runs: What came of each run.
         verdicts: What the team exam found out.
         seed: Seed of it all.
         opponent: Name of the opponent.
         tally: Held-out bouts played by the advice; None where there were none.
         random: The same with random maneuvers.
+        challenge: Whether what was put together has taken the place of the advice that was given; None where there was none.
     """
 
     advice: Advice
@@ -106,6 +120,7 @@ class Team:
     opponent: str
     tally: Tally | None
     random: Tally | None
+    challenge: Challenge | None = None
 
     @property
     def best_run(self) -> int:
@@ -135,6 +150,7 @@ class Team:
                 if verdict.category is not None and verdict.kept
             ],
             "per_stimulus": per_stimulus(self.advice),
+            **({} if self.challenge is None else {"challenge": facts(self.challenge)}),
             "held_out": self.tally.to_dict() if self.tally else None,
         }
 
@@ -153,6 +169,7 @@ class TeamJob:
         urls: Address of the emulated robot of each run; robots of the first play the exam and the bouts afterwards, too.
         held_out: Bouts to be played with the advice afterwards; None is as many as usual.
         seed: Seed of every random choice.
+        given: The advice that it begins from, which stays unless what was put together wins a challenge; None: there is none.
         outputs: Where it leaves what.
     """
 
@@ -164,6 +181,7 @@ class TeamJob:
     held_out: int | None
     seed: int
     periods: tuple[float, ...] = ()
+    given: Advice | None = None
     outputs: TeamOutputs = field(default=TeamOutputs(), compare=False)
 
     @property
@@ -183,11 +201,11 @@ class TeamJob:
         }
 
     def files(self) -> dict[str, bytes]:
-        """There is none."""
-        return {}
+        """The advice that it begins from."""
+        return {} if self.given is None else {GIVEN: advice_text(self.given).encode()}
 
     @classmethod
-    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:  # noqa: ARG003 - as every job has it
+    def of_log(cls, options: Fields, files: Mapping[str, bytes]) -> Self:
         """As a log has it; see `Job.of_log`."""
         settings = settings_of(options)
         urls = options.texts("urls")
@@ -203,6 +221,7 @@ class TeamJob:
             urls=urls,
             held_out=none_or(options, "held_out", lambda fields, name: fields.integer(name, 0, MOST_BOUTS)),
             seed=options.integer("seed", 0, MOST_SEED),
+            given=advice_of(files[GIVEN]) if GIVEN in files else None,
             periods=periods,
         )
 
@@ -266,14 +285,22 @@ class _TeamWork:
         self._runs: list[CoachedRun] = []
         self._coached = _FromWorkers(stage, RUNS)
         self._bouts = _FromWorkers(stage, PLAYED)
+        board = stage.board
+        self._display = TeamDisplay(stage.console, len(job.urls), None if board is None else board.read, quiet=stage.quiet)
+        self._examined = 0
 
     def do(self) -> Team:
+        """Coach, examine, and try, with the display."""
+        with self._display:
+            return self._do()
+
+    def _do(self) -> Team:
         job = self._job
         settings = job.settings
         budget = f"{settings.robot_time:g} s of robot time" if settings.robot_time else f"{settings.budget} maneuvers"
         self._say(
             f"Pal coaches {len(job.urls)} emulated robots against {job.opponent}, apart: {budget} each, "
-            f"objective {settings.objective.value}. Then one advice is put together."
+            f"objective {settings.objective.value}. Then one advice is put together. (--runs 1 coaches one.)"
         )
         orders = [
             RunOrder(number, run_seed(job.seed, number), url, job.settings_of_run(number), job.opponent)
@@ -283,19 +310,15 @@ class _TeamWork:
         exam = TeamExam([Advice.from_dict(json.loads(run.json)) for run in self._runs])
         while len(self._runs) > 1 and not exam.finished:
             self._examine(exam)
-        advice = exam.best
-        if self._recorder is not None:
-            self._recorder.advice(advice.to_dict())
-            attach(self._recorder, ADVICE, advice_text(advice).encode())
-        job.outputs.save(advice)
-        tally, random = self._held_out(advice)
-        team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, tally, random)
+        team = self._judged(exam)
         if self._recorder is not None:
             self._recorder.note("result", "done", **team.facts())
         return team
 
-    def _take_run(self, place: int, run: CoachedRun) -> None:
+    def _take_run(self, place: int, told: CoachedRun) -> None:
+        run = self._job.outputs.take(told)
         self._runs.append(run)
+        self._display.run_over(place)
         if self._recorder is not None:
             self._recorder.coached_run(place + 1, run)
         learnt = f"{run.maneuvers} maneuvers, won {run.wins} of {run.bouts} bouts while it learnt"
@@ -304,7 +327,7 @@ class _TeamWork:
     def _examine(self, exam: TeamExam) -> None:
         """One turn of the exam."""
         wanted, before = exam.wanted, len(exam.verdicts)
-        played = self._play(wanted)
+        played = self._play(wanted, self._examined + BOUTS * exam.at_most)
         exam.tell([score_of(each) for each in played])
         for verdict in exam.verdicts[before:]:
             if self._recorder is not None:
@@ -313,23 +336,54 @@ class _TeamWork:
         score = exam.score
         if score is not None:
             what = f"run {kept[0].run} does better" if kept else "nothing better was found"
-            self._tell(f"Team exam, {len(wanted)} tried: {what}; {score.wins} of {score.trials} bouts won.")
+            category = exam.verdicts[before].category
+            when = "" if category is None else f" when {in_words(category[1])}"
+            self._tell(f"Team exam, {len(wanted)} tried{when}: {what}; {score.wins} of {score.trials} bouts won.")
 
-    def _held_out(self, advice: Advice) -> tuple[Tally | None, Tally | None]:
-        """Bouts from poses that nothing was learnt from or chosen by: by the advice, and at random for comparison."""
-        trials, seed = self._job.held_out, self._job.seed
-        if trials is None:
-            trials = HELD_OUT_LOCKSTEP
-        if not trials:
-            return None, None
+    def _judged(self, exam: TeamExam) -> Team:
+        """What was put together, or the given advice where that stays, and the bouts that it was tried by."""
+        job, advice = self._job, exam.best
+        team = Team(advice, tuple(self._runs), tuple(exam.verdicts), job.seed, job.opponent, None, None)
+        trials = HELD_OUT_LOCKSTEP if job.held_out is None else job.held_out
+        if not trials and job.given is None:
+            self._keep(advice)
+            return team
         with open_session_within(Junior, self._stage, self._recorder) as session:
             ring = open_ring(session.robot)
-            tally = play_held_out(session, ring, AdviceController(advice), seed=seed, trials=trials)
-            player = RandomController(generator(seed, Branch.CONTROLLER))
-            return tally, play_held_out(session, ring, player, seed=seed, trials=min(trials, RANDOM_BOUTS))
+            if job.given is not None:
+                standing = self._challenge(session, ring, job.given, advice)
+                advice = advice if standing.beaten else job.given
+                team = replace(team, advice=advice, challenge=standing.challenge)
+            self._keep(advice)
+            if not trials:
+                return team
+            at_random, done = min(trials, RANDOM_BOUTS), count(1)
 
-    def _play(self, advices: Sequence[Advice]) -> list[list[PlayedBouts]]:
-        """Bouts by each of several advices, from the same poses."""
+            def each(_: Bout) -> None:
+                self._display.played(next(done), trials + at_random)
+
+            tally = play_held_out(session, ring, AdviceController(advice), seed=job.seed, trials=trials, each=each)
+            player = RandomController(generator(job.seed, Branch.CONTROLLER))
+            random = play_held_out(session, ring, player, seed=job.seed, trials=at_random, each=each)
+            return replace(team, tally=tally, random=random)
+
+    def _challenge(self, session: Session[Junior], ring: Ring, given: Advice, learnt: Advice) -> ChallengeStanding:
+        """Have what was put together challenge the given advice, and keep it where that stays."""
+        standing = ChallengeStanding(given)
+        hold_challenge(session, ring, standing, learnt, seed=self._job.seed, tell=self._say)
+        if not standing.beaten:
+            self._job.outputs.learnt(learnt)
+        return standing
+
+    def _keep(self, advice: Advice) -> None:
+        """Put what is handed out into the log and into a file."""
+        if self._recorder is not None:
+            self._recorder.advice(advice.to_dict())
+            attach(self._recorder, ADVICE, advice_text(advice).encode())
+        self._job.outputs.save(advice)
+
+    def _play(self, advices: Sequence[Advice], most: int) -> list[list[PlayedBouts]]:
+        """Bouts by each of several advices, from the same poses; there will be so many in the exam at the most."""
         parts = parts_of(BOUTS)
         url, seed = self._job.urls[0], self._job.seed
         tasks = [BoutsTask(url, advice, seed, Branch.VALIDATION, numbers) for advice in advices for numbers in parts]
@@ -337,6 +391,8 @@ class _TeamWork:
 
         def take(place: int, result: PlayedBouts) -> None:
             played.append(result)
+            self._examined += len(result.outcomes)
+            self._display.examined(self._examined, most)
             if self._recorder is not None:
                 self._recorder.team_bouts(EXAM, tasks[place].numbers[0], result)
 
@@ -347,7 +403,7 @@ class _TeamWork:
         """Say how it goes, in the log as well; what is in it so far is safe then, since no time of it passes meanwhile."""
         self._say(text)
         if self._recorder is not None:
-            self._recorder.note(TEAM, text)
+            self._recorder.note(TEAM, text.removesuffix("."))
             self._recorder.flush()
 
     def _say(self, text: str) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus, spelled_out
+from firmware_protocol.vocabulary import ANY_STIMULUS, RobotClass, Speed, Stimulus
 from hil.doors import DocumentError, parse_json
 from hil.explaining.explanation import explain
 from hil.explaining.history import LearningHistory
@@ -185,7 +185,7 @@ def _lesson(one: Explanation) -> LearntManeuver:
     when = SEEN[entry.current & 3] + TOUCHED[entry.current >> 2 & 3] + before
     steps = tuple(step_of(action) for action in entry.actions)
     times = "once" if entry.evaluations == 1 else f"{entry.evaluations:,} times"
-    return LearntManeuver(when, steps, spelled_out(entry.actions), f"worth {entry.fitness:.2f}, tried {times}", _why(one))
+    return LearntManeuver(when, steps, entry.in_words, f"worth {entry.fitness:.2f}, tried {times}", _why(one))
 
 
 def rules_of(text: str) -> tuple[list[LearntManeuver], list[str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from firmware_protocol.vocabulary import stimulus_label
@@ -19,6 +20,7 @@ from hil.mcaplog.records import (
     TeamVerdictRecord,
     TrialRecord,
 )
+from hil.sumo.challenging import challenge_in_words, facts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
     from hil.sumo.bouts import Bout
     from hil.sumo.ring import Encounter
     from hil.sumo.team import CoachedRun, PlayedBouts
-    from pal_advisor.maneuvers import Credit, GenerationRecord, Performance, TeamVerdict, Trial
+    from pal_advisor.maneuvers import Challenge, ChallengeVerdict, Credit, GenerationRecord, Performance, TeamVerdict, Trial
 
 
 class SumoLog(ABC):
@@ -135,6 +137,27 @@ class SumoLog(ABC):
             verdict.run, previous, current, score.wins, score.trials, score.seconds, score.value, verdict.kept
         )
         self.record("/pal/verdict", record, self.now)
+
+    def challenge_verdict(self, verdict: ChallengeVerdict) -> None:
+        """A pair of a challenge is complete.
+
+        Args:
+            verdict: How it stands.
+        """
+        left = f"won by the {verdict.winner}" if verdict.winner else "it goes on"
+        self.note(
+            "challenge",
+            f"challenge, pair {verdict.pair}: {verdict.ahead} ahead, {verdict.behind} behind; {left}",
+            **asdict(verdict),
+        )
+
+    def challenge(self, challenge: Challenge) -> None:
+        """A challenge is over.
+
+        Args:
+            challenge: It.
+        """
+        self.note("challenge", challenge_in_words(challenge), **facts(challenge))
 
     def trial(self, trial: Trial, encounter: Encounter, performance: Performance, fitness: float) -> None:
         """A maneuver was performed for the learner.

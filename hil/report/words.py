@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
-from firmware_protocol.vocabulary import codes, spelled_out
+from firmware_protocol.vocabulary import codes
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.happened.words import interruptions_said, results_said, stops_said
 from hil.report.learning_figures import Category, category_name, situation, sort_key
@@ -35,6 +35,8 @@ SITUATION: Final = "The eyes that see it"
 """Head of the column that names situations, as it heads the legends of pictures."""
 COACHING: Final = "coaching"
 """Title of the series of bouts in which something is learnt."""
+HELD_OUT: Final = "bouts played by the advice"
+"""Title of the series of bouts that an advice is judged by."""
 
 
 def title_of(data: RunData) -> str:
@@ -73,6 +75,15 @@ def played_bouts(data: RunData) -> list[BoutPath]:
     """Bouts in which nothing was learnt."""
     learnt = {bout.number for bout in coaching_bouts(data)}
     return [bout for bout in data.bouts if bout.number not in learnt]
+
+
+def main_series(played: Sequence[BoutPath]) -> str:
+    """Title of the series that tells most of what was learnt: held-out bouts, else the first.
+
+    Args:
+        played: Bouts in which nothing was learnt, at least one.
+    """
+    return HELD_OUT if any(bout.series == HELD_OUT for bout in played) else played[0].series
 
 
 def summary(data: RunData) -> list[str]:
@@ -183,7 +194,7 @@ def learnt_table(data: RunData) -> ReportTable | None:
     rows = tuple(
         (
             category_name(situation(entry)),
-            spelled_out(entry.actions),
+            entry.in_words,
             codes(entry.actions),
             ", ".join(entry.names) or "—",
             f"{entry.fitness:.2f}",

@@ -35,6 +35,7 @@ from hil.report.words import (
     effort_table,
     learnt_table,
     link_table,
+    main_series,
     metadata_tables,
     oddity_table,
     played_bouts,
@@ -267,7 +268,7 @@ def _bouts(data: RunData, pictures: Pictures) -> Section:
             pictures,
         )
     played = played_bouts(data)
-    first = [bout for bout in played if bout.series == played[0].series]
+    first = [bout for bout in played if bout.series == main_series(played)]
     shown = choose(first, learnt=False)
     name = shortened(first[0].series, 100) if first and first[0].series else "bouts"
     add_picture(
@@ -333,7 +334,7 @@ def _numbers(data: RunData) -> list[tuple[str, str]]:
         found.append((f"{len(over):,}", "bouts"))
     scored = played_bouts(data) or over
     if scored:
-        series = scored[0].series if data.learnt else ""
+        series = main_series(scored) if data.learnt else ""
         those = [bout for bout in scored if bout.series == series or not data.learnt]
         decided = [bout for bout in those if bout.outcome is not BoutOutcome.UNDECIDED]
         if decided:

@@ -13,6 +13,7 @@ from hil.doors import Document, checkpoint_door
 from hil.files.outputs import replace_file
 from hil.seeds import Branch, bout_seed, generator
 from hil.sumo.bouts import MOST_LOSSES, Bout, check_encounter
+from hil.sumo.challenging import ChallengeStanding
 from hil.sumo.ring import OPPONENTS, UNKNOWN, Encounter, Ring, RingError
 from hil.sumo.rivals.rivals import Rivals
 from pal_advisor.fields import FieldError, Fields, shown
@@ -25,6 +26,7 @@ from pal_advisor.maneuvers import (
     Performance,
     StateError,
     Trial,
+    ancestors_of,
     state_digest,
 )
 from pal_advisor.maneuvers.settings import Objective
@@ -153,12 +155,14 @@ class Coaching:
             real time there is nothing to be repeated exactly; in lock-step the bout is played again instead.
         on_unsaved: Is told, in words, when a checkpoint can't be written; coaching goes on. None: that ends it.
         keep: Is given the best advice so far with every checkpoint; None: nobody is.
+        standing: How the advice that it began from holds its place; None where it began from none.
         rivals: The robots that are met in the ring; None: there are none. In self-play they learn of what was learnt.
 
     Attributes:
         progress: How far the run is.
         pal: The adviser.
         unsaved: The last checkpoint could not be written.
+        standing: How the advice that it began from holds its place; None where it began from none.
     """
 
     def __init__(
@@ -174,9 +178,11 @@ class Coaching:
         save_on_cut: bool = False,
         on_unsaved: Callable[[str], None] | None = None,
         keep: Callable[[Advice], object] | None = None,
+        standing: ChallengeStanding | None = None,
         rivals: Rivals | None = None,
     ) -> None:
         self.pal = pal
+        self.standing = standing
         self.unsaved = False
         self._on_unsaved = on_unsaved
         self._keep = keep
@@ -346,6 +352,10 @@ class Coaching:
         """What was learnt so far."""
         return self.pal.advice(opponent=self._ring.opponent, seed=self._seed)
 
+    def best(self) -> Advice:
+        """The best advice so far: the one that it began from until that is beaten, else what was learnt."""
+        return self.advice() if self.standing is None or self.standing.beaten else self.standing.given
+
     def checkpoint(self) -> bytes:
         """All that decides how this run goes on, as a checkpoint holds it."""
         return self._checkpoint_of(self.pal.state_dict())
@@ -359,6 +369,7 @@ class Coaching:
             "wins": self.progress.wins,
             "losses": self.progress.losses,
             "robot_seconds": self.progress.robot_seconds,
+            **({} if self.standing is None else {"challenge": self.standing.to_dict()}),
             **({"vary": self._vary} if self._vary else {}),
             **({} if self._rivals is None else {"rivals": self._rivals.to_dict()}),
             "pal": state,
@@ -378,8 +389,8 @@ class Coaching:
         digest = state_digest(state)
         for observer in self._observers:
             observer.checkpoint(self.pal.used, digest)
-        if self._keep is not None and self.pal.used:
-            self._keep(self.advice())
+        if self._keep is not None and (self.pal.used or self.standing is not None):
+            self._keep(self.best())
 
     def _write(self, path: Path, checkpoint: bytes) -> None:
         """Write the checkpoint; where that fails, say so once."""
@@ -396,14 +407,15 @@ class Coaching:
             self.unsaved = False
 
 
-def new_pal(settings: PalSettings, seed: int) -> Pal:
+def new_pal(settings: PalSettings, seed: int, given: Advice | None = None) -> Pal:
     """An adviser that has learnt nothing.
 
     Args:
         settings: How to coach.
         seed: Seed of the run.
+        given: An advice that was learnt before: what it breeds in phase 2 may descend from its maneuvers. None: there is none.
     """
-    return Pal(settings, generator(seed, Branch.PAL))
+    return Pal(settings, generator(seed, Branch.PAL), {} if given is None else ancestors_of(given, settings))
 
 
 def check_objective(objective: Objective, ring: Ring) -> None:
@@ -432,6 +444,7 @@ class Checkpoint:
         seed: Seed of the run.
         opponent: Name of the opponent.
         progress: How far the run was.
+        standing: How the advice that it began from held its place; None where it began from none.
         vary: Share by which the robot's world differed from bout to bout.
         rivals: The robots that it was coached against; None: it was not against robots.
     """
@@ -442,6 +455,7 @@ class Checkpoint:
     progress: Progress
     vary: float = 0.0
     rivals: Rivals | None = None
+    standing: ChallengeStanding | None = None
 
 
 def load_checkpoint(path: Path) -> Checkpoint:
@@ -504,5 +518,6 @@ def _checkpoint(fields: Fields) -> Checkpoint:
         pal = Pal.from_state(fields.take("pal"))
     except StateError as error:
         raise fields.wrong("pal", str(error)) from error
+    standing = ChallengeStanding.of_fields(fields.table("challenge"), seed) if fields.has("challenge") else None
     fields.done()
-    return Checkpoint(pal, seed, opponent, progress, vary, rivals)
+    return Checkpoint(pal, seed, opponent, progress, vary, rivals, standing)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes, spelled_out
+from firmware_protocol.vocabulary import ANY_STIMULUS, Stimulus, codes
+from hil.sumo.challenging import challenge_in_words
 from hil.sumo.controllers import BUILT_IN
 from hil.sumo.ring import OPPONENTS
+from pal_advisor.maneuvers import Contender
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from hil.sumo.bouts import Tally
     from hil.sumo.coaching import Coaching
     from hil.sumo.team import CoachedRun
-    from pal_advisor.maneuvers import Advice, AdviceEntry, TeamVerdict
+    from pal_advisor.maneuvers import Advice, AdviceEntry, Challenge, TeamVerdict
 
 EYES = {0: "no eye sees it", 1: "the left eye sees it", 2: "the right eye sees it", 3: "both eyes see it"}
 PLAYS = "How it plays"
@@ -64,6 +66,7 @@ def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
     return {
         label(entry): {
             "maneuver": [action.name for action in entry.actions],
+            "period": advice.maneuver(entry).period,
             "fitness": round(entry.fitness, 3),
             "evaluations": entry.evaluations,
             "names": list(entry.names),
@@ -96,12 +99,13 @@ def coaching_summary(
     Returns:
         Lines.
     """
-    progress, advice = coaching.progress, coaching.pal.advice()
+    progress, standing = coaching.progress, coaching.standing
     headline = (
         f"Pal coached Junior against {opponent}: {coaching.pal.used} maneuvers in {progress.bouts} bouts, "
         f"{progress.robot_seconds / 60:.1f} robot minutes, in {wall_seconds:.0f} s."
     )
-    lines = ["", headline, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+    challenge = None if standing is None else standing.challenge
+    lines = ["", headline, *_learnt(coaching.best(), tally, random, opponent=opponent, files=files, challenge=challenge)]
     if by_rival:
         won = ", ".join(f"{one.wins} of {one.trials} against {one.opponent}" for one in by_rival)
         place = next(place for place, line in enumerate(lines) if line.startswith(PLAYS))
@@ -120,6 +124,7 @@ def team_summary(
     robot_seconds: float,
     files: dict[str, object],
     wall_seconds: float,
+    challenge: Challenge | None = None,
 ) -> list[str]:
     """What several runs have learnt together, as `coaching_summary`.
 
@@ -133,6 +138,7 @@ def team_summary(
         robot_seconds: Time that robots performed, in s.
         files: Paths by name.
         wall_seconds: Time it took, in s.
+        challenge: Whether it has taken the place of the advice that was given; None where there was none.
 
     Returns:
         Lines.
@@ -152,7 +158,7 @@ def team_summary(
                 else f"Better with what run {verdict.run} does when {in_words(verdict.category[1])}"
             )
             lines.append(f"  {what}: {score.wins} of {score.trials} bouts won in the team exam.")
-    return [*lines, *_learnt(advice, tally, random, opponent=opponent, files=files)]
+    return [*lines, *_learnt(advice, tally, random, opponent=opponent, files=files, challenge=challenge)]
 
 
 def shortfall(tally: Tally | None, require: float | None) -> str:
@@ -168,14 +174,24 @@ def shortfall(tally: Tally | None, require: float | None) -> str:
     return f"Fewer than the required {require:g} of the held-out bouts were won{none}."
 
 
-def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, opponent: str, files: dict[str, object]) -> list[str]:
-    lines = ["", "What Junior learnt:"]
+def _learnt(
+    advice: Advice,
+    tally: Tally | None,
+    random: Tally | None,
+    *,
+    opponent: str,
+    files: dict[str, object],
+    challenge: Challenge | None = None,
+) -> list[str]:
+    lines = [] if challenge is None else [challenge_in_words(challenge)]
+    stays = challenge is not None and challenge.winner is not Contender.CHALLENGER
+    lines += ["", "What the advice says that stays:" if stays else "What Junior learnt:"]
     for entry in advice.entries:
         called = f", {' and '.join(entry.names)}" if entry.names else ""
         times = "once" if entry.evaluations == 1 else f"{entry.evaluations} times"
         worth = f"Worth {entry.fitness:.1f}, tried {times}."
         lines.append(f"  When {situation_in_words(entry)}: {codes(entry.actions)}{called}. {worth}")
-        lines.append(f"      {spelled_out(entry.actions)}")
+        lines.append(f"      {entry.in_words}")
     lines.append("")
     if tally is None:
         lines.append(f"{PLAYS} was not tried: there were no held-out bouts.")
@@ -188,6 +204,8 @@ def _learnt(advice: Advice, tally: Tally | None, random: Tally | None, *, oppone
     lines.append("")
     kinds = ("advice", "report", "log", "checkpoint")
     lines += [f"{kind.capitalize() + ':':12}{files[kind]}" for kind in kinds if files.get(kind)]
+    if files.get("learnt"):
+        lines.append(f"{'Learnt:':12}{files['learnt']}")
     if files.get("log"):
         lines.append(f"{'Look at it:':12}hil view {files['log']}")
     if files.get("best_log"):

@@ -130,8 +130,9 @@ def shares_won(bouts: int, outcomes: Sequence[int]) -> tuple[NDArray[np.float64]
     if len(outcomes) < LATELY:
         return np.empty(0), np.empty(0)
     won = (np.array(outcomes) == BoutOutcome.WIN).astype(np.float64)
-    share = np.convolve(won, np.full(LATELY, 1.0 / LATELY), mode="valid")
-    return np.arange(len(share), dtype=np.float64) + max(0, bouts - len(outcomes)) + LATELY, share
+    share = np.convolve(won, np.ones(LATELY), mode="valid") / LATELY
+    before = max(0, bouts - 1 - len(outcomes))  # the last one begun has not ended
+    return np.arange(len(share), dtype=np.float64) + before + LATELY, share
 
 
 def score_of(played: Sequence[PlayedBouts]) -> TeamScore:

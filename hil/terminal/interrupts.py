@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Final
 
@@ -23,7 +24,8 @@ def interrupts(operator: Operator | None = None) -> Iterator[None]:
     """Let all of these signals end the run as a KeyboardInterrupt.
 
     While a bridge is open, its next step takes the signal in and raises, so that a log tells of it. Where none is, and when
-    one more signal comes, it is raised at once. Signals that are ignored (as under nohup) stay ignored.
+    one more signal comes, it is raised at once. Signals that are ignored (as under nohup) stay ignored. In another thread than
+    the main one, which no signal comes to, nothing is changed: so it is where a cluster's worker does this.
 
     Args:
         operator: Whose bridges take it in; None: it is raised at once.
@@ -37,7 +39,8 @@ def interrupts(operator: Operator | None = None) -> Iterator[None]:
         asked = True
         operator.ask(INTERRUPT)
 
-    names = [name for name in SIGNALS if hasattr(signal, name)]
+    here = threading.current_thread() is threading.main_thread()
+    names = [name for name in SIGNALS if here and hasattr(signal, name)]
     before = {number: signal.getsignal(number) for number in (getattr(signal, name) for name in names)}
     caught = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
     for number in caught:

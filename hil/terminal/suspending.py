@@ -60,7 +60,7 @@ def around_stop(give_back: Callable[[], None], take_again: Callable[[], None]) -
 
 
 class Suspension:
-    """Sees to Ctrl-Z while robots are connected; a context manager, for the main thread.
+    """Sees to Ctrl-Z while robots are connected; a context manager. In another thread than the main one it does nothing.
 
     Args:
         operator: Whom the signals are told to, and whose steps tell of them.
@@ -100,7 +100,8 @@ class Suspension:
         self._before: dict[signal.Signals, signal.Handlers | Callable[[int, FrameType | None], object] | int | None] = {}
 
     def __enter__(self) -> Self:
-        here = not self._replayed and hasattr(signal, "SIGTSTP")
+        main = threading.current_thread() is threading.main_thread()  # a cluster's worker is in another
+        here = main and not self._replayed and hasattr(signal, "SIGTSTP")
         if here and signal.getsignal(signal.SIGTSTP) is not signal.SIG_IGN:
             handlers = {signal.SIGTSTP: self._ask, signal.SIGCONT: self._continue, signal.SIGALRM: self._give_up}
             self._before = {number: signal.signal(number, handler) for number, handler in handlers.items()}

@@ -93,7 +93,12 @@ class ClusterHands:
     Args:
         client: The connection to it, of Dask.
         url: Address of its scheduler.
+
+    Attributes:
+        board: There is none: nobody tells how far a task is.
     """
+
+    board: None = None
 
     def __init__(self, client: Any, url: str) -> None:  # noqa: ANN401 - Dask is optional, and so are its types
         self._client = client

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
     from concurrent.futures import Future
 
+    from hil.working.progress import ProgressBoard
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -37,9 +39,15 @@ class Hands(Protocol):
 
     Attributes:
         at_once: As many tasks at most are under way; they are begun in the order in which they were submitted.
+        board: What they tell of how far their tasks are; None where nobody tells.
     """
 
     at_once: int
+
+    @property
+    def board(self) -> ProgressBoard | None:
+        """What they tell of how far their tasks are."""
+        ...
 
     def submit(self, function: Callable[[T], R], tasks: Sequence[T]) -> list[Future[R]]:
         """Have tasks done, by new workers where the old ones are gone."""
@@ -67,10 +75,14 @@ class Crew:
 
     Args:
         hands: Who does the tasks.
+
+    Attributes:
+        board: What is told of how far tasks are; None where nobody tells.
     """
 
     def __init__(self, hands: Hands) -> None:
         self._hands = hands
+        self.board = hands.board
 
     def in_order(self, function: Callable[[T], R], tasks: Sequence[T]) -> Generator[R]:
         """Do tasks. One whose worker dies is done again, by another worker, so its result must depend on the task alone.

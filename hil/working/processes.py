@@ -12,6 +12,7 @@ from threading import Event, Thread
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from hil.working.errors import WorkerError
+from hil.working.progress import ProgressBoard
 from hil.working.task import perform
 
 if TYPE_CHECKING:
@@ -40,17 +41,26 @@ class ProcessHands:
 
     Args:
         workers: How many.
+
+    Attributes:
+        board: What they tell of how far their tasks are.
     """
 
     def __init__(self, workers: int) -> None:
         self.at_once = workers
+        self.board = ProgressBoard()
         self._pool: ProcessPoolExecutor | None = None
         self._processes: set[BaseProcess] = set()
 
     def submit(self, function: Callable[[T], R], tasks: Sequence[T]) -> list[Future[R]]:
         """See `Hands.submit`."""
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(self.at_once, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+            self._pool = ProcessPoolExecutor(
+                self.at_once,
+                mp_context=multiprocessing.get_context("spawn"),
+                initializer=_begin,
+                initargs=(self.board,),
+            )
         others = set(multiprocessing.active_children()) - self._processes
         try:
             with _kept_from_the_terminal():
@@ -179,8 +189,24 @@ def interruptible() -> Iterator[None]:
         _INTERRUPTION.interrupts = False
 
 
-def _begin() -> None:
+_BOARDS: Final[list[ProgressBoard]] = []
+"""Where this process tells how far its tasks are; none, where nobody looks on."""
+
+
+def tell(place: int, *numbers: float) -> None:
+    """Tell how far a task is, wherever that is done; see `ProgressBoard.tell`.
+
+    Args:
+        place: The task's place.
+        *numbers: How far it is, 0..1, and something else.
+    """
+    for board in _BOARDS:
+        board.tell(place, *numbers)
+
+
+def _begin(board: ProgressBoard) -> None:
     """Begin as a worker: leave the terminal's signals to the first process, and end when that is no more."""
+    _BOARDS.append(board)
     for name in _FROM_THE_TERMINAL:
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.SIG_IGN)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus, stimulus_label
+from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus, spelled_out, stimulus_label
 from pal_advisor.fields import FieldError, Fields, SettingsError, shown
 from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD, Objective, PalSettings
 
@@ -48,6 +48,12 @@ class AdviceEntry:
     parents: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     period: float | None = None
+
+    @property
+    def in_words(self) -> str:
+        """The maneuver in words, and its pace where that is its own: `fast forward, twice; stop; each for 0.08 s`."""
+        pace = "" if self.period is None else f"; each for {self.period:g} s"
+        return spelled_out(self.actions) + pace
 
     def to_dict(self) -> dict[str, Any]:
         """The entry as plain values."""

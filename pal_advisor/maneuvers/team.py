@@ -101,6 +101,11 @@ class TeamExam:
         return not self._wanted
 
     @property
+    def at_most(self) -> int:
+        """So many advices will be tried from now on, at the most."""
+        return len(self._wanted) + len(self._categories) * (len(self._advices) - 1)
+
+    @property
     def best(self) -> Advice:
         """The best advice so far; that of the first run before anything was tried."""
         return self._best

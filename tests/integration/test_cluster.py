@@ -180,3 +180,15 @@ def test_dask_that_is_not_installed_is_asked_for(
     assert run([*ASKED, "--scheduler", "tcp://127.0.0.1:8786", "--out", str(tmp_path / "run")]) == 2
     assert "pip install 'distributed>=2024.12'" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_several_coachings_come_to_the_same_as_here(cluster: Cluster, capsys: pytest.CaptureFixture[str]) -> None:
+    asked = ["coach", "--runs", "2", "--budget", "30s", "--held-out", "2", "--no-report", "--quiet"]
+    for where, out in ((["--workers", "2"], "here"), (["--scheduler", cluster.url], "there")):
+        assert run([*asked, *where, "--out", out]) == 0, capsys.readouterr().err
+    files = ["advice.toml", "log.mcap", "run-1.json", "run-1.mcap", "run-2.json", "run-2.mcap", "run.json", "team.json"]
+    assert sorted(path.name for path in Path("there").iterdir()) == files
+    for name in ("advice.toml", "run-1.json", "run-2.json"):
+        assert (Path("there") / name).read_bytes() == (Path("here") / name).read_bytes()
+    for name in ("log.mcap", "run-1.mcap", "run-2.mcap"):
+        assert run(["log", "diff", f"here/{name}", f"there/{name}"]) == 0

@@ -13,9 +13,11 @@ from serving import Stepped, in_thread
 from shell import Shell
 
 import hil
+from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.app import run
 from hil.mcaplog.reading.reader import LogReader
-from hil.sumo.advice_file import load_advice
+from hil.sumo.advice_file import load_advice, save_advice
+from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 from simdevice.junior.profile import JuniorProfile
 from simdevice.serving.endpoints import PtyEndpoint
 from simdevice.sumo.settings import WorldSettings
@@ -148,6 +150,49 @@ def test_a_person_sets_up_judges_and_changes_the_battery(tmp_path: Path) -> None
     assert [event.kind for event in events if event.kind in {"wheels", "bout"}] == ["wheels", "bout", "bout", "bout"]
     assert [what.removeprefix("key ") for what in inputs_of(log)][-1:] == ["interrupt"]
     assert hil.replay(log).difference is None
+
+
+@pytest.mark.nightly
+def test_a_person_judges_a_challenge_which_is_gone_on_with_where_it_was_cut(tmp_path: Path) -> None:
+    given = Advice(PalSettings(mirror=False), (AdviceEntry(ANY_STIMULUS, 0, (Action.FF,) * 4, 1.0, 1),), "flat-light", 1)
+    save_advice(given, tmp_path / "given.toml")
+    bouts = 0
+    with handled() as (robot, url), Shell(tmp_path) as shell:
+
+        def judge(key: str, placed: str = "") -> None:
+            nonlocal bouts
+            bouts += 1
+            shell.until(f"Bout {bouts}: set up both robots{placed}, and say")
+            robot.set_up(bouts)
+            shell.types("\n")
+            shell.until(f"Bout {bouts}: how does it end?")
+            robot.until(lambda: robot.world.device.wheels != (0.0, 0.0))
+            shell.types(key)
+
+        words = ("--reset", "ask", "--held-out", "0", "--no-report")
+        shell.types(hil_on("coach", url, *words, "--budget", "1", "--from", "given.toml", "--out", "run"))
+        judge("d")
+        shell.until("Challenge: what was learnt and the given advice play bouts in turn")
+        judge("l")
+        judge("w", " as for the bout before")
+        shell.until("2 bouts played: of the pairs that only one of them won, 0 went to what was learnt and 1 to the other")
+        judge("l")
+        shell.until("set up both robots as for the bout before")
+        shell.types("\x03")
+        assert "The best advice so far: run/advice.toml" in shell.until("Interrupted.")
+        bouts = 0
+        shell.types(hil_on("coach", url, *words, "--resume-from", "run", "--out", "again"))
+        shell.until("3 of them played already")
+        judge("w")
+        for _ in range(3):
+            judge("l")
+            judge("l", " as for the bout before")
+        told = shell.until("Learnt:")
+    assert "The given advice stays" in told
+    assert load_advice(tmp_path / "run" / "advice.toml") == load_advice(tmp_path / "again" / "advice.toml") == given
+    assert load_advice(tmp_path / "again" / "learnt-advice.toml").opponent == "unknown"
+    for name in ("run", "again"):
+        assert hil.replay(tmp_path / name / "log.mcap").difference is None
 
 
 @pytest.mark.slow

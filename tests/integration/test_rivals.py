@@ -13,6 +13,7 @@ from firmware_protocol.errors import PeerLostError
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.app import run
 from hil.connecting.connecting_all import connect_all_as
+from hil.mcaplog.checking import check_log
 from hil.policies import Policy, save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import load_advice, save_advice
@@ -193,6 +194,7 @@ def test_the_log_of_a_coaching_against_robots_holds_all_that_decides(folder: Pat
     assert found["held_out"]["trials"] == sum(tally["trials"] for tally in found["held_out_by_rival"]) == 1
     assert ",".join(tally["opponent"] for tally in found["held_out_by_rival"]) == found["opponent"]
     assert load_advice(Path("first/advice.toml")).opponent == found["opponent"]
+    assert check_log(Path("first/log.mcap")).passed
     for file in folder.glob("*.*"):
         file.unlink()
     assert replay(Path("first/log.mcap"), strict=True).same

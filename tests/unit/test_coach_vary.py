@@ -28,7 +28,7 @@ def test_a_coaching_in_worlds_that_vary_replays_and_is_gone_on_with_in_such_worl
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    coach = ["coach", "--budget", "12", "--held-out", "0", "--no-report", "--quiet"]
+    coach = ["coach", "--runs", "1", "--budget", "12", "--held-out", "0", "--no-report", "--quiet"]
     assert run([*coach, "--vary", "0.15", "--out", "first"]) == 0
     assert run(["replay", "first", "--quiet"]) == 0
     assert load_checkpoint(Path("first/checkpoint.json")).vary == 0.15

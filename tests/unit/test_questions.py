@@ -112,6 +112,21 @@ def test_a_person_sets_the_ring_up_and_says_how_the_bout_ends(verdict: str, outc
         assert person.armed == [False, True]
 
 
+def test_a_person_is_asked_to_place_both_robots_as_before_where_the_poses_are_to_be_the_same() -> None:
+    person = Person(READY, WON, READY, WON, READY)
+    with person.junior as junior:
+        asked = list[str]()
+        person.questions = Questions(person.operator, None, asked.append)
+        ring = JudgedRing(junior, person.questions)
+        for seed in (1, 2, 2):
+            ring.begin(seed)
+    assert [text.partition(",")[0] for text in asked if "set up" in text] == [
+        "Bout 1: set up both robots",
+        "Bout 2: set up both robots",
+        "Bout 3: set up both robots as for the bout before",
+    ]
+
+
 def test_a_bout_goes_on_until_somebody_says_how_it_ended() -> None:
     person = Person(READY)
     with person.junior as junior:

@@ -27,7 +27,9 @@ def test_no_pose_is_in_two_branches() -> None:
         chosen = {bout_seed(seed, Branch.VALIDATION, number) for number in range(1, 61)}
         judged = {bout_seed(seed, Branch.HELD_OUT_BOUTS, number) for number in range(1, 101)}
         played = {bout_seed(seed, Branch.BOUTS, number) for number in range(1, 101)}
-        assert len(learnt | chosen | judged | played) == len(learnt) + len(chosen) + len(judged) + len(played)
+        tested = {bout_seed(seed, Branch.CHALLENGE, number) for number in range(1, 21)}
+        branches = (learnt, chosen, judged, played, tested)
+        assert len(set.union(*branches)) == sum(map(len, branches))
 
 
 def test_branches_keep_their_numbers() -> None:
@@ -45,5 +47,6 @@ def test_branches_keep_their_numbers() -> None:
         "VALIDATION": 10,
         "TOURNAMENT": 11,
         "RUNS": 12,
+        "CHALLENGE": 13,
         "RIVALS": 14,
     }

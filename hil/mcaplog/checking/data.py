@@ -88,7 +88,7 @@ class DataRules:
         self._known = Channels(lambda text: report("records", 0, text))
         self._open: OpenChunk | None = None
         self._last: dict[int, int] = {}
-        self._clock = 0
+        self._clocks: dict[str, int] = {}
         self._sizes: dict[str, int] = {}
         self._told: tuple[int, dict[str, str]] | None = None
         self.library = ""
@@ -196,16 +196,21 @@ class DataRules:
         topic = self._known.topic(channel)
         self._sizes[topic] = self._sizes.get(topic, 0) + RECORD_HEAD.size + end - begin
         self._check_numbers(offset, topic, channel, number)
-        if topic == STEP:
-            if stamp < self._clock:
-                self._report("our clock", offset, f"a step at {stamp / 1e9:.6f} s comes after one at {self._clock / 1e9:.6f} s")
-            self._clock = stamp
         try:
-            self._known.decoder(channel)(data[begin + MESSAGE_HEAD.size : end])
+            value = self._known.decoder(channel)(data[begin + MESSAGE_HEAD.size : end])[0]
         except UnreadableError as error:
             self._report("entries", offset, f"an entry of {topic} at {stamp / 1e9:.6f} s can't be decoded: {error}")
         except DAMAGE as error:
             self._report("entries", offset, f"an entry of {topic} at {stamp / 1e9:.6f} s is not what its schema says ({error})")
+        else:
+            if topic == STEP:
+                self._check_clock(offset, str(getattr(value, "network", "")), stamp)
+
+    def _check_clock(self, offset: int, network: str, stamp: int) -> None:
+        last = self._clocks.get(network, 0)
+        if stamp < last:
+            self._report("our clock", offset, f"a step at {stamp / 1e9:.6f} s comes after one at {last / 1e9:.6f} s")
+        self._clocks[network] = stamp
 
     def _check_numbers(self, offset: int, topic: str, channel: int, number: int) -> None:
         last = self._last.get(channel, 0)

@@ -50,7 +50,7 @@ OURS: Final[dict[str, str]] = {
     "our metadata": "the first metadata record is `run`, and there is one `config`",
     "our sizes": "the metadata record `sizes`, where there is one, has the bytes of each topic",
     "our numbers": "the sequence numbers of a channel go up, where it has any",
-    "our clock": "the readings of the clock in /bridge/step never go back",
+    "our clock": "the readings of the clock in /bridge/step never go back, on each network",
 }
 
 

@@ -72,11 +72,11 @@ def exam_table(data: RunData) -> ReportTable | None:
             f"{verdict.run:,}",
             f"{verdict.wins:,} of {verdict.trials:,}",
             f"{verdict.score:.3f}",
-            "taken" if verdict.kept else "—",
+            "yes" if verdict.kept else "—",
         )
         for verdict in tried
     )
-    head = ("The eyes that see it", "Maneuver of run", "Won with it", "Score", "")
+    head = ("The eyes that see it", "Maneuver of run", "Won with it", "Score", "Taken")
     return ReportTable("Maneuvers of other runs, tried in the best advice", head, rows, frozenset({1, 2, 3}))
 
 

@@ -45,12 +45,18 @@ class JudgedRing:
         self._outcome = BoutOutcome.UNDECIDED
         self._begun = 0.0
         self._bouts = 0
+        self._poses: int | None = None
 
-    def begin(self, seed: int) -> Stimulus:  # noqa: ARG002 - a person places the robots
-        """Begin a bout, when the person says that the ring is ready; see `Ring.begin`."""
+    def begin(self, seed: int) -> Stimulus:
+        """Begin a bout, when the person says that the ring is ready; see `Ring.begin`.
+
+        The same seed as before has the person place both robots as before.
+        """
         put_aside(self._junior)
         self._bouts += 1
-        text = f"Bout {self._bouts}: set up both robots, and say when the ring is ready."
+        placed = " as for the bout before" if seed == self._poses else ""
+        self._poses = seed
+        text = f"Bout {self._bouts}: set up both robots{placed}, and say when the ring is ready."
         while True:
             self._questions.ask(text, (READY,))
             wait_for_answer(self._junior, self._questions)
