@@ -279,7 +279,7 @@ class _CoachingRun:
         if saved is None:
             standing = None if job.given is None else ChallengeStanding(job.given)
             self._check(standing)
-            pal, progress = new_pal(self._settings(stage), self.seed), None
+            pal, progress = new_pal(self._settings(stage), self.seed, job.given), None
         else:
             pal, progress, standing = saved.pal, saved.progress, saved.standing
             job.outputs.resumed(saved)

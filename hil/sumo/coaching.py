@@ -26,6 +26,7 @@ from pal_advisor.maneuvers import (
     Performance,
     StateError,
     Trial,
+    ancestors_of,
     state_digest,
 )
 from pal_advisor.maneuvers.settings import Objective
@@ -406,14 +407,15 @@ class Coaching:
             self.unsaved = False
 
 
-def new_pal(settings: PalSettings, seed: int) -> Pal:
+def new_pal(settings: PalSettings, seed: int, given: Advice | None = None) -> Pal:
     """An adviser that has learnt nothing.
 
     Args:
         settings: How to coach.
         seed: Seed of the run.
+        given: An advice that was learnt before: what it breeds in phase 2 may descend from its maneuvers. None: there is none.
     """
-    return Pal(settings, generator(seed, Branch.PAL))
+    return Pal(settings, generator(seed, Branch.PAL), {} if given is None else ancestors_of(given, settings))
 
 
 def check_objective(objective: Objective, ring: Ring) -> None:

@@ -3,7 +3,7 @@
 from pal_advisor.fields import SettingsError, StateError
 from pal_advisor.maneuvers.advice import Advice, AdviceEntry, AdviceError
 from pal_advisor.maneuvers.challenge import Challenge, ChallengeVerdict, Contender
-from pal_advisor.maneuvers.coach import Pal
+from pal_advisor.maneuvers.coach import Pal, ancestors_of
 from pal_advisor.maneuvers.decisions import Credit, GenerationRecord, Motive, Origin, Telling, Trial, state_digest
 from pal_advisor.maneuvers.fitness import ObjectiveError, Performance, action_worth, fitness
 from pal_advisor.maneuvers.names import describe
@@ -34,6 +34,7 @@ __all__ = [
     "Telling",
     "Trial",
     "action_worth",
+    "ancestors_of",
     "describe",
     "fitness",
     "state_digest",

@@ -55,6 +55,8 @@ class Pal:
     Args:
         settings: How to coach.
         rng: Source of chance; its state is part of Pal's.
+        ancestors: Maneuvers learnt before, by situation (see `ancestors_of`): with both phases of learning each is refined in
+            phase 2 as the winners of phase 1 are, in turn with these. None of them is a member itself.
 
     Attributes:
         settings: How to coach.
@@ -66,8 +68,11 @@ class Pal:
         credited: What was credited when it was last told something; None before.
     """
 
-    def __init__(self, settings: PalSettings, rng: np.random.Generator) -> None:
+    def __init__(
+        self, settings: PalSettings, rng: np.random.Generator, ancestors: Mapping[Category, Genome] | None = None
+    ) -> None:
         self.settings = settings
+        self._ancestors = dict(ancestors or {})
         self.history: list[GenerationRecord] = []
         self.used = 0
         self.seconds = 0.0
@@ -231,6 +236,8 @@ class Pal:
         if population.phase != self.phase:
             general = self._populations.get((ANY_STIMULUS, home[1]))
             ancestors = general.best(self.settings.exam_best) if general else []
+            if home in self._ancestors and self.settings.phases == "multi":
+                ancestors.insert(0, self._ancestors[home])
             population.begin(self.phase, ancestors, self._rng)
         return population
 
@@ -405,6 +412,7 @@ class Pal:
             "digest": self.digest,
             "greedy": self._greedy,
             **({"kept": kept} if version >= 3 else {}),
+            **({"ancestors": [[list(home), list(one)] for home, one in self._ancestors.items()]} if self._ancestors else {}),
             **({"seconds": self.seconds} if self.settings.robot_time else {}),
             "trace": self._trace.to_list(),
             "history": [{**asdict(record), "category": list(record.category)} for record in self.history],
@@ -446,9 +454,17 @@ class Pal:
             )
         if version >= 3:
             pal._kept = dict(pal._keeping(item, at) for at, item in fields.items("kept"))
+        if fields.has("ancestors"):
+            pal._ancestors = dict(pal._ancestor(item, at) for at, item in fields.items("ancestors"))
         fields.done()
         pal._trace.restore([pal._waiting(item, at, version) for at, item in trace])
         return pal
+
+    def _ancestor(self, data: object, path: str) -> tuple[Category, Genome]:
+        """A maneuver learnt before, and its situation."""
+        fields = Fields.row(data, ("category", "genome"), path, StateError)
+        category = read_category(fields, arms=self.settings.arms_in_stimulus)
+        return category, read_codes(fields, "genome", self.settings.actions, self.settings.actions)
 
     def _keeping(self, data: object, path: str) -> tuple[Category, tuple[Genome, int]]:
         """A maneuver that a situation keeps for a while."""
@@ -473,3 +489,18 @@ class Pal:
         performed = fields.integer("performed", 1, len(genome))
         trial = fields.integer("trial") if fields.has("trial") else 0
         return Waiting(category, genome, performed, fields.number("fitness"), fields.number("age", 0.0), trial)
+
+
+def ancestors_of(advice: Advice, settings: PalSettings) -> dict[Category, Genome]:
+    """The maneuvers of an advice by the situations whose populations they may be ancestors in.
+
+    Args:
+        advice: What was learnt before.
+        settings: How Pal is to coach: where left and right are alike, one of two situations has a population.
+    """
+    found: dict[Category, Genome] = {}
+    for entry in advice.entries:
+        category = entry.previous, entry.current
+        if len(entry.actions) == settings.actions and (not settings.mirror or home_of(category)[0] == category):
+            found[category] = tuple(int(action) for action in entry.actions)
+    return found

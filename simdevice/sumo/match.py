@@ -181,14 +181,14 @@ class Match:
         Raises:
             ValueError: There is no opponent of this name.
         """
-        changed = opponent is not None and opponent != self.name
-        if changed and opponent is not None:
+        before = self.name
+        if opponent is not None:
             opponent_code(opponent)
             self.name = opponent
         if self._vary:
             self.conditions = self._about.drawn(self._vary, stream(seed, Purpose.CONDITIONS))
             self.robot.fit(self.conditions.junior(self._profile))
-        if changed or self._vary:
+        if self.name != before or self._vary:
             self.arena.remove(self.opponent)
             self.opponent = self._make(self.name)
             self.arena.add(self.opponent)

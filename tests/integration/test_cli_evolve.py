@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -53,32 +55,46 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def found(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> dict[str, Any]:
+def found(*arguments: str, status: int = 0) -> dict[str, Any]:
     """What a search says as JSON, without what differs between equal searches."""
-    assert run([*ASKED, "--no-report", "--json", "--quiet", *arguments]) == status
-    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert run([*ASKED, "--no-report", "--json", "--quiet", *arguments]) == status
+    document: dict[str, Any] = json.loads(said.getvalue())
     return {key: value for key, value in document.items() if key not in {"wall_seconds", "run", "log", "checkpoint", "report"}}
 
 
-def test_one_worker_and_two_find_the_same_and_leave_one_log_each(capsys: pytest.CaptureFixture[str]) -> None:
-    one = found(capsys, "--workers", "1", "--out", "one")
-    assert found(capsys, "--workers", "2", "--out", "two") == one
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """A search that one worker has made from its beginning to its end: its folder, which nobody changes, and what it said."""
+    folder = tmp_path_factory.mktemp("whole")
+    with contextlib.chdir(folder):
+        return folder / "one", found("--workers", "1", "--out", "one")
+
+
+def test_one_worker_and_two_find_the_same_and_leave_one_log_each(
+    whole: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    by_one, one = whole
+    by_two = Path("two")
+    assert found("--workers", "2", "--out", "two") == one
     assert [len(generation["cases"]) for generation in one["generations"]] == [7, 7]
-    for name in ("one", "two"):
-        assert sorted(path.name for path in Path(name).iterdir()) == ["checkpoint.json", "log.mcap", "run.json"]
-        assert load_run(Path(name)).state == "done"
-    one_log, two_log = (entries_of(Path(name, "log.mcap")) for name in ("one", "two"))
+    for made in (by_one, by_two):
+        assert sorted(path.name for path in made.iterdir()) == ["checkpoint.json", "log.mcap", "run.json"]
+        assert load_run(made).state == "done"
+    one_log, two_log = (entries_of(made / "log.mcap") for made in (by_one, by_two))
     assert len(one_log) > 14
     assert one_log == two_log
-    assert Path("one/checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()
+    assert (by_one / "checkpoint.json").read_bytes() == (by_two / "checkpoint.json").read_bytes()
     assert run(["replay", "two"]) == 0
     assert "the same" in capsys.readouterr().out
 
 
-def test_an_evaluation_is_the_run_that_anybody_can_make_again(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_evaluation_is_the_run_that_anybody_can_make_again(
+    whole: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
     """The seed and case that the log tells are those of a run of `hil swarm surround`, with workers, of the same fitness."""
-    found(capsys, "--out", "search")
-    entry = next(LogReader(Path("search/log.mcap")).entries(["/surround/evaluation"])).value
+    entry = next(LogReader(whole[0] / "log.mcap").entries(["/surround/evaluation"])).value
     asked = ["swarm", "surround", "--case", entry.case, "--steps", "4", "--seed", str(entry.seed), "--workers", "1"]
     assert run([*asked, "--no-report", "--json", "--quiet"]) == 0
     fitness = json.loads(capsys.readouterr().out)["fitness"]
@@ -95,8 +111,8 @@ def test_an_evaluation_depends_on_its_task_alone() -> None:
 
 
 @pytest.mark.parametrize("search", ["random", "exhaustive"])
-def test_other_searches_tell_the_same_facts(capsys: pytest.CaptureFixture[str], search: str) -> None:
-    document = found(capsys, "--search", search, "--budget", "3", "--workers", "2", "--steps", "1")
+def test_other_searches_tell_the_same_facts(search: str) -> None:
+    document = found("--search", search, "--budget", "3", "--workers", "2", "--steps", "1")
     assert document["search"] == search
     assert document["finished"]
     assert document["generations"] == []
@@ -107,9 +123,9 @@ def test_other_searches_tell_the_same_facts(capsys: pytest.CaptureFixture[str], 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_search_that_is_cut_goes_on_to_the_same_end_and_leaves_no_process(
-    folder: Path, capsys: pytest.CaptureFixture[str], number: signal.Signals
+    whole: tuple[Path, dict[str, Any]], folder: Path, capsys: pytest.CaptureFixture[str], number: signal.Signals
 ) -> None:
-    whole = found(capsys, "--out", "whole")
+    uncut, expected = whole
     with Program(folder, sys.executable, "-c", TELLING, *ASKED, "--no-report", "--workers", "2", "--out", "cut") as program:
         program.until("evaluated 9")  # in the middle of the second generation
         program.send(number)
@@ -122,16 +138,14 @@ def test_a_search_that_is_cut_goes_on_to_the_same_end_and_leaves_no_process(
         assert run(["replay", "cut"]) == 0
         assert "interrupted" in capsys.readouterr().out
     reached = load_evolution(Path("cut/checkpoint.json")).evaluations
-    assert 8 <= reached < len(load_evolution(Path("whole/checkpoint.json")).begun[0].done)
-    assert found(capsys, "--resume-from", "cut", "--workers", "2") == whole
+    assert 8 <= reached < len(load_evolution(uncut / "checkpoint.json").begun[0].done)
+    assert found("--resume-from", "cut", "--workers", "2") == expected
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-def test_a_worker_that_dies_again_and_again_ends_it_with_what_is_known(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_worker_that_dies_again_and_again_ends_it_with_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(evolve, "evaluate", die_at_the_last)
-    document = found(capsys, "--out", "run", status=1)
+    document = found("--out", "run", status=1)
     assert not document["finished"]
     assert document["best"]["case"]
     assert load_run(Path("run")).record.state == "fell short"
@@ -163,9 +177,9 @@ def test_what_is_of_a_search_needs_one(capsys: pytest.CaptureFixture[str]) -> No
     assert "--generations is of a search among conditions: it goes with --evolve FITNESS" in capsys.readouterr().err
 
 
-def test_a_resumed_search_is_asked_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
-    found(capsys, "--out", "run")
-    assert run(["swarm", "surround", "--evolve", "focus", "--resume-from", "run"]) == 2
+def test_a_resumed_search_is_asked_nothing_else(whole: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]) -> None:
+    made = str(whole[0])
+    assert run(["swarm", "surround", "--evolve", "focus", "--resume-from", made]) == 2
     assert "begun with evolve contact, not focus" in capsys.readouterr().err
-    assert run(["swarm", "surround", "--resume-from", "run"]) == 2
+    assert run(["swarm", "surround", "--resume-from", made]) == 2
     assert "is the checkpoint of a search among conditions: go on with --evolve" in capsys.readouterr().err

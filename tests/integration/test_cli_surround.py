@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,16 @@ def outcome(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0
     return found
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What a run says that ran to its end; nobody changes what it has left."""
+    said = io.StringIO()
+    with chdir(tmp_path_factory.mktemp("whole")), redirect_stdout(said):
+        assert run([*SMALL, "--json", "--quiet"]) == 0
+        found: dict[str, Any] = json.loads(said.getvalue())
+        return {**found, **{name: str(Path(found[name]).absolute()) for name in ("run", "log", "table")}}
+
+
 def measured(found: dict[str, Any]) -> dict[str, Any]:
     """What is the same for equal runs."""
     return {key: value for key, value in found.items() if key not in {"wall_seconds", "log", "table", "report", "run"}}
@@ -67,8 +78,8 @@ def test_a_run_leaves_tables_log_checkpoint_and_says_what_was_learnt(capsys: pyt
         assert f"{made}/{name}" in said
 
 
-def test_json_says_what_was_measured(capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys)
+def test_json_says_what_was_measured(whole: dict[str, Any]) -> None:
+    found = whole
     assert found["case"] == "B1C1D3L1R6S1W2"
     assert (found["seed"], found["order"], found["steps"], found["unit"]) == (1, "group", 4, "book")
     assert found["robots"] == {"ranger": 6, "wild": 2}
@@ -105,18 +116,18 @@ def test_a_log_replays_entry_for_entry(order: str, capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("address", ["wire=can", "networks=3", "networks=2&wire=can"])
-def test_the_same_is_decided_over_any_wire_and_number_of_networks(address: str, capsys: pytest.CaptureFixture[str]) -> None:
-    expected = outcome(capsys)
+def test_the_same_is_decided_over_any_wire_and_number_of_networks(
+    address: str, whole: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
     found = outcome(capsys, f"sim://swarm?rangers=6&wilds=2&seed=1&{address}")
     names = ("distance", "behaviours", "stimuli")
-    assert {name: found[name] for name in names} == {name: expected[name] for name in names}
+    assert {name: found[name] for name in names} == {name: whole[name] for name in names}
     assert replay(found["log"], strict=True).same
 
 
-def test_what_was_learnt_elsewhere_is_gone_on_from(capsys: pytest.CaptureFixture[str]) -> None:
-    first = outcome(capsys)
-    control = outcome(capsys, "--no-learning", "--table-in", first["table"])
-    learnt = {one["number"]: one["weights"] for one in first["stimuli"]}
+def test_what_was_learnt_elsewhere_is_gone_on_from(whole: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    control = outcome(capsys, "--no-learning", "--table-in", whole["table"])
+    learnt = {one["number"]: one["weights"] for one in whole["stimuli"]}
     assert {one["number"]: one["weights"] for one in control["stimuli"] if one["number"] in learnt} == learnt
     assert replay(control["log"]).same
 
@@ -124,7 +135,7 @@ def test_what_was_learnt_elsewhere_is_gone_on_from(capsys: pytest.CaptureFixture
 def test_a_run_cut_and_resumed_equals_the_run_not_cut(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = outcome(capsys, "--seeds", "2")
+    uncut = outcome(capsys, "--seeds", "2")
     rounds = 0
     move = Swarm.move
 
@@ -147,22 +158,22 @@ def test_a_run_cut_and_resumed_equals_the_run_not_cut(
     assert load_run(newest).state == "interrupted"
     assert run(["swarm", "surround", "--resume", "--no-report", "--json", "--quiet"]) == 0
     resumed = json.loads(capsys.readouterr().out)
-    assert [measured(one) for one in resumed["runs"]] == [measured(one) for one in whole["runs"]]
-    assert Path(resumed["runs"][1]["table"]).read_bytes() == Path(whole["runs"][1]["table"]).read_bytes()
+    assert [measured(one) for one in resumed["runs"]] == [measured(one) for one in uncut["runs"]]
+    assert Path(resumed["runs"][1]["table"]).read_bytes() == Path(uncut["runs"][1]["table"]).read_bytes()
     assert replay(resumed["log"], strict=True).same
 
 
-def test_a_checkpoint_of_before_is_refused_by_words_that_say_what_to_do(capsys: pytest.CaptureFixture[str]) -> None:
-    made = Path(outcome(capsys)["run"])
-    saved = json.loads((made / "checkpoint.json").read_text())
+def test_a_checkpoint_of_before_is_refused_by_words_that_say_what_to_do(
+    whole: dict[str, Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved = json.loads(Path(whole["run"], "checkpoint.json").read_text())
     Path("old.json").write_text(json.dumps({**saved, "version": 1}))
     assert run(["swarm", "surround", "--resume-from", "old.json"]) == 2
     assert "old.json is a checkpoint of version 1" in capsys.readouterr().err
 
 
-def test_nothing_else_is_asked_of_a_resumed_run(capsys: pytest.CaptureFixture[str]) -> None:
-    made = outcome(capsys)["run"]
-    assert run(["swarm", "surround", "--resume-from", made, "--gain", "0.7"]) == 2
+def test_nothing_else_is_asked_of_a_resumed_run(whole: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["swarm", "surround", "--resume-from", whole["run"], "--gain", "0.7"]) == 2
     assert "was begun with gain 0.5, not 0.7" in capsys.readouterr().err
 
 
@@ -219,25 +230,25 @@ def test_the_report_shows_distances_and_says_who_was_missing(capsys: pytest.Capt
     assert (again / "report.html").read_text() == text
 
 
-def test_no_picture_comes_from_what_the_table_says_of_itself(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_picture_comes_from_what_the_table_says_of_itself(whole: dict[str, Any]) -> None:
     """Without TABLE_STATE the same is drawn, and said, of the run; frames of the link are counted, whatever they hold."""
-    log = Path(outcome(capsys)["log"])
+    log = Path(whole["log"])
     topics = {entry.topic for entry in LogReader(log).raw_entries()}
     assert "/mavlink/table_state" in topics
     copy_log(LogReader(log), Path("without.mcap"), topics=lambda topic: topic != "/mavlink/table_state")
     states = [entry.topic for entry in LogReader(log).raw_entries() if entry.topic == "/surround/state"]
     copy_log(LogReader(log), Path("states.mcap"), topics=lambda topic: topic == "/surround/state")
     assert len(states) == 5
-    whole, without, alone = (write_report(one, Path(one.stem)) for one in (log, Path("without.mcap"), Path("states.mcap")))
+    every, without, alone = (write_report(one, Path(one.stem)) for one in (log, Path("without.mcap"), Path("states.mcap")))
 
     def drawn(report: ReportFiles, *but: str) -> dict[str, bytes]:
         return {path.name: path.read_bytes() for path in report.pictures if path.stem not in but}
 
-    pictures = drawn(whole, "link", "course")
+    pictures = drawn(every, "link", "course")
     assert len(pictures) == 7
     assert drawn(without, "link", "course") == drawn(alone) == pictures
-    assert drawn(without, "link") == drawn(whole, "link"), "robots say themselves what state they are in"
-    assert whole.summary[0] == without.summary[0] == alone.summary[0]
+    assert drawn(without, "link") == drawn(every, "link"), "robots say themselves what state they are in"
+    assert every.summary[0] == without.summary[0] == alone.summary[0]
 
 
 def test_steps_of_a_report_are_chosen(capsys: pytest.CaptureFixture[str]) -> None:

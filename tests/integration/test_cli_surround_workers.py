@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -49,11 +51,21 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def outcome(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
+def outcome(*arguments: str) -> dict[str, Any]:
     """What a run says as JSON."""
-    assert run([*ASKED, *arguments]) == 0
-    found: dict[str, Any] = json.loads(capsys.readouterr().out)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert run([*ASKED, *arguments]) == 0
+    found: dict[str, Any] = json.loads(said.getvalue())
     return found
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """Two runs that two workers have made, with a report: where, which nobody changes, and what was said of them."""
+    folder = tmp_path_factory.mktemp("both")
+    with contextlib.chdir(folder):
+        return folder, outcome("--seeds", "2", "--workers", "2", "--out", "two", "--report")
 
 
 def runs_of(found: dict[str, Any]) -> list[dict[str, Any]]:
@@ -75,17 +87,16 @@ def files(folder: Path, names: Iterable[str]) -> list[bytes]:
     return [(folder / name).read_bytes() for name in names]
 
 
-def test_the_number_of_workers_changes_nothing_and_each_run_is_one_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    one = outcome(capsys, "--seeds", "2", "--workers", "1", "--out", "one")
-    two = outcome(capsys, "--seeds", "2", "--workers", "2", "--out", "two")
-    alone = outcome(capsys, "--seed", "2", "--out", "alone")
+def test_the_number_of_workers_changes_nothing_and_each_run_is_one_of_its_own(both: tuple[Path, dict[str, Any]]) -> None:
+    folder, two = both
+    one = outcome("--seeds", "2", "--workers", "1", "--out", "one")
+    alone = outcome("--seed", "2", "--out", "alone")
     assert runs_of(one) == runs_of(two)
     assert runs_of(two)[1:] == runs_of(alone)
     made = ("tables-1.toml", "tables-2.toml", "checkpoint.json")
-    assert files(Path("one"), made) == files(Path("two"), made)
-    assert run(["log", "diff", "one", "two"]) == 0
-    capsys.readouterr()
-    told = states(two["log"])
+    assert files(Path("one"), made) == files(folder / "two", made)
+    assert run(["log", "diff", "one", str(folder / "two")]) == 0
+    told = states(folder / two["log"])
     assert [(state.seed, state.step) for _, state in told] == [(seed, step) for seed in (1, 2) for step in range(4)]
     times = [time for time, _ in told]
     assert times == sorted(times)
@@ -93,11 +104,13 @@ def test_the_number_of_workers_changes_nothing_and_each_run_is_one_of_its_own(ca
     assert [state.digest for _, state in told[4:]] == [state.digest for _, state in states(alone["log"])]
 
 
-def test_its_log_makes_a_report_and_is_not_replayed(capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys, "--seeds", "2", "--workers", "2", "--report")
-    page = Path(found["report"]).read_text()
+def test_its_log_makes_a_report_and_is_not_replayed(
+    both: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, found = both
+    page = (folder / found["report"]).read_text()
     assert "seed" in page
-    assert run(["replay", found["log"]]) == 2
+    assert run(["replay", str(folder / found["log"])]) == 2
     assert "is of 'swarm surround --workers': only" in capsys.readouterr().err
 
 
@@ -130,9 +143,9 @@ def test_what_ends_a_run_is_told_in_words(capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.nightly)])
 def test_an_interrupt_leaves_no_process_and_what_is_resumed_equals_the_run_not_cut(
-    capsys: pytest.CaptureFixture[str], folder: Path, number: signal.Signals
+    folder: Path, number: signal.Signals
 ) -> None:
     (folder / "telling.py").write_text(TELLING)
     asked = (*ASKED, "--seeds", "99", "--workers", "2", "--out", "run")
@@ -150,8 +163,8 @@ def test_an_interrupt_leaves_no_process_and_what_is_resumed_equals_the_run_not_c
     assert document["seeds"] == 99
     document["seeds"] = done + 2  # that is enough
     Path("cut.json").write_text(json.dumps(document))
-    resumed = outcome(capsys, "--resume-from", "cut.json", "--workers", "2")
-    assert runs_of(resumed) == runs_of(outcome(capsys, "--seeds", str(done + 2), "--workers", "1"))
+    resumed = outcome("--resume-from", "cut.json", "--workers", "2")
+    assert runs_of(resumed) == runs_of(outcome("--seeds", str(done + 2), "--workers", "1"))
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -37,11 +39,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def played(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, Any]:
-    capsys.readouterr()
-    assert run([*arguments, "--json", "--quiet"]) == 0
-    document: dict[str, Any] = json.loads(capsys.readouterr().out)
+def played(*arguments: str) -> dict[str, Any]:
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        assert run([*arguments, "--json", "--quiet"]) == 0
+    document: dict[str, Any] = json.loads(said.getvalue())
     return document
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+    """A tournament that one worker has played to its end: its folder, which nobody changes, and the result."""
+    folder = tmp_path_factory.mktemp("whole")
+    with contextlib.chdir(folder):
+        return folder / "one", played(*FIELD, "--workers", "1", "--out", "one")
 
 
 def without_places(document: dict[str, Any]) -> dict[str, Any]:
@@ -50,21 +61,21 @@ def without_places(document: dict[str, Any]) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-def test_the_result_is_the_same_for_any_number_of_workers(capsys: pytest.CaptureFixture[str]) -> None:
-    one = played(capsys, *FIELD, "--workers", "1", "--out", "one")
-    two = played(capsys, *FIELD, "--workers", "2", "--out", "two")
+def test_the_result_is_the_same_for_any_number_of_workers(whole: tuple[Path, dict[str, Any]]) -> None:
+    folder, one = whole
+    two = played(*FIELD, "--workers", "2", "--out", "two")
     assert without_places(one) == without_places(two)
     assert one["bouts"] == 12
-    assert Path("one/checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()
-    assert Path("one/tournament.svg").read_text().startswith("<svg")
-    record = json.loads(Path("one/run.json").read_text())
+    assert (folder / "checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()
+    assert (folder / "tournament.svg").read_text().startswith("<svg")
+    record = json.loads((folder / "run.json").read_text())
     assert record["state"] == "done"
     assert record["result"]["summary"].endswith("is the strongest of 3")
 
 
 @pytest.mark.slow
 def test_an_upset_is_recorded_as_it_was_played_and_can_be_replayed_and_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
-    document = played(capsys, "tournament", "chase", "chase2", "hobby", "--bouts", "20", "--workers", "2", "--upsets", "2")
+    document = played("tournament", "chase", "chase2", "hobby", "--bouts", "20", "--workers", "2", "--upsets", "2")
     assert len(document["upsets"]) == 2
     for upset in document["upsets"]:
         log = Path(upset["log"])
@@ -97,9 +108,8 @@ def cut(after: int) -> Callable[[Path, bytes], None]:
 
 @pytest.mark.slow
 def test_one_that_was_cut_goes_on_and_comes_to_the_same(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    whole: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = played(capsys, *FIELD, "--workers", "1")
     with monkeypatch.context() as patched:
         patched.setattr(hil.cli.run_files, "replace_file", cut(3))
         assert run([*FIELD, "--workers", "2", "--out", "runs/cut"]) == 130
@@ -107,19 +117,19 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
     assert "The 8 bouts that were played are in runs/cut/checkpoint.json" in told
     assert "hil tournament --resume-from runs/cut" in told
     assert len(load_checkpoint(Path("runs/cut/checkpoint.json")).bouts) == 8
-    again = played(capsys, "tournament", "--resume", "--workers", "1")
-    assert without_places(again) == without_places(whole)
+    again = played("tournament", "--resume", "--workers", "1")
+    assert without_places(again) == without_places(whole[1])
     assert run(["tournament", "--resume"]) == 2
     assert "that did not finish" in capsys.readouterr().err
 
 
 @pytest.mark.slow
-def test_learnt_advice_enters_by_a_host_and_from_memory(capsys: pytest.CaptureFixture[str]) -> None:
+def test_learnt_advice_enters_by_a_host_and_from_memory() -> None:
     entries = (AdviceEntry(ANY_STIMULUS, 0, (Action.L,) * 2, 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF,) * 2, 1.0, 5))
     save_advice(Advice(PalSettings(actions=2, period=0.1), entries), Path("charge.advice.toml"))
     save_policy(Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3), Path("driver.json"))
     field = ["charge.advice.toml", "memory:charge.advice.toml", "random", "driver.json"]
-    document = played(capsys, "tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
+    document = played("tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
     kinds = {row["name"]: row["kind"] for row in document["table"]}
     assert kinds == {"charge": "advice", "charge+memory": "memory", "random": "random", "driver": "policy"}
     assert all(row["won"] + row["drawn"] + row["lost"] == 12 for row in document["table"])
@@ -146,11 +156,13 @@ def test_a_mistake_is_said_in_words(arguments: list[str], told: str, capsys: pyt
 
 
 @pytest.mark.slow
-def test_what_a_resumed_one_was_begun_with_can_not_be_changed(capsys: pytest.CaptureFixture[str]) -> None:
-    played(capsys, *FIELD, "--workers", "2", "--out", "first")
-    assert run(["tournament", "--resume-from", "first", "chase", "random"]) == 2
+def test_what_a_resumed_one_was_begun_with_can_not_be_changed(
+    whole: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = str(whole[0])
+    assert run(["tournament", "--resume-from", first, "chase", "random"]) == 2
     assert "leave them out" in capsys.readouterr().err
-    assert run(["tournament", "--resume-from", "first", "--bouts", "6"]) == 2
+    assert run(["tournament", "--resume-from", first, "--bouts", "6"]) == 2
     assert "begun with bouts 4, not 6" in capsys.readouterr().err
 
 

@@ -76,7 +76,7 @@ def test_a_key_that_is_held_down_drives_and_the_robot_stands_when_it_is_let_go(t
     ("key", "state"),
     [
         ("e", State.STOPPED),
-        (" ", State.READY),
+        pytest.param(" ", State.READY, marks=pytest.mark.nightly),
         pytest.param("d", State.DISARMED, marks=pytest.mark.nightly),
         pytest.param("\x03", State.DISARMED, marks=pytest.mark.nightly),
     ],

@@ -28,7 +28,7 @@ from simdevice.serving.endpoints import PtyEndpoint, TcpEndpoint
 from simdevice.sumo.junior_world import junior_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from pathlib import Path
 
     from firmware_protocol.wire.fields import Message
@@ -144,6 +144,8 @@ LINES: Final = {
     ),
 }
 VERBS: Final = ("monitor", "bout", "coach", "deploy", "param", "check", "ports", "key", "connect", "connect_all")
+LIKE_COACH: Final = {"bout", "deploy", "param"}
+"""They open a robot by the function by which `coach` does: each of them is tried with every line at night, and with silence."""
 
 
 @pytest.fixture(autouse=True)
@@ -191,17 +193,29 @@ def opposite(line: Line) -> Iterator[str]:
         yield endpoint.url
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] if name in RARER else []) for name in LINES])
-def test_every_command_says_what_is_the_matter(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def said_of(name: str, verbs: Iterable[str], capsys: pytest.CaptureFixture[str]) -> None:
+    """Commands say of a line what they are to say."""
     line = LINES[name]
     with opposite(line) as url:
-        for verb in VERBS:
+        for verb in verbs:
             if name == "full" and verb == "check":
                 continue  # it needs a faster line in any case
             words = line.but.get(verb, line.words)
             said = told(verb, url, capsys)
             assert words in said, f"hil {verb}: {said}"
             assert verb == "ports" or f"hil: {url}: " in said, f"hil {verb}: {said}"
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] if name in RARER else []) for name in LINES])
+def test_every_command_says_what_is_the_matter(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said_of(name, [verb for verb in VERBS if verb not in LIKE_COACH], capsys)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "silence" else [pytest.mark.nightly]) for name in LINES]
+)
+def test_those_that_open_a_robot_alike_say_the_same(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said_of(name, sorted(LIKE_COACH), capsys)
 
 
 def test_every_command_says_who_has_the_port(capsys: pytest.CaptureFixture[str]) -> None:

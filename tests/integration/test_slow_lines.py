@@ -38,7 +38,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.fixture(params=[9600, pytest.param(19200, marks=pytest.mark.nightly), 38400])
+AT_NIGHT = [pytest.param(baud, marks=pytest.mark.nightly) for baud in (19200, 38400)]
+"""Rates between the slowest and one that carries all: what follows of each is tried by `test_line_pace.py`."""
+
+
+@pytest.fixture(params=[9600, *AT_NIGHT])
 def line(request: pytest.FixtureRequest) -> Iterator[tuple[str, int]]:
     """A robot on a slow line: its address, and the interval of its readings in ms."""
     baud: int = request.param

@@ -83,7 +83,9 @@ PLACES: Final = {
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize(
+    "place", [pytest.param(place, marks=[pytest.mark.nightly] if place == "asleep" else []) for place in PLACES]
+)
 def test_a_program_that_is_stuck_keeps_no_robot_driving(place: str, tmp_path: Path) -> None:
     connection, then = PLACES[place]
     code = PROGRAM.format(connection=connection, then=then)
@@ -92,8 +94,17 @@ def test_a_program_that_is_stuck_keeps_no_robot_driving(place: str, tmp_path: Pa
         assert_the_watchdog_stopped(robot, robot.now)
 
 
-@pytest.mark.parametrize("connection", [ONE, SEVERAL])
-@pytest.mark.parametrize("name", ["SIGSTOP", "SIGTSTP", "SIGKILL"])
+@pytest.mark.parametrize(
+    ("name", "connection"),
+    [
+        ("SIGSTOP", ONE),
+        ("SIGTSTP", ONE),
+        ("SIGKILL", ONE),
+        ("SIGSTOP", SEVERAL),
+        pytest.param("SIGTSTP", SEVERAL, marks=pytest.mark.nightly),
+        pytest.param("SIGKILL", SEVERAL, marks=pytest.mark.nightly),
+    ],
+)
 def test_a_program_that_is_stopped_or_killed_keeps_no_robot_driving(name: str, connection: str, tmp_path: Path) -> None:
     code = PROGRAM.format(connection=connection, then="print('driving', flush=True); robots.wait(1000)")
     with served() as (robot, url), Program(tmp_path, sys.executable, "-c", code, url, own_group=True) as program:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, cast
 
@@ -53,6 +54,12 @@ LOOKING: Final = {"which", "find_executable"}
 """Functions that look for a program."""
 
 
+@cache
+def parsed(source: str) -> ast.Module:
+    """A module's code."""
+    return ast.parse(source)
+
+
 def docstrings(tree: ast.Module) -> set[ast.Constant]:
     """Texts that stand alone, as statements."""
     alone = (node.value for node in ast.walk(tree) if isinstance(node, ast.Expr))
@@ -71,7 +78,7 @@ def markers(node: ast.AST) -> set[str]:
 
 def parts(tree: ast.Module) -> Iterator[tuple[ast.stmt, set[str]]]:
     """Top-level statements, each with the markers that it is under; what all tests share is under all of the module's."""
-    whole: set[str] = set()
+    every, whole = markers(tree), set[str]()
     for node in tree.body:
         if isinstance(node, ast.Assign) and any(called(target, "pytestmark") for target in node.targets):
             whole |= markers(node)
@@ -79,7 +86,7 @@ def parts(tree: ast.Module) -> Iterator[tuple[ast.stmt, set[str]]]:
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
             yield node, whole.union(*map(markers, node.decorator_list))
         else:
-            yield node, markers(tree)
+            yield node, every
 
 
 def imported(tree: ast.Module) -> dict[str, str]:
@@ -101,7 +108,7 @@ def wanted(node: ast.stmt, names: dict[str, str], prose: set[ast.Constant]) -> I
         if isinstance(found, ast.Name) and found.id in names:
             yield names[found.id], found.id
         elif isinstance(found, ast.Constant) and isinstance(found.value, str) and found not in prose:
-            name = Path(found.value).name
+            name = found.value.rpartition("/")[2]
             if name not in WORDS or found in first:
                 yield from ((marker, name) for marker, programs in PROGRAMS.items() if name in programs)
             yield from ((marker, text) for marker, texts in USES.items() for text in texts if text in found.value)
@@ -109,7 +116,7 @@ def wanted(node: ast.stmt, names: dict[str, str], prose: set[ast.Constant]) -> I
 
 def unmarked(source: str) -> list[str]:
     """What a module asks for without the marker."""
-    tree = ast.parse(source)
+    tree = parsed(source)
     names, prose = imported(tree), docstrings(tree)
     return [
         f"line {node.lineno}: {text} needs the marker {marker or '(there is none)'}"
@@ -122,7 +129,7 @@ def unmarked(source: str) -> list[str]:
 def looks(source: str) -> list[str]:
     """Where a module finds out by itself whether a tool is there."""
     found = []
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(parsed(source)):
         if isinstance(node, ast.ImportFrom):
             taken = {alias.name for alias in node.names}
             if taken & LOOKING or (node.module == "simdevice.avr.build" and "missing" in taken):
@@ -148,6 +155,18 @@ def test_what_needs_a_tool_bears_its_marker() -> None:
     found = {str(path): unmarked(path.read_text(encoding="utf-8")) for path in CODE if path.name.startswith("test_")}
     del found[__file__]
     assert {path: lines for path, lines in found.items() if lines} == {}
+
+
+def test_what_needs_a_tool_is_an_integration_test() -> None:
+    """Where tools were hidden before, the gate looks there alone for what was skipped."""
+    found = {
+        path.parent.name
+        for path in CODE
+        if path.name.startswith("test_")
+        and markers(parsed(path.read_text(encoding="utf-8"))) & (PROGRAMS.keys() - {""})
+        and str(path) != __file__
+    }
+    assert found == {"integration", "clients"}
 
 
 @pytest.mark.parametrize(
