@@ -20,7 +20,7 @@ from hil.book.chapters.chapter10 import CLAIMS
 from hil.book.results import store
 from hil.book.sumo.cells import made, shown
 from hil.book.sumo.figures import complexity, curves, maneuvers
-from hil.book.sumo.methods import METHODS, OPPONENTS, SEEDS, SQUARE, Cell
+from hil.book.sumo.methods import LEAST_SEEDS, METHODS, OPPONENTS, SEEDS, SQUARE, Cell
 from hil.book.sumo.page import chapter_10
 from hil.book.sumo.reduction import reduced
 from hil.book.sumo.results import COMMAND, FIGURES, PAGE, RESULTS, stored
@@ -52,7 +52,7 @@ def kept(path: Path) -> dict[Cell, Plain]:
 
 
 def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
-    """Make what is not there.
+    """Make what is not there; Ctrl-C ends it with what there is by then.
 
     Args:
         cells: What is wanted.
@@ -61,17 +61,20 @@ def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
     """
     rows = kept(path)
     missing = [cell for cell in cells if cell not in rows]
-    with open_crew(workers) as crew, path.open("a", encoding="utf-8") as file:
-        for number, row in enumerate(crew.in_order(made, missing), start=1):
-            rows[Cell(**row["cell"])] = row
-            file.write(json.dumps(row) + "\n")
-            file.flush()
-            sys.stderr.write(f"\r{number}/{len(missing)} ")
+    try:
+        with open_crew(workers) as crew, path.open("a", encoding="utf-8") as file:
+            for number, row in enumerate(crew.in_order(made, missing), start=1):
+                rows[Cell(**row["cell"])] = row
+                file.write(json.dumps(row) + "\n")
+                file.flush()
+                sys.stderr.write(f"\r{number}/{len(missing)} ")
+    except KeyboardInterrupt:
+        sys.stderr.write("broken off: what there is by now is told; give the command again for the rest\n")
     return rows
 
 
 def keep(rows: dict[Cell, Plain], results: Path) -> None:
-    """Reduce what happened to the results, each method and opponent whose cells are all there.
+    """Reduce what happened to the results, each method and opponent of which there are seeds enough.
 
     Args:
         rows: What happened.
@@ -81,15 +84,15 @@ def keep(rows: dict[Cell, Plain], results: Path) -> None:
     for cell, row in sorted(rows.items(), key=lambda each: each[0].seed):
         if cell == Cell(cell.method, cell.opponent, cell.seed) and cell.seed in range(1, SEEDS + 1):
             groups.setdefault((cell.method, cell.opponent), []).append(row)
-    for (method, opponent), group in groups.items():
-        if len(group) < SEEDS:
+    for (method, opponent), found in groups.items():
+        group = [row for seed, row in enumerate(found, start=1) if row["cell"]["seed"] == seed]
+        if len(group) < LEAST_SEEDS:
             continue
         result = reduced(group)
         if method == "book":
             result["bout"] = shown(sorted(group, key=lambda row: row["wins"])[len(group) // 2])
         else:
-            for name in ("curves", "winners", "lacking"):
-                del result[name]
+            del result["curves"]
         store(results / f"{method}-{opponent}.json", COMMAND, versions(), result)
 
 
@@ -118,8 +121,9 @@ def main() -> int:
     replace_file(options.page, chapter_10(results).encode())
     for judgement in (claim.judge(results) for claim in CLAIMS):
         claim = judgement.claim
-        found = "" if judgement.measurement is None else f" {judgement.measurement}"
-        sys.stdout.write(f"{judgement.verdict.value:12} {claim.says} {claim.measured}:{found} (asked: {claim.asked})\n")
+        found = "" if judgement.measurement is None else f": {judgement.measurement}"
+        asked = f" (asked: {claim.asked})" if claim.asked else ""
+        sys.stdout.write(f"{judgement.verdict.value:12} {claim.says} {claim.measured}{found}{asked}\n")
     return 0
 
 

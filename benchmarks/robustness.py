@@ -51,10 +51,15 @@ WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
     **METHODS,
     "vary": {"vary": 0.15},
     "vary-30": {"vary": 0.3},
+    "vary-exam": {"exam_vary": 0.15},
     THERE: {THERE: True},
 }
-"""What each changes: settings of Pal, and of the coaching; `team` is what `hil coach` does with emulated robots."""
-NOT_PALS: Final = ("runs", "vary", "paces", THERE)
+"""What each changes: settings of Pal, and of the coaching.
+
+`team` is what `hil coach` does with emulated robots, `team+vary` what it does with `--vary 0.15`. In `team+vary-exam` worlds
+vary in the team exam alone.
+"""
+NOT_PALS: Final = ("runs", "vary", "exam_vary", "paces", THERE)
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "mass": ("mass",),
     "friction": ("friction",),
@@ -182,11 +187,12 @@ def coached(wanted: Wanted) -> dict[str, Any]:
             coaching.run()
         advices.append(coaching.advice())
     exam = TeamExam(advices)
+    exam_vary = f"&vary={changes['exam_vary']:g}" if "exam_vary" in changes else ""
     poses = [bout_seed(wanted.seed, Branch.VALIDATION, number) for number in range(1, BOUTS + 1)]
     while len(advices) > 1 and not exam.finished:
         scores = []
         for advice in exam.wanted:
-            with ring_at(wanted.address(wanted.seed)) as ring:
+            with ring_at(wanted.address(wanted.seed) + exam_vary) as ring:
                 scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
         exam.tell(scores)
     return exam.best.to_dict()

@@ -23,7 +23,7 @@ class Learnt:
         entries: Its entries that can be understood, each situation once.
         objective: What a good maneuver was taken to be; empty where that is not said.
         opponent: Against whom; likewise.
-        budget: Maneuvers to be performed; None where that is not said.
+        budget: Maneuvers to be performed; None where that is not said, or robot time counted.
         period: Time an action lasts, in s.
     """
 
@@ -54,7 +54,7 @@ def read_learnt(text: str) -> tuple[Learnt | None, list[str]]:
     said: list[str] = []
     settings = data.get("settings")
     settings = settings if isinstance(settings, dict) else {}
-    period, budget = settings.get("period", _PERIOD), settings.get("budget")
+    period, budget = settings.get("period", _PERIOD), None if settings.get("robot_time") else settings.get("budget")
     if type(period) not in (int, float) or not 0.0 < period <= 60.0 or not math.isfinite(period):
         said.append(f"In the advice, settings.period is {shown(period)}: {_PERIOD:g} s is drawn instead.")
         period = _PERIOD

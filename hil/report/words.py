@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from firmware_protocol.messages import BoutOutcome, OpponentCode
 from firmware_protocol.vocabulary import codes
+from hil.mcaplog.making.slimming import SLIM
 from hil.report.bout_figures import OUTCOME_WORDS
 from hil.report.happened.words import interruptions_said, results_said, stops_said
 from hil.report.learning_figures import Category, category_name, situation, sort_key
@@ -170,6 +171,8 @@ def _link_words(data: RunData) -> str:
     if not link.good:
         if data.surround or data.evaluations:
             return "Workers played the runs, each with robots of its own: this log holds what came of them, and no messages."
+        if SLIM in data.metadata:
+            return "This log was made small: of what came from the robot it has the bytes, and no messages."
         return "Nothing was received from a robot."
     text = f"The link carried {link.good:,} good frames from the robot; "
     if not link.lost and not link.rejected and not link.retries:

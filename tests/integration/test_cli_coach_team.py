@@ -16,9 +16,13 @@ from processes import Program
 
 import hil
 from hil.cli.app import run
+from hil.cli.coach_worker import RunTask, coach_run
+from hil.jobs.team import RunOrder, TeamJob
+from hil.mcaplog import LogReader
 from hil.runs import load_run
 from hil.seeds import run_seed
 from hil.sumo.advice_file import load_advice
+from pal_advisor.fields import Fields
 
 pytestmark = pytest.mark.slow  # processes are started
 ASKED = ("coach", "--runs", "2", "--budget", "70s", "--held-out", "2", "--no-report", "--json", "--quiet")
@@ -88,12 +92,15 @@ def test_the_decisions_and_each_run_are_replayed(whole: tuple[Path, dict[str, An
     assert load_advice(folder / "advice.toml").seed in {run_seed(1, 1), run_seed(1, 2)}, "that of the run it is of"
 
 
-def test_a_run_is_what_it_is_alone() -> None:
-    found("--out", "together", "--seed", "7")
-    asked = ["--budget", "70s", "--end-on-change", "--seed", "7", "--held-out", "0"]
-    assert run(["coach", "--runs", "1", *asked, "--no-report", "--quiet", "--out", "alone"]) == 0
-    alone, together = (json.loads(Path(place).read_text()) for place in ("alone/checkpoint.json", "together/run-1.json"))
-    assert alone == together
+def test_a_run_is_what_it_is_alone(whole: tuple[Path, dict[str, Any]], folder: Path) -> None:
+    together, _ = whole
+    job = TeamJob.of_log(Fields(json.loads((together / "team.json").read_text())), {})
+    order = RunOrder(2, run_seed(1, 2), job.urls[1], job.settings_of_run(2), job.opponent)
+    alone = coach_run(RunTask(order, folder, logged=False))
+    assert (folder / "run-2.json").read_bytes() == (together / "run-2.json").read_bytes()
+    assert not (folder / "run-2.mcap").exists()
+    told = [entry.value for entry in LogReader(together / "log.mcap").entries({"/pal/run"})]
+    assert (told[1].digest, told[1].outcomes) == (alone.digest, alone.outcomes)
 
 
 def test_stopped_and_gone_on_with_it_comes_to_the_same(

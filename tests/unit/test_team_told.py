@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from report_logs import open_recorder
+from report_logs import coaching_log, open_recorder
 from rich.console import Console
 
 from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.cli.coach_files import TeamFiles
 from hil.cli.running import ActiveRun
 from hil.look.reading import read_scene
+from hil.mcaplog.making.slimming import slim
 from hil.report.gather import gather
+from hil.report.learnt import read_learnt
 from hil.report.team.figures import wins_of_runs
 from hil.report.words import summary, title_of
 from hil.report.write import write_report
@@ -96,3 +98,14 @@ def test_an_advice_that_no_file_takes_is_printed(capsys: pytest.CaptureFixture[s
     assert "[[entries]]" in said
     assert files.document(2)["advice"] is None
     assert len(run.failures) == 1
+
+
+def test_a_log_that_was_made_small_and_a_budget_of_time_are_told_of_as_what_they_are(tmp_path: Path) -> None:
+    coaching_log(tmp_path / "log.mcap", budget=60).close()
+    slim(tmp_path / "log.mcap", tmp_path / "slim.mcap")
+    said = told(gather(tmp_path / "slim.mcap"))
+    assert "This log was made small" in said
+    assert "Nothing was received" not in said
+    timed, _ = read_learnt('{"settings": {"budget": 10000000, "robot_time": 960.0}}')
+    assert timed is not None
+    assert timed.budget is None

@@ -96,10 +96,10 @@ def curves(results: StoredResults) -> Figure:
                 axes.plot(steps, line, markevery=2, zorder=2 + mode, **style)
         axes.set_title(PANELS[opponent], fontsize=10)
         axes.set_ylim(0, _FULL)
-        axes.set_xlim(0, None)
         whole_numbers(axes.xaxis)
         if axes.lines:
-            axes.legend(loc="upper right", title="GP steps", title_fontsize=8, fontsize=8)
+            axes.legend(loc="upper left", title="GP steps", title_fontsize=8, fontsize=8)
+    panels[0].set_xlim(0, None)  # which all share
     for axes in panels[3:]:
         axes.set_xlabel("GP step of the sensing mode (20 performances)")
     for axes in panels[::3]:
@@ -112,6 +112,9 @@ def mean_curve(each: Sequence[Sequence[float | None]]) -> NDArray[np.float64]:
 
     Args:
         each: A curve for each seed; None where it has no value yet.
+
+    Returns:
+        A value for each step; NaN where no seed has one.
     """
     length = int(np.median([len(curve) for curve in each])) if each else 0
     values = np.full((len(each), length), np.nan)
@@ -119,8 +122,9 @@ def mean_curve(each: Sequence[Sequence[float | None]]) -> NDArray[np.float64]:
         part = np.array(curve[:length], dtype=np.float64)
         row[: len(part)] = part
     known = ~np.isnan(values)
-    mean: NDArray[np.float64] = np.where(known, values, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    return mean
+    counts = known.sum(axis=0)
+    mean: NDArray[np.float64] = np.where(known, values, 0.0).sum(axis=0) / np.maximum(counts, 1)
+    return np.where(counts > 0, mean, np.nan)
 
 
 def maneuvers(results: StoredResults) -> Figure:

@@ -15,6 +15,8 @@ BUDGET: Final = 1600
 """Maneuvers of a coaching."""
 SEEDS: Final = 8
 """Coaching runs of each method against each opponent, with seeds from 1."""
+LEAST_SEEDS: Final = 4
+"""Of fewer nothing is told."""
 BOUTS: Final = 50
 """Held-out bouts by each advice, the same for all."""
 FLAT: Final = "flat-light"

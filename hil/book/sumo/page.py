@@ -55,9 +55,9 @@ converged, so that a step of its own may take a single performance: counted so, 
 any more.
 
 Ratings of what was learnt are of {BOUTS} held-out bouts, the same for all, and not of the performances it was elected by: the
-best of many noisy ratings is too good. There are {SEEDS} seeds; behind a figure stands its 95 % interval over them, Student's
-for means and Wilson's for shares of runs. The verdicts are those of [what holds](what-holds.md). What is asked is a limit that
-stands for the book's words.
+best of many noisy ratings is too good. There are {SEEDS} seeds where the table says no less; behind a figure stands its 95 %
+interval over them, Student's for means and Wilson's for shares of runs. The verdicts are those of [what
+holds](what-holds.md). What is asked is a limit that stands for the book's words.
 
 **The corner.** The book's is so small that both eyes never see it at once. `corner-light` is a wedge, 14 cm wide and
 right-angled: from the front both eyes look along its sides, but once it has been turned a side faces both. `corner-square` is
