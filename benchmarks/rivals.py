@@ -16,7 +16,7 @@ import json
 import sys
 from collections import defaultdict
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -220,15 +220,18 @@ def table(standings: Standings, dummies: Mapping[tuple[str, str], int], bouts: i
                     cells[group].append(sum(score.share * score.played for score in scores) / played)
             each = [dummies[names[place], dummy] / bouts for dummy in DUMMIES.split(",")]
             cells["dummies"].append(float(np.mean(each)))
-        shown = [_mean(cells[name]) for name in ("rating", *groups, "dummies")]
+        shown = [_mean(cells["rating"]), *(_mean(cells[name], share=True) for name in (*groups, "dummies"))]
         yield f"| {method} | {' | '.join(shown)} |"
     for name in BUILT_IN:
         strength = strengths[names.index(name)]
         yield f"| (by hand: {name}) | {strength.value:.0f} ({strength.ci95[0]:.0f} to {strength.ci95[1]:.0f}) |"
 
 
-def _mean(values: Sequence[float]) -> str:
-    return str(mean_of(np.array(values))) if len(values) > 1 else " ".join(f"{value:.3f}" for value in values)
+def _mean(values: Sequence[float], *, share: bool = False) -> str:
+    if len(values) < 2:
+        return " ".join(f"{value:.3f}" for value in values)
+    mean = mean_of(np.array(values))
+    return str(replace(mean, low=max(mean.low, 0.0), high=min(mean.high, 1.0)) if share else mean)
 
 
 def main() -> int:
