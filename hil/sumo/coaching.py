@@ -509,10 +509,10 @@ def _checkpoint(fields: Fields) -> Checkpoint:
         raise fields.wrong("bouts", f"{progress.bouts} are fewer than were won and lost")
     seed = fields.integer("seed", 0, 2**32 - 1)
     rivals = Rivals.from_fields(Fields(fields.take("rivals"), "rivals")) if fields.has("rivals") else None
-    known = {*OPPONENTS, UNKNOWN} if rivals is None else {rivals.name}
+    known = (*OPPONENTS, UNKNOWN) if rivals is None else (rivals.name,)
     opponent = fields.text("opponent")
     if opponent not in known:
-        raise fields.wrong("opponent", f"expected one of {', '.join(sorted(known))}, not {shown(opponent)}")
+        raise fields.wrong("opponent", f"expected one of {', '.join(known)}, not {shown(opponent)}")
     vary = fields.number("vary", 0.0, 1.0) if fields.has("vary") else 0.0
     try:
         pal = Pal.from_state(fields.take("pal"))

@@ -66,7 +66,7 @@ def per_stimulus(advice: Advice) -> dict[str, dict[str, object]]:
     return {
         label(entry): {
             "maneuver": [action.name for action in entry.actions],
-            "period": advice.maneuver(entry).period,
+            **({} if entry.period is None else {"period": entry.period}),
             "fitness": round(entry.fitness, 3),
             "evaluations": entry.evaluations,
             "names": list(entry.names),

@@ -9,6 +9,7 @@ import pytest
 from firmware_protocol.address import parse_address
 from hil.cli import common
 from hil.cli.app import run
+from hil.jobs.team import TEAM_SETTINGS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,7 +42,7 @@ def test_emulated_robots_are_four(coached: list[TeamJob | None]) -> None:
         assert run(["coach", *asked]) == 0
     assert [job and len(job.urls) for job in coached] == [4] * 5
     settings = [job.settings for job in coached if job]
-    assert (settings[0].robot_time, settings[0].end_on_change) == (960.0, True)
+    assert settings[0] == TEAM_SETTINGS
     assert (settings[2].robot_time, settings[2].budget) == (0.0, 100)
 
 
@@ -104,3 +105,20 @@ def test_a_run_that_is_gone_on_with_is_one(coached: list[TeamJob | None], capsys
     assert run(["coach", "--resume"]) == 2
     assert "did not finish: begin one without --resume" in capsys.readouterr().err
     assert not coached
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (["--runs", "1", "--scheduler", "tcp://127.0.0.1:8786"], "--scheduler is for several runs"),
+        (["tcp://127.0.0.1:1", "--scheduler", "tcp://127.0.0.1:8786"], "--scheduler is for several runs"),
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:8786"], "leave one of them out"),
+        (["--scheduler", "here"], "a scheduler has the address tcp://HOST:PORT"),
+    ],
+)
+def test_a_cluster_is_for_several_and_brings_its_workers(
+    coached: list[TeamJob | None], capsys: pytest.CaptureFixture[str], asked: list[str], said: str
+) -> None:
+    assert run(["coach", *asked]) == 2
+    assert not coached
+    assert said in capsys.readouterr().err
