@@ -41,7 +41,10 @@ def running(folder: Path, *words: str) -> Iterator[tuple[subprocess.Popen[str], 
 @pytest.mark.slow
 def test_a_viewer_sees_a_run_and_stops_it_and_the_stop_is_recorded_and_replayed(tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    with running(folder, "coach", "--runs", "1", "--no-report", "--budget", "1000000") as (process, url), ViewerClient(url) as viewer:
+    with (
+        running(folder, "coach", "--runs", "1", "--no-report", "--budget", "1000000") as (process, url),
+        ViewerClient(url) as viewer,
+    ):
         shown = {"/junior/sensors", "/tf", "/arena/scene", "/junior/plot/eyes"}
         viewer.until(lambda _: shown <= set(viewer.channels) and bool(viewer.services))
         assert viewer.info["capabilities"] == ["services"], "nothing can be published, set or asked for but the stop"
