@@ -65,7 +65,7 @@ a square of 3.5 cm with the same mass and friction that stands corner forward: l
 for this page alone.
 
 **For comparison** `outcome` has pairs of stimuli as well, but the objective `outcome`, repeated ratings and credit, as Pal
-coached before it had a model; `product` is what `hil coach` does by default. Each is there with both phases, and (`-single`)
+coached before it had a model; `product` is what `hil coach --runs 1` does. Each is there with both phases, and (`-single`)
 with fine actions alone from the beginning, both with the same number of maneuvers.
 """
 _FIGURES: Final = """\
