@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from rich.console import Group
 from rich.live import Live
@@ -12,11 +11,9 @@ from rich.table import Table
 
 from firmware_protocol.messages import BoutOutcome
 from hil.sumo.summary import situation_label
-from hil.terminal.suspending import around_stop
+from hil.terminal.live_display import LiveDisplay
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rich.console import Console
 
     from hil.sumo.bouts import Bout
@@ -28,7 +25,7 @@ RECENT = 20
 LINES = 10
 
 
-class CoachingDisplay:
+class CoachingDisplay(LiveDisplay):
     """Observes a coaching run and shows it. A context manager.
 
     Args:
@@ -42,10 +39,8 @@ class CoachingDisplay:
     def __init__(
         self, console: Console, settings: PalSettings, *, used: int = 0, seconds: float = 0.0, quiet: bool = False
     ) -> None:
-        self._console = console
         self._timed = settings.robot_time > 0.0
         self._budget = round(settings.robot_time) if self._timed else settings.budget
-        self._quiet = quiet
         self._used = used
         self._seconds = seconds
         self._told = self._done
@@ -55,9 +50,8 @@ class CoachingDisplay:
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
         self._progress = Progress(*columns, console=console)
         self._task = self._progress.add_task("Coaching", total=self._budget, completed=self._done)
-        self._live = Live(console=console, refresh_per_second=8, transient=True, get_renderable=self._render)
-        self._alive = console.is_terminal and not quiet
-        self._shown = ExitStack()
+        live = Live(console=console, refresh_per_second=8, transient=True, get_renderable=self._render)
+        super().__init__(console, live, quiet=quiet)
 
     @property
     def _done(self) -> int:
@@ -77,15 +71,6 @@ class CoachingDisplay:
             f"objective {pal.settings.objective.value}.",
             markup=False,
         )
-
-    def __enter__(self) -> Self:
-        if self._alive:
-            self._shown.enter_context(self._live)
-            self._shown.enter_context(around_stop(self._live.stop, self._live.start))
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._shown.close()
 
     def decision(self, trial: Trial) -> None:
         """Show nothing: a maneuver counts when it was performed."""

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 from rich.live import Live
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from hil.terminal.suspending import around_stop
+from hil.terminal.live_display import LiveDisplay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-    from types import TracebackType
 
     from rich.console import Console
 
@@ -22,7 +20,7 @@ LATER: Final = (EXAM, BOUTS)
 """What comes when the runs are over."""
 
 
-class TeamDisplay:
+class TeamDisplay(LiveDisplay):
     """Shows how far several coachings are, and what is made of them. A context manager.
 
     Args:
@@ -36,22 +34,12 @@ class TeamDisplay:
     def __init__(self, console: Console, runs: int, read: Callable[[int], Sequence[float]] | None, *, quiet: bool) -> None:
         self._read = read
         self._over: set[int] = set()
-        self._alive = console.is_terminal and not quiet
         columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
         self._progress = Progress(*columns, TextColumn("{task.fields[note]}"), console=console)
         self._runs = [self._progress.add_task(f"Run {number}", total=1.0, note="") for number in range(1, runs + 1)]
         self._later = {name: self._progress.add_task(name, total=None, start=False, visible=False, note="") for name in LATER}
-        self._live = Live(console=console, refresh_per_second=4, transient=True, get_renderable=self._render)
-        self._shown = ExitStack()
-
-    def __enter__(self) -> Self:
-        if self._alive:
-            self._shown.enter_context(self._live)
-            self._shown.enter_context(around_stop(self._live.stop, self._live.start))
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._shown.close()
+        live = Live(console=console, refresh_per_second=4, transient=True, get_renderable=self._render)
+        super().__init__(console, live, quiet=quiet)
 
     def run_over(self, place: int) -> None:
         """A run is over.

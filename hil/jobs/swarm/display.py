@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hil.terminal.suspending import around_stop
+from hil.terminal.live_display import LiveDisplay
 
 if TYPE_CHECKING:
-    from types import TracebackType
-
     from rich.console import Console
 
     from hil.swarm.handle import Swarm
@@ -23,7 +20,7 @@ LINES: Final = 5
 """Lines of a run where there is no terminal."""
 
 
-class SurroundDisplay:
+class SurroundDisplay(LiveDisplay):
     """Observes a surround mission and shows it. A context manager.
 
     Args:
@@ -32,13 +29,10 @@ class SurroundDisplay:
     """
 
     def __init__(self, console: Console, *, quiet: bool = False) -> None:
-        self._console = console
-        self._quiet = quiet
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
         self._progress = Progress(*columns, console=console, transient=True)
         self._task = self._progress.add_task("steps")
-        self._alive = console.is_terminal and not quiet
-        self._shown = ExitStack()
+        super().__init__(console, self._progress, quiet=quiet)
 
     def headline(self, swarm: Swarm, case: Case, settings: SurroundSettings) -> None:
         """Say what is about to happen."""
@@ -51,15 +45,6 @@ class SurroundDisplay:
             f"case {case}, {settings.steps} steps.",
             markup=False,
         )
-
-    def __enter__(self) -> Self:
-        if self._alive:
-            self._shown.enter_context(self._progress)
-            self._shown.enter_context(around_stop(self._progress.stop, self._progress.start))
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._shown.close()
 
     def begin(self, seed: int, mission: SurroundMission) -> None:
         """The run of a seed begins, or goes on."""
