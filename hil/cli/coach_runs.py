@@ -87,23 +87,17 @@ def runs_wanted(context: typer.Context, runs: int | None, link: str | None, begu
 
 def _usual(context: typer.Context, link: str | None) -> RunsWanted:
     """As many as there are where nobody has said how many."""
-    if why := _why_not_several(link):
-        return RunsWanted(1, why if parse_address(link or "").scheme == "sim" else "")
+    if link is not None:
+        address = parse_address(link)
+        if address.scheme != "sim":
+            return RunsWanted(1)
+        rehearsed = [name for name in address.options if name not in ALIKE]
+        if rehearsed:
+            return RunsWanted(1, f"{rehearsed[0]} in the address is of one robot")
     if context.params["resume"] or context.params["resume_from"] is not None:
         return RunsWanted(1)
     found = [f"--{name.replace('_', '-')} {why}" for name, why in OF_ONE.items() if context.params[name]]
     return RunsWanted(1, found[0]) if found else RunsWanted(USUAL_RUNS)
-
-
-def _why_not_several(link: str | None) -> str:
-    """Why there is but one of a robot, in words; empty where it is emulated here, as many as are wanted."""
-    if link is None:
-        return ""
-    address = parse_address(link)
-    if address.scheme != "sim":
-        return f"there is one robot at {link}"
-    rehearsed = [name for name in address.options if name not in ALIKE]
-    return f"{rehearsed[0]} in the address is of one robot" if rehearsed else ""
 
 
 def _check_several(context: typer.Context, link: str | None, *, begun: bool) -> None:
