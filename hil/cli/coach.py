@@ -299,15 +299,7 @@ def coach(
         with closing(stage):
             coached = job.perform(stage)
             coaching, tally = coached.coaching, coached.tally
-            document: dict[str, object] = {
-                **coached.facts(),
-                "run": run.folder,
-                "advice": None if files.unsaved else str(files.advice),
-                "learnt": str(files.learnt) if files.learnt.is_file() else None,
-                "checkpoint": None if coaching.unsaved else str(files.checkpoint),
-                "log": run.log_file,
-                "report": None,
-            }
+            document = {**coached.facts(), **files.document(coaching)}
             wall_seconds = clock.now()
             if not as_json:  # before the report is drawn: should that fail, the outcome has been told
                 for line in coaching_summary(

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from pal_advisor.maneuvers import Advice
 
 
-class CoachingFiles(RunFiles):
-    """Where a coaching run leaves what.
+class AdviceFiles(RunFiles):
+    """Where a run that makes an advice leaves what.
 
     Args:
         run: The run.
@@ -56,11 +56,43 @@ class CoachingFiles(RunFiles):
 
     def save_advice(self, advice: Advice) -> None:
         """Write the advice; where that fails, say what it is."""
-        self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite or self._kept)
+        self.unsaved = not self._saved(advice, self.advice, overwrite=self._run.overwrite or self._kept)
 
     def save_learnt(self, advice: Advice) -> None:
         """Write what was learnt beside the advice that stays; where that fails, say what it is."""
-        _saved(self._run, advice, self.learnt, overwrite=self._run.overwrite)
+        self._saved(advice, self.learnt, overwrite=self._run.overwrite)
+
+    def _saved(self, advice: Advice, path: Path, *, overwrite: bool) -> bool:
+        """Write an advice; where that fails, say what it is, and False."""
+        try:
+            save_advice(advice, path, overwrite=overwrite)
+        except AdviceFileError as error:
+            self._run.failed(str(error))
+            common.complain("what was learnt, for no file to hold:")
+            common.complain(advice_text(advice), program=False)
+            return False
+        return True
+
+    def _made(self) -> dict[str, object]:
+        """The run's folder and its files of advice, by name."""
+        return {
+            "run": self._run.folder,
+            "advice": None if self.unsaved else str(self.advice),
+            "learnt": str(self.learnt) if self.learnt.is_file() else None,
+        }
+
+
+class CoachingFiles(AdviceFiles):
+    """Where a coaching run leaves what."""
+
+    def document(self, coaching: Coaching) -> dict[str, object]:
+        """The files, by name.
+
+        Args:
+            coaching: The run, which is over.
+        """
+        checkpoint = None if coaching.unsaved else str(self.checkpoint)
+        return {**self._made(), "checkpoint": checkpoint, "log": self._run.log_file, "report": None}
 
     def tell_how_to_resume(self, coaching: Coaching, words: list[str], signing_key: Path | None) -> None:
         """Say where the work is, and how to go on, by these words; where no file holds it, say what it is."""
@@ -76,7 +108,7 @@ class CoachingFiles(RunFiles):
         self.tell_where("What was learnt so far is", ["hil", "coach", *words], signing_key)
 
 
-class TeamFiles(RunFiles):
+class TeamFiles(AdviceFiles):
     """Where several runs, of which one advice is made, leave what.
 
     Args:
@@ -84,26 +116,10 @@ class TeamFiles(RunFiles):
         advice: Advice file, instead of the one in the run's folder.
         console: Where to say so.
         report: A report is wanted.
-
-    Attributes:
-        advice: Advice file.
-        learnt: Beside it, what was put together where the advice stays that was begun from.
-        unsaved: No file holds the advice.
     """
 
     def __init__(self, run: ActiveRun, advice: Path | None, console: Console, *, report: bool) -> None:
-        super().__init__(run, None if run.run is not None else Path(runs.TEAM), console, report=report)
-        self.advice = run.place(advice, runs.ADVICE)
-        self.learnt = beside(self.advice)
-        self.unsaved = False
-
-    def save_advice(self, advice: Advice) -> None:
-        """Write the advice; where that fails, say what it is."""
-        self.unsaved = not _saved(self._run, advice, self.advice, overwrite=self._run.overwrite)
-
-    def save_learnt(self, advice: Advice) -> None:
-        """Write what was put together beside the advice that stays; where that fails, say what it is."""
-        _saved(self._run, advice, self.learnt, overwrite=self._run.overwrite)
+        super().__init__(run, advice, None if run.run is not None else Path(runs.TEAM), console, report=report)
 
     def document(self, number: int) -> dict[str, object]:
         """The files, by name.
@@ -112,9 +128,7 @@ class TeamFiles(RunFiles):
             number: How many runs there were.
         """
         return {
-            "run": self._run.folder,
-            "advice": None if self.unsaved else str(self.advice),
-            "learnt": str(self.learnt) if self.learnt.is_file() else None,
+            **self._made(),
             "log": self._run.log_file,
             "logs": [str(log) for log in map(self.log_of, range(1, number + 1)) if log is not None],
             "report": None,
@@ -164,15 +178,3 @@ class TeamFiles(RunFiles):
             where = [] if scheduler is None else ["--scheduler", scheduler]
             again = shlex.join(["hil", "coach", *where, "--resume-from", str(folder)])
             self._console.print(f"What was learnt so far is in {folder}. To go on: {again}", markup=False)
-
-
-def _saved(run: ActiveRun, advice: Advice, path: Path, *, overwrite: bool) -> bool:
-    """Write an advice; where that fails, say what it is, and False."""
-    try:
-        save_advice(advice, path, overwrite=overwrite)
-    except AdviceFileError as error:
-        run.failed(str(error))
-        common.complain("what was learnt, for no file to hold:")
-        common.complain(advice_text(advice), program=False)
-        return False
-    return True
