@@ -90,12 +90,11 @@ class TeamHistory:
         Returns:
             An explanation of each entry, in order.
         """
-        wanted, members = list(entries), sorted(self.members.items())
-        found = [next((number for number, member in members if member.has_learnt(entry)), 0) for entry in wanted]
-        return [self._explain(entry, number) for entry, number in zip(wanted, found, strict=True)]
+        return [self._explain(entry) for entry in entries]
 
-    def _explain(self, entry: AdviceEntry, number: int) -> Explanation:
-        """Why an entry is there that comes from the run of a number; 0: from none that is known."""
+    def _explain(self, entry: AdviceEntry) -> Explanation:
+        """Why an entry is there, by the first run that has learnt it."""
+        number = next((number for number, member in sorted(self.members.items()) if member.has_learnt(entry)), 0)
         if not number:
             return Explanation(entry, runs=len(self.members))
         member = self.members[number]
