@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from firmware_protocol.errors import PeerGoneError, PeerLostError
-from firmware_protocol.messages import BoutOutcome, SensorFlag
+from firmware_protocol.messages import SensorFlag
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome
 from hil.bridge.operator import READY
 from hil.statistics import Z95
 from hil.sumo.attended.hands import put_aside, start_after_countdown, wait_for_answer
 from hil.sumo.bouts import MOST_LOSSES, check_encounter
-from hil.sumo.ring import Encounter, lasted
+from hil.sumo.ring import perform
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -267,10 +267,10 @@ def _drive(junior: Junior, maneuver: Maneuver) -> bool:
     Returns:
         It drove to the end, and touched nothing.
     """
-    ticket = junior.start(maneuver)
-    report = junior.follow(ticket)
-    check_encounter(Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket)))
+    encounter = perform(junior, maneuver)
+    check_encounter(encounter)
     junior.wait(_STILL)
+    report = encounter.report
     return report.outcome is Outcome.COMPLETED and not _touched(report)
 
 
