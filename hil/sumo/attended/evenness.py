@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import count
-from math import sqrt
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -18,7 +17,7 @@ from firmware_protocol.errors import PeerGoneError, PeerLostError
 from firmware_protocol.messages import SensorFlag
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome
 from hil.bridge.operator import READY
-from hil.statistics import Z95
+from hil.statistics import Z95, error_of
 from hil.sumo.attended.hands import put_aside, start_after_countdown, wait_for_answer
 from hil.sumo.bouts import MOST_LOSSES, check_encounter
 from hil.sumo.ring import perform
@@ -88,7 +87,7 @@ class WheelDifference:
         """
         left, right = np.abs(np.array(ways)).T
         shares = 2.0 * (left - right) / (left + right)
-        return cls(float(shares.mean()), float(shares.std(ddof=1)) / sqrt(len(shares)), len(shares))
+        return cls(float(shares.mean()), error_of(shares), len(shares))
 
     @property
     def bounds(self) -> tuple[float, float]:
