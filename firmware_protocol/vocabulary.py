@@ -30,6 +30,11 @@ LONGEST_MOVE: Final = 60.0
 MICRO_ROBOT_RADIUS: Final = 0.02
 """Radius of a micro-robot's body, a disc, in m."""
 
+LEAST_PERIOD: Final = 0.02
+"""No action lasts less, in s."""
+MOST_PERIOD: Final = 5.0
+"""No action lasts longer, in s."""
+
 ANY_STIMULUS: Final = 255
 """In a memory slot, "whatever the previous stimulus was"."""
 ANY: Final = "any"
@@ -235,8 +240,8 @@ class Maneuver:
     def __post_init__(self) -> None:
         if not 1 <= len(self.actions) <= MAX_ACTIONS:
             raise ValueError(f"a maneuver has 1 to {MAX_ACTIONS} actions, not {len(self.actions)}")
-        if not 0.02 <= self.period <= 5.0:
-            raise ValueError(f"an action lasts 0.02 to 5 s, not {self.period:g} s")
+        if not LEAST_PERIOD <= self.period <= MOST_PERIOD:
+            raise ValueError(f"an action lasts {LEAST_PERIOD:g} to {MOST_PERIOD:g} s, not {self.period:g} s")
 
     def __str__(self) -> str:
         return codes(self.actions)

@@ -1,4 +1,4 @@
-"""The few statistics that the bridge prints: win rates with intervals, quantiles."""
+"""The few statistics that the bridge prints: win rates with intervals, standard errors, quantiles."""
 
 from __future__ import annotations
 
@@ -25,6 +25,15 @@ def quantile(values: Sequence[float] | NDArray[np.float64], share: float) -> flo
         share: Of them, 0 to 1; 0.5 is the median.
     """
     return float(np.quantile(values, share))
+
+
+def error_of(values: NDArray[np.float64]) -> float:
+    """Standard error of a mean.
+
+    Args:
+        values: Independent values, two or more, shape (n,).
+    """
+    return float(values.std(ddof=1)) / sqrt(len(values))
 
 
 @dataclass(frozen=True)

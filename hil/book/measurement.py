@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from hil.statistics import Z95, Rate
+from hil.statistics import Z95, Rate, error_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -63,15 +63,6 @@ def about(value: float, error: float, count: int, text: str = "") -> Measurement
     """
     half = Z95 * error
     return Measurement(value, value - half, value + half, count, text)
-
-
-def error_of(values: NDArray[np.float64]) -> float:
-    """Standard error of a mean.
-
-    Args:
-        values: Independent values, two or more, shape (n,).
-    """
-    return float(values.std(ddof=1)) / sqrt(len(values))
 
 
 def mean_of(values: NDArray[np.float64]) -> Measurement:

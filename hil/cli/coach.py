@@ -11,6 +11,7 @@ from typing import Annotated, Final
 
 import typer
 
+from firmware_protocol.vocabulary import LEAST_PERIOD, MOST_PERIOD
 from hil.bridge.clock import MonotonicClock
 from hil.cli import common, links
 from hil.cli import live as live_options
@@ -33,7 +34,6 @@ from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary, shortfall
 from pal_advisor.fields import SettingsError
 from pal_advisor.maneuvers import Objective, PalSettings
-from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD
 
 DEFAULTS = PalSettings()
 PACES_IN_TURN: Final = ", ".join(f"{pace:g}" for pace in PACES) + " in turn"

@@ -9,6 +9,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Generic, TypeVar
 
 from firmware_protocol.errors import HilError
+from firmware_protocol.vocabulary import LEAST_PERIOD, MOST_PERIOD
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, MOST_BOUTS, RANDOM_BOUTS, hold_challenge, play_held_out, settings_of
 from hil.jobs.options import MOST_SEED, none_or, opponent_of
 from hil.jobs.session import ADVICE, GIVEN, attach, begin_log, note_cut_short, open_session_within
@@ -26,7 +27,7 @@ from hil.sumo.team import BoutsTask, CoachedRun, PlayedBouts, parts_of, play_bou
 from hil.working import WorkerError
 from hil.working.recorded import Recorded
 from pal_advisor.maneuvers import Advice, AdviceError, Challenge, PalSettings, TeamExam
-from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_BUDGET, MOST_PERIOD
+from pal_advisor.maneuvers.settings import MOST_BUDGET
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:

@@ -508,7 +508,7 @@ def _checkpoint(fields: Fields) -> Checkpoint:
     if progress.wins + progress.losses > progress.bouts + 1:  # the one under way is counted when it is left
         raise fields.wrong("bouts", f"{progress.bouts} are fewer than were won and lost")
     seed = fields.integer("seed", 0, 2**32 - 1)
-    rivals = Rivals.from_fields(Fields(fields.take("rivals"), "rivals")) if fields.has("rivals") else None
+    rivals = Rivals.from_fields(fields.table("rivals")) if fields.has("rivals") else None
     known = (*OPPONENTS, UNKNOWN) if rivals is None else (rivals.name,)
     opponent = fields.text("opponent")
     if opponent not in known:

@@ -199,9 +199,7 @@ class OpenRing:
 
     def engage(self, maneuver: Maneuver) -> Encounter:
         """Have a maneuver performed; see `Ring.engage`."""
-        ticket = self._junior.start(maneuver)
-        report = self._junior.follow(ticket)
-        return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket))
+        return perform(self._junior, maneuver)
 
     def steer(self, driver: Driver) -> tuple[BoutOutcome, float]:  # noqa: ARG002 - as `Ring.steer`
         """There is no end to it; see `Ring.steer`."""
@@ -220,6 +218,18 @@ def open_ring(junior: Junior, opponent: str | None = None) -> Ring:
         opponent: Name of the opponent; None takes what is there.
     """
     return OpenRing(junior, opponent) if junior.referee is None else RefereedRing(junior, junior.referee, opponent)
+
+
+def perform(junior: Junior, maneuver: Maneuver) -> Encounter:
+    """Have a maneuver performed where nobody says how a bout goes.
+
+    Args:
+        junior: The robot.
+        maneuver: What to do.
+    """
+    ticket = junior.start(maneuver)
+    report = junior.follow(ticket)
+    return Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket))
 
 
 def recover(junior: Junior) -> None:

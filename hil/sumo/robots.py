@@ -36,6 +36,15 @@ class Robots(RobotHandles[Junior]):
     def __init__(self, networks: Networks, limits: Limits = Limits()) -> None:  # noqa: B008 - frozen
         super().__init__(Junior, networks, limits)
 
+    def come_together(self) -> None:
+        """Serve whose link is behind: what is asked of all from now on is asked at the same time.
+
+        Raises:
+            LinkError: The links are gone.
+        """
+        while not self.networks.together:
+            self.step()
+
     def stop(self) -> Answers[RobotAck]:
         """Stop all wheels and what is being performed; all stay armed."""
         return self.ask(lambda junior: drive(junior.peer, 0.0, 0.0, 0.0))

@@ -5,9 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from firmware_protocol.vocabulary import ANY, ANY_STIMULUS, MAX_ACTIONS, Action, Maneuver, Stimulus, spelled_out, stimulus_label
+from firmware_protocol.vocabulary import (
+    ANY,
+    ANY_STIMULUS,
+    LEAST_PERIOD,
+    MAX_ACTIONS,
+    MOST_PERIOD,
+    Action,
+    Maneuver,
+    Stimulus,
+    spelled_out,
+    stimulus_label,
+)
 from pal_advisor.fields import FieldError, Fields, SettingsError, shown
-from pal_advisor.maneuvers.settings import LEAST_PERIOD, MOST_PERIOD, Objective, PalSettings
+from pal_advisor.maneuvers.settings import Objective, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

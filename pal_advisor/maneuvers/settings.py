@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, Literal, get_args
 
-from firmware_protocol.vocabulary import MAX_ACTIONS
+from firmware_protocol.vocabulary import LEAST_PERIOD, MAX_ACTIONS, MOST_PERIOD
 from pal_advisor.fields import SettingsError, is_number, shown
 
 if TYPE_CHECKING:
@@ -23,10 +23,6 @@ MOST_AGAIN: Final = 1000
 """No maneuver is handed out again more often in a bout."""
 MOST_BROOD: Final = 100
 """No more children are bred for a place."""
-LEAST_PERIOD: Final = 0.02
-"""No action lasts less, in s."""
-MOST_PERIOD: Final = 5.0
-"""No action lasts longer, in s."""
 MOST_WORTH: Final = 1e6
 """No weight and no time is greater, so that every fitness is a number."""
 BEFORE: Final[Mapping[str, Any]] = {"mirror": False, "surrogate": False, "again": 0, "brood": 1, "exam_whole_bout": False}

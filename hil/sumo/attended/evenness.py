@@ -9,19 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import count
-from math import sqrt
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from firmware_protocol.errors import PeerGoneError, PeerLostError
-from firmware_protocol.messages import BoutOutcome, SensorFlag
+from firmware_protocol.messages import SensorFlag
 from firmware_protocol.vocabulary import Action, Maneuver, Outcome
 from hil.bridge.operator import READY
-from hil.statistics import Z95
+from hil.statistics import Z95, error_of
 from hil.sumo.attended.hands import put_aside, start_after_countdown, wait_for_answer
 from hil.sumo.bouts import MOST_LOSSES, check_encounter
-from hil.sumo.ring import Encounter, lasted
+from hil.sumo.ring import perform
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,7 +87,7 @@ class WheelDifference:
         """
         left, right = np.abs(np.array(ways)).T
         shares = 2.0 * (left - right) / (left + right)
-        return cls(float(shares.mean()), float(shares.std(ddof=1)) / sqrt(len(shares)), len(shares))
+        return cls(float(shares.mean()), error_of(shares), len(shares))
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -267,10 +266,10 @@ def _drive(junior: Junior, maneuver: Maneuver) -> bool:
     Returns:
         It drove to the end, and touched nothing.
     """
-    ticket = junior.start(maneuver)
-    report = junior.follow(ticket)
-    check_encounter(Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket)))
+    encounter = perform(junior, maneuver)
+    check_encounter(encounter)
     junior.wait(_STILL)
+    report = encounter.report
     return report.outcome is Outcome.COMPLETED and not _touched(report)
 
 

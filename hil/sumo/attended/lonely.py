@@ -11,7 +11,7 @@ from hil.sumo.attended.floor import FloorJudge
 from hil.sumo.attended.hands import put_aside, start_after_countdown, wait_for_answer
 from hil.sumo.bouts import check_encounter
 from hil.sumo.driving import drive_until
-from hil.sumo.ring import UNKNOWN, Encounter, lasted
+from hil.sumo.ring import UNKNOWN, Encounter, lasted, perform
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Stimulus
@@ -106,7 +106,5 @@ class LonelyRing:
 
     def _perform(self, maneuver: Maneuver) -> None:
         """Have it performed, and look at the floor."""
-        ticket = self._junior.start(maneuver)
-        report = self._junior.follow(ticket)
-        check_encounter(Encounter(report, report.after, BoutOutcome.UNDECIDED, None, None, lasted(ticket)))
+        check_encounter(perform(self._junior, maneuver))
         self._junior.sense()

@@ -64,15 +64,6 @@ class Pair(Robots):
         """
         self._player = player
 
-    def come_together(self) -> None:
-        """Serve who is behind: what is asked of both from now on is asked at the same time.
-
-        Raises:
-            LinkError: The links are gone.
-        """
-        while not self.networks.together:
-            self.step()
-
     def step(self, wait: float = WAIT) -> list[Event]:
         """Serve both links once, and attend to the player; see `Robots.step`.
 

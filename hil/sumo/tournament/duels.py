@@ -61,24 +61,18 @@ def fight(robots: Robots, home: Player, away: Player, seed: int) -> Duel:
     pairs = list(zip(both, (home, away), strict=True))
     for junior, player in pairs:
         player.prepare(junior)
-    _come_together(robots)
+    robots.come_together()
     for error in robots.arm().errors.values():
         raise error
     referee.reset(seed, OpponentCode.JUNIOR)
     robots.wait(SETTLE)
-    _come_together(robots)
+    robots.come_together()
     for junior, player in pairs:
         player.begin(junior)
     while referee.latest.phase != Phase.OVER:
         robots.step(WAIT)
         for junior, player in pairs:
             player.attend(junior)
-    _come_together(robots)
+    robots.come_together()
     over = referee.latest
     return Duel(BoutOutcome(over.outcome), over.elapsed, (home.maneuvers, away.maneuvers))
-
-
-def _come_together(robots: Robots) -> None:
-    """Serve who is behind: what is asked of both from now on is asked at the same time."""
-    while not robots.networks.together:
-        robots.step(WAIT)
