@@ -13,19 +13,21 @@ from __future__ import annotations
 import argparse
 import json
 from contextlib import contextmanager
-from dataclasses import dataclass
-from itertools import chain
+from dataclasses import dataclass, replace
+from itertools import chain, cycle, islice
 from statistics import mean, stdev
 from typing import TYPE_CHECKING, Final
 
 import hil
-from hil.seeds import Branch, bout_seed
+from firmware_protocol.messages import BoutOutcome
+from hil.seeds import Branch, bout_seed, run_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
 from hil.working import open_crew
-from pal_advisor.maneuvers import PalSettings
+from pal_advisor.maneuvers import PalSettings, TeamExam, TeamScore
+from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -51,13 +53,13 @@ class Run:
         opponent: Against whom.
         seed: Seed of the coaching.
         settings: How to coach.
-        faults: What is wrong with the robot, as in an address.
+        options: What else the address of the robot says, from `&` on.
     """
 
     opponent: str
     seed: int
     settings: PalSettings
-    faults: str = ""
+    options: str = ""
 
 
 @dataclass(frozen=True)
@@ -75,26 +77,85 @@ class Part:
     numbers: range
 
 
+@dataclass(frozen=True)
+class CoachedTeam:
+    """What came of several coachings.
+
+    Attributes:
+        advice: The best of what was learnt.
+        maneuvers: Maneuvers performed in coaching, all runs together.
+        robot_seconds: Time that the robot spent coaching and in the team exam, in s.
+    """
+
+    advice: Advice
+    maneuvers: int
+    robot_seconds: float
+
+
 @contextmanager
-def ring_of(run: Run) -> Iterator[Ring]:
-    """A new emulated robot in a ring."""
-    faults = f"&faults={run.faults}" if run.faults else ""
-    with hil.connect(f"sim://junior?opponent={run.opponent}&seed={run.seed}{faults}") as junior:
+def ring_of(opponent: str, seed: int, options: str = "") -> Iterator[Ring]:
+    """A new emulated robot in a ring.
+
+    Args:
+        opponent: Against whom.
+        seed: Of the robot.
+        options: As for `Run`.
+    """
+    with hil.connect(f"sim://junior?opponent={opponent}&seed={seed}{options}") as junior:
         junior.arm()
         yield open_ring(junior)
 
 
 def coached(run: Run) -> Advice:
     """Coach once."""
-    with ring_of(run) as ring:
+    with ring_of(run.opponent, run.seed, run.options) as ring:
         coaching = Coaching(ring, new_pal(run.settings, run.seed), seed=run.seed)
         coaching.run()
         return coaching.advice()
 
 
+def coached_team(run: Run, paces: Sequence[float], runs: int, exam_options: str = "") -> CoachedTeam:
+    """Coach several times, and hold the team exam where there are several runs.
+
+    Args:
+        run: How; each coaching has a seed of its own, made of this one.
+        paces: Time of an action in one coaching after the other, in turn, in s.
+        runs: How many coachings.
+        exam_options: What the address says in the exam besides.
+    """
+    advices, maneuvers, seconds = [], 0, 0.0
+    for number, pace in enumerate(islice(cycle(paces), runs), start=1):
+        seed = run_seed(run.seed, number)
+        with ring_of(run.opponent, seed, run.options) as ring:
+            coaching = Coaching(ring, new_pal(replace(run.settings, period=pace), seed), seed=seed)
+            coaching.run()
+        advices.append(coaching.advice())
+        maneuvers += coaching.pal.used
+        seconds += coaching.progress.robot_seconds
+    exam = TeamExam(advices)
+    poses = [bout_seed(run.seed, Branch.VALIDATION, number) for number in range(1, BOUTS + 1)]
+    while runs > 1 and not exam.finished:
+        scores = []
+        for advice in exam.wanted:
+            with ring_of(run.opponent, run.seed, run.options + exam_options) as ring:
+                scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
+        seconds += sum(score.seconds for score in scores)
+        exam.tell(scores)
+    return CoachedTeam(exam.best, maneuvers, seconds)
+
+
+def score_of(bouts: Sequence[Bout]) -> TeamScore:
+    """How an advice did.
+
+    Args:
+        bouts: The bouts it played.
+    """
+    return TeamScore(sum(bout.outcome is BoutOutcome.WIN for bout in bouts), len(bouts), sum(bout.time for bout in bouts))
+
+
 def played(part: Part) -> list[Bout]:
     """Play."""
-    with ring_of(part.run) as ring:
+    with ring_of(part.run.opponent, part.run.seed, part.run.options) as ring:
         seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in part.numbers]
         return list(play(ring, AdviceController(part.advice), seeds, part.numbers[0]))
 

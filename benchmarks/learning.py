@@ -17,30 +17,25 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict, dataclass, replace
-from itertools import cycle, islice, product
+from dataclasses import asdict, dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
 
-from firmware_protocol.messages import BoutOutcome
 from hil.book.measurement import Measurement, mean_of
 from hil.jobs.team import PACES, TEAM_SETTINGS
-from hil.seeds import Branch, bout_seed, run_seed
+from hil.seeds import Branch, bout_seed
 from hil.sumo.bouts import Tally, play
-from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.working import open_crew
-from pal_advisor.maneuvers import PalSettings, TeamExam, TeamScore
+from pal_advisor.maneuvers import PalSettings
 from pal_advisor.maneuvers.settings import BEFORE
-from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
-
-    from hil.sumo.bouts import Bout
 
 _TEAM: Final = {name: getattr(TEAM_SETTINGS, name) for name in ("budget", "robot_time", "end_on_change", "progress_weight")}
 METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -154,38 +149,12 @@ def made(cell: Cell) -> Row:
     Args:
         cell: Which.
     """
-    run = Run(cell.opponent, cell.seed, cell.settings, cell.faults)
-    advices, maneuvers, seconds = [], 0, 0.0
-    for number, pace in enumerate(islice(cycle(cell.paces), cell.runs), start=1):
-        seed = run_seed(cell.seed, number)
-        with ring_of(replace(run, seed=seed)) as ring:
-            coaching = Coaching(ring, new_pal(replace(run.settings, period=pace), seed), seed=seed)
-            coaching.run()
-        advices.append(coaching.advice())
-        maneuvers += coaching.pal.used
-        seconds += coaching.progress.robot_seconds
-    exam = TeamExam(advices)
-    poses = [bout_seed(cell.seed, Branch.VALIDATION, number) for number in range(1, BOUTS + 1)]
-    while cell.runs > 1 and not exam.finished:
-        scores = []
-        for advice in exam.wanted:
-            with ring_of(run) as ring:
-                scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
-        seconds += sum(score.seconds for score in scores)
-        exam.tell(scores)
+    run = Run(cell.opponent, cell.seed, cell.settings, f"&faults={cell.faults}" if cell.faults else "")
+    team = coached_team(run, cell.paces, cell.runs)
     seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
-    with ring_of(run) as ring:
-        tally = Tally.of(cell.opponent, list(play(ring, AdviceController(exam.best), seeds)))
-    return Row(cell, tally.wins, tally.losses, tally.median_time_to_win, maneuvers, round(seconds, 3))
-
-
-def score_of(bouts: Sequence[Bout]) -> TeamScore:
-    """How an advice did.
-
-    Args:
-        bouts: The bouts it played.
-    """
-    return TeamScore(sum(bout.outcome is BoutOutcome.WIN for bout in bouts), len(bouts), sum(bout.time for bout in bouts))
+    with ring_of(run.opponent, run.seed, run.options) as ring:
+        tally = Tally.of(cell.opponent, list(play(ring, AdviceController(team.advice), seeds)))
+    return Row(cell, tally.wins, tally.losses, tally.median_time_to_win, team.maneuvers, round(team.robot_seconds, 3))
 
 
 def kept(results: Path) -> dict[Cell, Row]:

@@ -133,7 +133,7 @@ def won(task: DummyBouts) -> int:
         How many were won.
     """
     seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, task.bouts + 1)]
-    with ring_of(Run(task.dummy, 1, task.advice.settings)) as ring:
+    with ring_of(task.dummy, 1) as ring:
         return Tally.of(task.dummy, list(play(ring, AdviceController(task.advice), seeds))).wins
 
 

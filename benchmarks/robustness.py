@@ -19,31 +19,24 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from coaching import DUMMIES, JUDGE
-from learning import METHODS, score_of
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
+from learning import METHODS
 
-import hil
 from hil.book.measurement import Measurement, mean_of
-from hil.seeds import Branch, bout_seed, run_seed
+from hil.seeds import Branch, bout_seed
 from hil.sumo.bouts import Tally, play
-from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController, Chase2Controller
-from hil.sumo.ring import open_ring
 from hil.working import open_crew
-from pal_advisor.maneuvers import Advice, PalSettings, TeamExam
-from pal_advisor.maneuvers.team import BOUTS
+from pal_advisor.maneuvers import Advice, PalSettings
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from hil.sumo.ring import Ring
+    from collections.abc import Iterable, Mapping, Sequence
 
 HAND: Final = "chase2"
 THERE: Final = "there"
@@ -119,14 +112,6 @@ class Wanted:
     changes: str
     options: str
 
-    def address(self, seed: int) -> str:
-        """Address of the robot that is coached.
-
-        Args:
-            seed: Its seed.
-        """
-        return f"sim://junior?opponent={self.opponent}&seed={seed}{self.options}"
-
 
 @dataclass(frozen=True)
 class Series:
@@ -158,14 +143,6 @@ class Made:
     times: dict[Series, float | None] = field(default_factory=dict)
 
 
-@contextmanager
-def ring_at(url: str) -> Iterator[Ring]:
-    """A new emulated robot in a ring."""
-    with hil.connect(url) as junior:
-        junior.arm()
-        yield open_ring(junior)
-
-
 def coached(wanted: Wanted) -> dict[str, Any]:
     """Coach, and hold the team exam where there are several runs.
 
@@ -178,24 +155,9 @@ def coached(wanted: Wanted) -> dict[str, Any]:
     changes = json.loads(wanted.changes)
     paces = changes.get("paces") or [changes.get("period", PalSettings().period)]
     settings = PalSettings.from_dict({name: value for name, value in changes.items() if name not in NOT_PALS})
-    advices = []
-    for number in range(1, changes.get("runs", 1) + 1):
-        seed = run_seed(wanted.seed, number)
-        with ring_at(wanted.address(seed)) as ring:
-            pal = new_pal(replace(settings, period=paces[(number - 1) % len(paces)]), seed)
-            coaching = Coaching(ring, pal, seed=seed)
-            coaching.run()
-        advices.append(coaching.advice())
-    exam = TeamExam(advices)
     exam_vary = f"&vary={changes['exam_vary']:g}" if "exam_vary" in changes else ""
-    poses = [bout_seed(wanted.seed, Branch.VALIDATION, number) for number in range(1, BOUTS + 1)]
-    while len(advices) > 1 and not exam.finished:
-        scores = []
-        for advice in exam.wanted:
-            with ring_at(wanted.address(wanted.seed) + exam_vary) as ring:
-                scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
-        exam.tell(scores)
-    return exam.best.to_dict()
+    run = Run(wanted.opponent, wanted.seed, settings, wanted.options)
+    return coached_team(run, paces, changes.get("runs", 1), exam_vary).advice.to_dict()
 
 
 def played(task: tuple[Series, dict[str, Any] | None]) -> tuple[int, float | None]:
@@ -213,7 +175,7 @@ def played(task: tuple[Series, dict[str, Any] | None]) -> tuple[int, float | Non
     bouts = []
     each = worlds()[series.world]
     for number, options in enumerate(each):
-        with ring_at(f"sim://junior?opponent={series.wanted.opponent}&seed={JUDGE}{options}") as ring:
+        with ring_of(series.wanted.opponent, JUDGE, options) as ring:
             bouts += list(play(ring, controller, seeds[number :: len(each)]))
     tally = Tally.of(series.wanted.opponent, bouts)
     return tally.wins, tally.median_time_to_win

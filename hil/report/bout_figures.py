@@ -105,7 +105,7 @@ def _draw_bout(axes: Axes, bout: BoutPath) -> None:
         (bout.junior, junior_outline(), BLUE),
     ):
         if len(outline):
-            start, end = _placed(outline, *path[0]), _placed(outline, *path[-1])
+            start, end = placed(outline, *path[0]), placed(outline, *path[-1])
             axes.add_patch(Polygon(start, facecolor="none", edgecolor=color, linewidth=1.0, linestyle=(0, (2, 1.5)), zorder=2))
             axes.add_patch(Polygon(end, facecolor=to_rgba(color, 0.25), edgecolor=color, linewidth=1.2, zorder=2))
         axes.plot(path[:, 0], path[:, 1], color=color, linewidth=1.6, zorder=3, solid_capstyle="round")
@@ -167,7 +167,7 @@ def times_to_win(bouts: Sequence[BoutPath]) -> Figure | None:
     return drawn
 
 
-def _placed(outline: tuple[tuple[float, float], ...], x: float, y: float, heading: float) -> NDArray[np.float64]:
+def placed(outline: Sequence[tuple[float, float]], x: float, y: float, heading: float) -> NDArray[np.float64]:
     """An outline in the arena.
 
     Args:

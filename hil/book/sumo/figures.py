@@ -9,6 +9,7 @@ import numpy as np
 from hil.book.sumo.methods import CORNER, CURVED, FLAT, HEAVY, OPPONENTS, POINT, SQUARE
 from hil.book.sumo.reduction import MODES
 from hil.recording.scene import junior_outline, ring_size
+from hil.report.bout_figures import placed
 from hil.report.style import BLUE, EYE_STYLES, INK, PALE, VERMILLION, bare, figure, whole_numbers
 from simdevice.junior.profile import JuniorProfile
 from simdevice.quantities import GRAVITY
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.book.results import StoredResults
-    from simdevice.outline import Point
 
 PANELS: Final = dict(
     zip(
@@ -172,20 +172,3 @@ def _data(results: StoredResults, opponent: str) -> dict[str, Any]:
     """What is stored of the book's method against an opponent; nothing where it has not been made."""
     name = f"book-{opponent}"
     return results.runs(name).data if results.has(name) else {}
-
-
-def placed(outline: Sequence[Point], x: float, y: float, heading: float) -> NDArray[np.float64]:
-    """An outline in the arena.
-
-    Args:
-        outline: Corners in the body's frame, in m.
-        x: Position of the body, in m.
-        y: Likewise.
-        heading: Of the body, in rad, counter-clockwise.
-
-    Returns:
-        Corners in the arena's frame, in m; shape (n, 2).
-    """
-    cos, sin = np.cos(heading), np.sin(heading)
-    corners: NDArray[np.float64] = np.array(outline) @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
-    return corners
