@@ -9,23 +9,21 @@ import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pytest
 from as_json import as_json
+from known_players import CHARGE, DRIVEN
 from processes import Hil
 
 import hil.cli.tournament
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli import tournament
 from hil.cli.app import run
 from hil.files.outputs import replace_file
 from hil.look.reading import read_scene
 from hil.mcaplog.checking import check_log
-from hil.policies import Policy, save_policy
+from hil.policies import save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import save_advice
 from hil.sumo.tournament.checkpoint import load_checkpoint
-from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -117,9 +115,8 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
 
 @pytest.mark.slow
 def test_learnt_advice_enters_by_a_host_and_from_memory() -> None:
-    entries = (AdviceEntry(ANY_STIMULUS, 0, (Action.L,) * 2, 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF,) * 2, 1.0, 5))
-    save_advice(Advice(PalSettings(actions=2, period=0.1), entries), Path("charge.advice.toml"))
-    save_policy(Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3), Path("driver.json"))
+    save_advice(CHARGE, Path("charge.advice.toml"))
+    save_policy(DRIVEN, Path("driver.json"))
     field = ["charge.advice.toml", "memory:charge.advice.toml", "random", "driver.json"]
     document = as_json("tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
     kinds = {row["name"]: row["kind"] for row in document["table"]}

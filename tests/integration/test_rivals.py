@@ -6,15 +6,14 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
 import pytest
+from known_players import CHARGE, DRIVEN
 
 from firmware_protocol.errors import PeerLostError
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.app import run
 from hil.connecting.connecting_all import connect_all_as
 from hil.mcaplog.checking import check_log
-from hil.policies import Policy, save_policy
+from hil.policies import save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import load_advice, save_advice
 from hil.sumo.bouts import Bout, play
@@ -25,20 +24,16 @@ from hil.sumo.rivals.pair import Pair
 from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.rivals.rivals import FREEZE_EVERY, Rivals
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
-from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
+from pal_advisor.maneuvers import Advice, PalSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Maneuver
 
 URL: Final = "sim://junior?networks=2&seed=1"
-CHARGE: Final = Advice(
-    PalSettings(actions=2, period=0.1),
-    (AdviceEntry(ANY_STIMULUS, 0, (Action.L, Action.L), 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF, Action.FF), 1.0, 5)),
-)
 FIELD: Final = (
     Entrant("charge", EntrantKind.ADVICE, CHARGE),
     Entrant("charge", EntrantKind.MEMORY, CHARGE),
-    Entrant("driver", EntrantKind.POLICY, policy=Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3)),
+    Entrant("driver", EntrantKind.POLICY, policy=DRIVEN),
     Entrant("random", EntrantKind.RANDOM),
     Entrant("hobby", EntrantKind.HOBBY),
 )
@@ -178,9 +173,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, with files that entrants play by."""
     monkeypatch.chdir(tmp_path)
     save_advice(CHARGE, Path("charge.toml"))
-    policy = FIELD[2].policy
-    assert policy is not None
-    save_policy(policy, Path("driver.json"))
+    save_policy(DRIVEN, Path("driver.json"))
     return tmp_path
 
 
