@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import signal
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from as_json import as_json
 from logged import entries_of
 from processes import Program
 
@@ -25,7 +25,7 @@ from hil.sumo.advice_file import load_advice
 from pal_advisor.fields import Fields
 
 pytestmark = pytest.mark.slow  # processes are started
-ASKED = ("coach", "--runs", "2", "--budget", "70s", "--held-out", "2", "--no-report", "--json", "--quiet")
+ASKED = ("coach", "--runs", "2", "--budget", "70s", "--held-out", "2", "--no-report")
 
 TELLING = """
 from hil.cli import main
@@ -54,10 +54,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def found(*arguments: str) -> dict[str, Any]:
     """What it says as JSON, without the places."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        assert run([*ASKED, *arguments]) == 0
-    document: dict[str, Any] = json.loads(said.getvalue())
+    document = as_json(*ASKED, *arguments)
     return {key: value for key, value in document.items() if key not in {"run", "log", "logs", "advice", "report"}}
 
 
@@ -109,7 +106,7 @@ def test_stopped_and_gone_on_with_it_comes_to_the_same(
     uncut, told = whole
     script = folder / "hil_telling.py"
     script.write_text(TELLING)
-    with Program(folder, sys.executable, str(script), *ASKED, "--out", "cut", "--workers", "1") as program:
+    with Program(folder, sys.executable, str(script), *ASKED, "--quiet", "--out", "cut", "--workers", "1") as program:
         program.until("saved")
         program.send(signal.SIGINT)
         assert program.end() == 130
@@ -117,8 +114,7 @@ def test_stopped_and_gone_on_with_it_comes_to_the_same(
     assert not Path("cut/advice.toml").exists()
     assert run(["coach", "--resume-from", "cut", "--seed", "2"]) == 2
     assert "go on as they were begun: leave out --seed" in capsys.readouterr().err
-    assert run(["coach", "--resume-from", "cut", "--out", "on", "--no-report", "--json", "--quiet"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    document = as_json("coach", "--resume-from", "cut", "--out", "on", "--no-report")
     assert {key: document[key] for key in told} == told
     assert Path("on/advice.toml").read_bytes() == (uncut / "advice.toml").read_bytes()
     assert hil.replay(Path("on/log.mcap")).same

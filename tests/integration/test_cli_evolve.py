@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import signal
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from as_json import as_json
 from deadly import die_at_the_last
 from logged import entries_of
 from processes import Program
@@ -57,10 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def found(*arguments: str, status: int = 0) -> dict[str, Any]:
     """What a search says as JSON, without what differs between equal searches."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        assert run([*ASKED, "--no-report", "--json", "--quiet", *arguments]) == status
-    document: dict[str, Any] = json.loads(said.getvalue())
+    document = as_json(*ASKED, "--no-report", *arguments, status=status)
     return {key: value for key, value in document.items() if key not in {"wall_seconds", "run", "log", "checkpoint", "report"}}
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import io
 import json
-from contextlib import chdir, contextmanager, redirect_stdout
+from contextlib import chdir, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from as_json import as_json
 from report_logs import bout_log
 
 from firmware_protocol.messages import BoutOutcome
@@ -41,20 +41,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def outcome(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 0) -> dict[str, Any]:
+def outcome(*arguments: str, status: int = 0) -> dict[str, Any]:
     """What a run says as JSON."""
-    assert run([*SMALL, *arguments, "--json", "--quiet"]) == status
-    found: dict[str, Any] = json.loads(capsys.readouterr().out)
-    return found
+    return as_json(*SMALL, *arguments, status=status)
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What a run says that ran to its end; nobody changes what it has left."""
-    said = io.StringIO()
-    with chdir(tmp_path_factory.mktemp("whole")), redirect_stdout(said):
-        assert run([*SMALL, "--json", "--quiet"]) == 0
-        found: dict[str, Any] = json.loads(said.getvalue())
+    with chdir(tmp_path_factory.mktemp("whole")):
+        found = outcome()
         return {**found, **{name: str(Path(found[name]).absolute()) for name in ("run", "log", "table")}}
 
 
@@ -96,37 +92,35 @@ def test_json_says_what_was_measured(whole: dict[str, Any]) -> None:
     assert Path(found["table"]).is_file()
 
 
-def test_several_seeds_are_means_with_intervals_and_one_of_them_is_a_run_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    several = outcome(capsys, "--seeds", "2")
+def test_several_seeds_are_means_with_intervals_and_one_of_them_is_a_run_of_its_own() -> None:
+    several = outcome("--seeds", "2")
     assert [one["seed"] for one in several["runs"]] == [1, 2]
     both = np.array([one["distance"] for one in several["runs"]])
     assert several["mean"]["distance"] == pytest.approx(both.mean(axis=0), abs=1e-5)
     assert len(several["ci95"]["share_surrounded"]) == 5
     assert [Path(one["table"]).name for one in several["runs"]] == ["tables-1.toml", "tables-2.toml"]
-    alone = outcome(capsys, "--seed", "2")
+    alone = outcome("--seed", "2")
     assert measured(alone) == measured(several["runs"][1])
 
 
 @pytest.mark.parametrize("order", ["group", "all", "sequential"])
-def test_a_log_replays_entry_for_entry(order: str, capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys, "--order", order, "--steps", "2")
+def test_a_log_replays_entry_for_entry(order: str) -> None:
+    found = outcome("--order", order, "--steps", "2")
     report = replay(found["log"], strict=True)
     assert report.same, str(report)
     assert report.compared > 100
 
 
 @pytest.mark.parametrize("address", ["wire=can", "networks=3", "networks=2&wire=can"])
-def test_the_same_is_decided_over_any_wire_and_number_of_networks(
-    address: str, whole: dict[str, Any], capsys: pytest.CaptureFixture[str]
-) -> None:
-    found = outcome(capsys, f"sim://swarm?rangers=6&wilds=2&seed=1&{address}")
+def test_the_same_is_decided_over_any_wire_and_number_of_networks(address: str, whole: dict[str, Any]) -> None:
+    found = outcome(f"sim://swarm?rangers=6&wilds=2&seed=1&{address}")
     names = ("distance", "behaviours", "stimuli")
     assert {name: found[name] for name in names} == {name: whole[name] for name in names}
     assert replay(found["log"], strict=True).same
 
 
-def test_what_was_learnt_elsewhere_is_gone_on_from(whole: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    control = outcome(capsys, "--no-learning", "--table-in", whole["table"])
+def test_what_was_learnt_elsewhere_is_gone_on_from(whole: dict[str, Any]) -> None:
+    control = outcome("--no-learning", "--table-in", whole["table"])
     learnt = {one["number"]: one["weights"] for one in whole["stimuli"]}
     assert {one["number"]: one["weights"] for one in control["stimuli"] if one["number"] in learnt} == learnt
     assert replay(control["log"]).same
@@ -135,7 +129,7 @@ def test_what_was_learnt_elsewhere_is_gone_on_from(whole: dict[str, Any], capsys
 def test_a_run_cut_and_resumed_equals_the_run_not_cut(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    uncut = outcome(capsys, "--seeds", "2")
+    uncut = outcome("--seeds", "2")
     rounds = 0
     move = Swarm.move
 
@@ -252,7 +246,7 @@ def test_no_picture_comes_from_what_the_table_says_of_itself(whole: dict[str, An
 
 
 def test_steps_of_a_report_are_chosen(capsys: pytest.CaptureFixture[str]) -> None:
-    made = outcome(capsys)["run"]
+    made = outcome()["run"]
     assert run(["report", made, "--from", "1", "--to", "3", "--json"]) == 0
     page = Path(json.loads(capsys.readouterr().out)["page"])
     assert page.parent == Path(made, "report-1-3")
@@ -270,8 +264,8 @@ def test_steps_are_chosen_of_the_surround_task_alone(tmp_path: Path, capsys: pyt
     assert "has no run of the surround task" in capsys.readouterr().err
 
 
-def test_long_range_learns_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys, "--case", "B1D3R6W2S2", "--steps", "6")
+def test_long_range_learns_nothing() -> None:
+    found = outcome("--case", "B1D3R6W2S2", "--steps", "6")
     assert {weight for one in found["stimuli"] for weight in one["weights"]} == {0.125}
     assert found["measures"]["uniform"] == {"ranger": True, "wild": True}
     assert found["measures"]["dominance"] in {0.25, None}
@@ -306,9 +300,9 @@ def test_a_stop_key_stops_all_and_what_was_learnt_is_kept(
     assert replay(made, strict=True).same
 
 
-def test_robots_are_driven_to_their_places(capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys, "--place", "drive", "--steps", "1")
-    put = outcome(capsys, "--steps", "1")
+def test_robots_are_driven_to_their_places() -> None:
+    found = outcome("--place", "drive", "--steps", "1")
+    put = outcome("--steps", "1")
     assert found["distance"][0] == pytest.approx(put["distance"][0], abs=0.1)
     topics = [entry.topic for entry in LogReader(Path(found["log"])).entries()]
     assert "/mavlink/table_place" not in topics
@@ -333,8 +327,8 @@ def test_what_would_have_to_be_asked_ends_a_run_that_asks_nothing(capsys: pytest
     assert "whether the robots stand there would have to be asked, and nobody can answer" in capsys.readouterr().err
 
 
-def test_a_line_that_loses_frames_loses_no_robot(capsys: pytest.CaptureFixture[str]) -> None:
-    found = outcome(capsys, "sim://swarm?rangers=6&wilds=2&seed=1&faults=drop:0.05")
+def test_a_line_that_loses_frames_loses_no_robot() -> None:
+    found = outcome("sim://swarm?rangers=6&wilds=2&seed=1&faults=drop:0.05")
     assert found["missing"] == []
     assert [sum(row) for row in found["behaviours"]] == [6] * 4
     assert replay(found["log"], strict=True).same

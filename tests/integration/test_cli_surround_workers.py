@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import signal
@@ -12,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from as_json import as_json
 from processes import Program
 
 from hil.cli.app import run
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 pytestmark = pytest.mark.slow  # processes are started
-ASKED = ("swarm", "surround", "--case", "R6W2", "--steps", "3", "--no-report", "--quiet", "--json")
+ASKED = ("swarm", "surround", "--case", "R6W2", "--steps", "3", "--no-report")
 MEASURED = ("case", "seed", "distance", "share_surrounded", "stimuli", "behaviours", "path", "missing", "robot_seconds")
 
 TELLING = """
@@ -53,11 +53,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def outcome(*arguments: str) -> dict[str, Any]:
     """What a run says as JSON."""
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        assert run([*ASKED, *arguments]) == 0
-    found: dict[str, Any] = json.loads(said.getvalue())
-    return found
+    return as_json(*ASKED, *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +144,7 @@ def test_an_interrupt_leaves_no_process_and_what_is_resumed_equals_the_run_not_c
     folder: Path, number: signal.Signals
 ) -> None:
     (folder / "telling.py").write_text(TELLING)
-    asked = (*ASKED, "--seeds", "99", "--workers", "2", "--out", "run")
+    asked = (*ASKED, "--quiet", "--seeds", "99", "--workers", "2", "--out", "run")
     with Program(folder, sys.executable, "telling.py", *asked) as program:
         program.until("finished 3")
         program.send(number)
@@ -170,7 +166,8 @@ def test_an_interrupt_leaves_no_process_and_what_is_resumed_equals_the_run_not_c
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 def test_workers_end_when_the_first_process_is_killed(folder: Path) -> None:
     (folder / "telling.py").write_text(TELLING)
-    with Program(folder, sys.executable, "telling.py", *ASKED, "--seeds", "999", "--workers", "2", "--no-log") as program:
+    asked = (*ASKED, "--quiet", "--seeds", "999", "--workers", "2", "--no-log")
+    with Program(folder, sys.executable, "telling.py", *asked) as program:
         program.until("finished 2")
         program.send(signal.SIGKILL)
         assert program.end() == -signal.SIGKILL  # and nobody else holds its output

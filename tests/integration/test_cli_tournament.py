@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
 import os
 import signal
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pytest
+from as_json import as_json
+from known_players import CHARGE, DRIVEN
 from processes import Hil
 
 import hil.cli.tournament
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli import tournament
 from hil.cli.app import run
 from hil.files.outputs import replace_file
 from hil.look.reading import read_scene
 from hil.mcaplog.checking import check_log
-from hil.policies import Policy, save_policy
+from hil.policies import save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import save_advice
 from hil.sumo.tournament.checkpoint import load_checkpoint
-from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,20 +37,12 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def played(*arguments: str) -> dict[str, Any]:
-    said = io.StringIO()
-    with contextlib.redirect_stdout(said):
-        assert run([*arguments, "--json", "--quiet"]) == 0
-    document: dict[str, Any] = json.loads(said.getvalue())
-    return document
-
-
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
     """A tournament that one worker has played to its end: its folder, which nobody changes, and the result."""
     folder = tmp_path_factory.mktemp("whole")
     with contextlib.chdir(folder):
-        return folder / "one", played(*FIELD, "--workers", "1", "--out", "one")
+        return folder / "one", as_json(*FIELD, "--workers", "1", "--out", "one")
 
 
 def without_places(document: dict[str, Any]) -> dict[str, Any]:
@@ -63,7 +53,7 @@ def without_places(document: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.slow
 def test_the_result_is_the_same_for_any_number_of_workers(whole: tuple[Path, dict[str, Any]]) -> None:
     folder, one = whole
-    two = played(*FIELD, "--workers", "2", "--out", "two")
+    two = as_json(*FIELD, "--workers", "2", "--out", "two")
     assert without_places(one) == without_places(two)
     assert one["bouts"] == 12
     assert (folder / "checkpoint.json").read_bytes() == Path("two/checkpoint.json").read_bytes()
@@ -75,7 +65,7 @@ def test_the_result_is_the_same_for_any_number_of_workers(whole: tuple[Path, dic
 
 @pytest.mark.slow
 def test_an_upset_is_recorded_as_it_was_played_and_can_be_replayed_and_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
-    document = played("tournament", "chase", "chase2", "hobby", "--bouts", "20", "--workers", "2", "--upsets", "2")
+    document = as_json("tournament", "chase", "chase2", "hobby", "--bouts", "20", "--workers", "2", "--upsets", "2")
     assert len(document["upsets"]) == 2
     for upset in document["upsets"]:
         log = Path(upset["log"])
@@ -117,7 +107,7 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
     assert "The 8 bouts that were played are in runs/cut/checkpoint.json" in told
     assert "hil tournament --resume-from runs/cut" in told
     assert len(load_checkpoint(Path("runs/cut/checkpoint.json")).bouts) == 8
-    again = played("tournament", "--resume", "--workers", "1")
+    again = as_json("tournament", "--resume", "--workers", "1")
     assert without_places(again) == without_places(whole[1])
     assert run(["tournament", "--resume"]) == 2
     assert "that did not finish" in capsys.readouterr().err
@@ -125,11 +115,10 @@ def test_one_that_was_cut_goes_on_and_comes_to_the_same(
 
 @pytest.mark.slow
 def test_learnt_advice_enters_by_a_host_and_from_memory() -> None:
-    entries = (AdviceEntry(ANY_STIMULUS, 0, (Action.L,) * 2, 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF,) * 2, 1.0, 5))
-    save_advice(Advice(PalSettings(actions=2, period=0.1), entries), Path("charge.advice.toml"))
-    save_policy(Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3), Path("driver.json"))
+    save_advice(CHARGE, Path("charge.advice.toml"))
+    save_policy(DRIVEN, Path("driver.json"))
     field = ["charge.advice.toml", "memory:charge.advice.toml", "random", "driver.json"]
-    document = played("tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
+    document = as_json("tournament", *field, "--bouts", "4", "--workers", "2", "--upsets", "30")
     kinds = {row["name"]: row["kind"] for row in document["table"]}
     assert kinds == {"charge": "advice", "charge+memory": "memory", "random": "random", "driver": "policy"}
     assert all(row["won"] + row["drawn"] + row["lost"] == 12 for row in document["table"])

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from known_players import CHARGE
 
 import hil
 from firmware_protocol.errors import RefusedError
 from firmware_protocol.messages import BoutOutcome, JuniorSensors, State
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action, Maneuver, Stimulus
+from firmware_protocol.vocabulary import Action, Maneuver, Stimulus
 from hil.sumo.connecting import connect_all
 from hil.sumo.controllers import BUILT_IN
 from hil.sumo.driving import DriverPlayer
 from hil.sumo.ring import RingError
 from hil.sumo.tournament.duels import Duel, duel_url, fight
 from hil.sumo.tournament.players import HostPlayer, MemoryPlayer, Player
-from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
 
 
 class Idle:
@@ -23,12 +23,6 @@ class Idle:
 
     def choose(self, current: Stimulus, previous: Stimulus | None) -> Maneuver:  # noqa: ARG002
         return Maneuver((Action.S,), period=1.0)
-
-
-CHARGE = Advice(
-    PalSettings(actions=2, period=0.1),
-    (AdviceEntry(ANY_STIMULUS, 0, (Action.L, Action.L), 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF, Action.FF), 1.0, 5)),
-)
 
 
 def host(name: str, seed: int = 1) -> HostPlayer:

@@ -6,15 +6,14 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
 import pytest
+from known_players import CHARGE, DRIVEN
 
 from firmware_protocol.errors import PeerLostError
-from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.app import run
 from hil.connecting.connecting_all import connect_all_as
 from hil.mcaplog.checking import check_log
-from hil.policies import Policy, save_policy
+from hil.policies import save_policy
 from hil.replaying.host import replay
 from hil.sumo.advice_file import load_advice, save_advice
 from hil.sumo.bouts import Bout, play
@@ -25,20 +24,17 @@ from hil.sumo.rivals.pair import Pair
 from hil.sumo.rivals.ring import RivalRing
 from hil.sumo.rivals.rivals import FREEZE_EVERY, Rivals
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
-from pal_advisor.maneuvers import Advice, AdviceEntry, PalSettings
+from pal_advisor.maneuvers import Advice, PalSettings
 
 if TYPE_CHECKING:
     from firmware_protocol.vocabulary import Maneuver
+    from hil.sumo.coaching import Checkpoint
 
 URL: Final = "sim://junior?networks=2&seed=1"
-CHARGE: Final = Advice(
-    PalSettings(actions=2, period=0.1),
-    (AdviceEntry(ANY_STIMULUS, 0, (Action.L, Action.L), 1.0, 5), AdviceEntry(ANY_STIMULUS, 3, (Action.FF, Action.FF), 1.0, 5)),
-)
 FIELD: Final = (
     Entrant("charge", EntrantKind.ADVICE, CHARGE),
     Entrant("charge", EntrantKind.MEMORY, CHARGE),
-    Entrant("driver", EntrantKind.POLICY, policy=Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3)),
+    Entrant("driver", EntrantKind.POLICY, policy=DRIVEN),
     Entrant("random", EntrantKind.RANDOM),
     Entrant("hobby", EntrantKind.HOBBY),
 )
@@ -86,19 +82,20 @@ class FlawedRing(RivalRing):
         return super().engage(maneuver)
 
 
-def coached(
-    rivals: Rivals, checkpoint: Path | None = None, *, go_on: bool = False, after: int = 0, wrong: BaseException | None = None
-) -> bytes:
-    """Coach to the end, and give all that decides."""
+def by_turns() -> Rivals:
+    """Self-play in which another one is met in between."""
+    return Rivals(FIELD[-1:], self_play=True)
+
+
+def coached(checkpoint: Path | None = None, saved: Checkpoint | None = None, wrong: BaseException | None = None) -> bytes:
+    """Coach in self-play to the end, from its beginning or from what was saved, and give all that decides."""
+    rivals = by_turns() if saved is None else saved.rivals
+    assert rivals is not None
     with connect_all_as(Pair, URL) as pair:
         pair.home.arm()
-        saved = load_checkpoint(checkpoint) if go_on and checkpoint is not None else None
-        if saved is not None:
-            assert saved.rivals is not None
-            rivals = saved.rivals
         ring = FlawedRing(pair, rivals)
         if wrong is not None:
-            ring.left, ring.wrong = after, wrong
+            ring.left, ring.wrong = 90, wrong
         pal, progress = (new_pal(SETTINGS, 3), None) if saved is None else (saved.pal, saved.progress)
         run = Coaching(ring, pal, seed=3, checkpoint=checkpoint, progress=progress, rivals=rivals)
         run.run()
@@ -107,8 +104,17 @@ def coached(
 
 @pytest.fixture(scope="module")
 def whole() -> bytes:
-    """What self-play comes to that was not cut; another one is met in between."""
-    return coached(Rivals(FIELD[-1:], self_play=True))
+    """What self-play comes to that was not cut."""
+    return coached()
+
+
+@pytest.fixture(scope="module")
+def cut(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The checkpoint of self-play that was cut in the middle, which nobody changes."""
+    checkpoint = tmp_path_factory.mktemp("cut") / "cut.json"
+    with pytest.raises(Cut):
+        coached(checkpoint, wrong=Cut())
+    return checkpoint
 
 
 def test_self_play_meets_what_was_learnt_frozen_and_the_checkpoint_holds_it(whole: bytes) -> None:
@@ -118,22 +124,17 @@ def test_self_play_meets_what_was_learnt_frozen_and_the_checkpoint_holds_it(whol
     assert saved.opponent == saved.rivals.name == "hobby,self"
     met = {entrant.name: entrant for entrant in map(saved.rivals.drawn, range(20))}
     assert met["self"].kind is EntrantKind.ADVICE
-    first = {entrant.name: entrant for entrant in map(Rivals(FIELD[-1:], self_play=True).drawn, range(20))}
+    first = {entrant.name: entrant for entrant in map(by_turns().drawn, range(20))}
     assert first["self"].kind is EntrantKind.RANDOM
 
 
-@pytest.mark.parametrize("wrong", [Cut(), PeerLostError("lost")], ids=["cut and resumed", "lost for a moment"])
-def test_a_run_in_which_something_went_wrong_equals_one_in_which_nothing_did(
-    whole: bytes, tmp_path: Path, wrong: BaseException
-) -> None:
-    rivals, checkpoint = Rivals(FIELD[-1:], self_play=True), tmp_path / "run.json"
-    if isinstance(wrong, PeerLostError):
-        assert coached(rivals, checkpoint, after=90, wrong=wrong) == whole
-        return
-    with pytest.raises(Cut):
-        coached(rivals, checkpoint, after=90, wrong=wrong)
-    assert checkpoint.read_bytes() != whole
-    assert coached(rivals, checkpoint, go_on=True) == whole
+def test_a_run_cut_and_resumed_equals_the_run_not_cut(whole: bytes, cut: Path, tmp_path: Path) -> None:
+    assert cut.read_bytes() != whole
+    assert coached(tmp_path / "run.json", load_checkpoint(cut)) == whole
+
+
+def test_a_run_whose_robot_was_lost_for_a_moment_equals_one_in_which_it_was_not(whole: bytes, tmp_path: Path) -> None:
+    assert coached(tmp_path / "run.json", wrong=PeerLostError("lost")) == whole
 
 
 def test_two_robots_are_needed_and_a_referee() -> None:
@@ -178,9 +179,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, with files that entrants play by."""
     monkeypatch.chdir(tmp_path)
     save_advice(CHARGE, Path("charge.toml"))
-    policy = FIELD[2].policy
-    assert policy is not None
-    save_policy(policy, Path("driver.json"))
+    save_policy(DRIVEN, Path("driver.json"))
     return tmp_path
 
 
@@ -202,11 +201,9 @@ def test_the_log_of_a_coaching_against_robots_holds_all_that_decides(folder: Pat
 
 @pytest.mark.slow
 def test_a_coaching_against_robots_is_gone_on_with_by_its_checkpoint_alone(
-    whole: bytes, folder: Path, capsys: pytest.CaptureFixture[str]
+    whole: bytes, cut: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(Cut):
-        coached(Rivals(FIELD[-1:], self_play=True), Path("cut.json"), after=90, wrong=Cut())
-    asked = ["coach", "--resume-from", "cut.json", "--held-out", "0", "--no-report", "--quiet"]
+    asked = ["coach", "--resume-from", str(cut), "--held-out", "0", "--no-report", "--quiet"]
     assert run([*asked, "--opponent", "chase"]) == 2
     assert "begun with opponent hobby,self, not chase" in capsys.readouterr().err
     assert run([*asked, "--opponent", "hobby,self", "--out", "more"]) == 0

@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
+from known_players import DRIVEN
 from rich.console import Console
 
 from firmware_protocol.messages import BoutOutcome
 from firmware_protocol.vocabulary import ANY_STIMULUS, Action
 from hil.cli.tournament_words import entrant_of, matrix_table, seat_line, standings_table
-from hil.policies import Policy, save_policy
+from hil.policies import save_policy
 from hil.sumo.advice_file import AdviceFileError, save_advice
 from hil.sumo.driving import DriverPlayer
 from hil.sumo.tournament.checkpoint import TournamentCheckpoint, TournamentCheckpointError, load_checkpoint
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 ADVICE = Advice(PalSettings(actions=1, period=0.15), (AdviceEntry(ANY_STIMULUS, 3, (Action.FF,), 1.0, 5),))
-POLICY = Policy(np.random.default_rng(1).standard_normal(Policy.size(3)), 3)
 BUILT_IN = tuple(Entrant(name, EntrantKind(name)) for name in ("chase", "hobby", "random"))
 
 
@@ -79,7 +78,7 @@ def test_an_entrant_plays_by_what_it_has() -> None:
     assert isinstance(Entrant("a", EntrantKind.MEMORY, ADVICE).player(1, 0), MemoryPlayer)
     assert isinstance(Entrant("a", EntrantKind.ADVICE, ADVICE).player(1, 0), HostPlayer)
     assert isinstance(Entrant("a", EntrantKind.HOBBY).player(1, 0), HostPlayer)
-    assert isinstance(Entrant("a", EntrantKind.POLICY, policy=POLICY).player(1, 0), DriverPlayer)
+    assert isinstance(Entrant("a", EntrantKind.POLICY, policy=DRIVEN).player(1, 0), DriverPlayer)
     with pytest.raises(ValueError, match="takes an advice, and there is nothing"):
         Entrant("a", EntrantKind.MEMORY)
     with pytest.raises(ValueError, match="takes nothing, and there is an advice"):
@@ -87,7 +86,7 @@ def test_an_entrant_plays_by_what_it_has() -> None:
     with pytest.raises(ValueError, match="takes a policy, and there is an advice"):
         Entrant("a", EntrantKind.POLICY, ADVICE)
     with pytest.raises(ValueError, match="takes an advice, and there is an advice and a policy"):
-        Entrant("a", EntrantKind.ADVICE, ADVICE, POLICY)
+        Entrant("a", EntrantKind.ADVICE, ADVICE, DRIVEN)
 
 
 @pytest.mark.parametrize("name", ["", "../x", "a b", "-x", "x" * 41, "a/b"])
@@ -110,7 +109,7 @@ def test_entrants_are_named_on_the_command_line(tmp_path: Path) -> None:
     assert entrant_of(str(tmp_path / "mine.advice.toml")).name == "mine"
     save_advice(ADVICE, tmp_path / "other.json")
     assert entrant_of(str(tmp_path / "other.json")) == Entrant("other", EntrantKind.ADVICE, ADVICE)
-    save_policy(POLICY, tmp_path / "learnt.json")
+    save_policy(DRIVEN, tmp_path / "learnt.json")
     found = entrant_of(str(tmp_path / "learnt.json"))
     assert (found.name, found.kind) == ("learnt", EntrantKind.POLICY)
     (tmp_path / "nothing.toml").write_text("version = 9\n")
@@ -178,7 +177,7 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     path = tmp_path / "checkpoint.json"
     path.write_bytes(saved.to_bytes())
     assert load_checkpoint(path) == saved
-    policy = Tournament((*BUILT_IN, Entrant("learnt", EntrantKind.POLICY, policy=POLICY)), 12, 3)
+    policy = Tournament((*BUILT_IN, Entrant("learnt", EntrantKind.POLICY, policy=DRIVEN)), 12, 3)
     path.write_bytes(TournamentCheckpoint(policy).to_bytes())
     assert load_checkpoint(path).to_bytes() == path.read_bytes()
     assert not saved.finished
