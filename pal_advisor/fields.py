@@ -7,9 +7,10 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
 E = TypeVar("E", bound=StrEnum)
+T = TypeVar("T")
 
 MOST: Final = 1 << 53
 """Counts are smaller."""
@@ -187,6 +188,21 @@ class Fields:
     def table(self, name: str) -> Fields:
         """A table within."""
         return Fields(self.take(name), self.at(name), self._error)
+
+    def read_by(self, name: str, reader: Callable[[Any], T]) -> T | None:
+        """What a field holds that has a reader of its own; None where it holds nothing.
+
+        Args:
+            name: Name of the field.
+            reader: Takes the field as it is, and raises a FieldError, whose path is within the field.
+        """
+        value = self.take(name)
+        if value is None:
+            return None
+        try:
+            return reader(value)
+        except FieldError as error:
+            raise self.wrong(f"{name}.{error.path}", str(error).partition(": ")[2]) from error
 
     def done(self) -> None:
         """See that nothing is left over."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Final
 from hil.seeds import Branch, generator
 from hil.sumo.bouts import Tally
 from hil.sumo.tournament.entrants import Entrant, EntrantKind
-from pal_advisor.fields import FieldError, Fields
-from pal_advisor.maneuvers import Advice, AdviceError
+from pal_advisor.fields import Fields
+from pal_advisor.maneuvers import Advice
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -134,12 +134,10 @@ class Rivals:
             FieldError: A field is missing, unknown or wrong.
         """
         entrants = tuple(Entrant.from_fields(Fields(one, path)) for path, one in found.items("entrants"))
-        self_play, frozen = found.flag("self_play"), found.take("frozen")
+        self_play, frozen = found.flag("self_play"), found.read_by("frozen", Advice.from_dict)
         found.done()
         try:
-            return cls(entrants, self_play=self_play, frozen=None if frozen is None else Advice.from_dict(frozen))
-        except AdviceError as error:
-            raise FieldError(found.at(f"frozen.{error.path}"), str(error).partition(": ")[2]) from error
+            return cls(entrants, self_play=self_play, frozen=frozen)
         except ValueError as error:
             raise found.wrong("entrants", str(error)) from error
 

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
-from hil.policies import Policy, PolicyDriver, PolicyError
+from hil.policies import Policy, PolicyDriver
 from hil.seeds import Branch, generator
 from hil.sumo.controllers import BUILT_IN, AdviceController
 from hil.sumo.driving import DriverPlayer
 from hil.sumo.tournament.players import HostPlayer, MemoryPlayer
-from pal_advisor.fields import FieldError, Fields
-from pal_advisor.maneuvers import Advice, AdviceError
+from pal_advisor.maneuvers import Advice
 
 if TYPE_CHECKING:
     from hil.sumo.tournament.players import Player
+    from pal_advisor.fields import Fields
 
 LONGEST_NAME: Final = 40
 _NAME: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]*")
@@ -109,19 +109,11 @@ class Entrant:
         name, kind, advice, policy = (
             found.text("name"),
             found.one_of("kind", EntrantKind),
-            found.take("advice"),
-            found.take("policy"),
+            found.read_by("advice", Advice.from_dict),
+            found.read_by("policy", Policy.from_dict),
         )
         found.done()
         try:
-            return cls(
-                name,
-                kind,
-                None if advice is None else Advice.from_dict(advice),
-                None if policy is None else Policy.from_dict(policy),
-            )
-        except (AdviceError, PolicyError) as error:
-            within = "advice" if isinstance(error, AdviceError) else "policy"
-            raise FieldError(found.at(f"{within}.{error.path}"), str(error).partition(": ")[2]) from error
+            return cls(name, kind, advice, policy)
         except ValueError as error:
             raise found.wrong("name", str(error)) from error
