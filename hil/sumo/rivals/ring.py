@@ -74,7 +74,7 @@ class RivalRing(RefereedRing):
                 away.read_sensors()  # is it still there?
 
     def recover(self) -> None:
-        """Wait for whoever was lost, and arm both; see `Ring.recover`."""
+        """Wait for whoever was lost, and arm Junior; see `Ring.recover`. The rival is armed when a bout begins."""
         self._pair.play(None)
         self._pair.away.wait_until_back()
         super().recover()
