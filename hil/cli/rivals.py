@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 from firmware_protocol.address import parse_address
 from firmware_protocol.near import did_you_mean
 from hil.cli import common
@@ -13,8 +11,6 @@ from hil.sumo.controllers import BUILT_IN
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.rivals.rivals import SELF, Rivals
 from hil.sumo.tournament.duels import duel_url
-
-ONE_RUN: Final = "against robots it is one run"
 
 
 def opponent_named(text: str | None) -> tuple[str | None, Rivals | None]:
@@ -59,7 +55,7 @@ def run_against_robots(runs: int | None) -> RunsWanted:
         UsageError: Several were asked for.
     """
     if runs is not None and runs > 1:
-        raise common.UsageError(f"{ONE_RUN}: leave out --runs, or name a dummy ({', '.join(OPPONENTS)})")
+        raise common.UsageError(f"against robots it is one run: leave out --runs, or name a dummy ({', '.join(OPPONENTS)})")
     return RunsWanted(1, "" if runs else "it meets robots")
 
 
