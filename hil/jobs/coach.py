@@ -274,12 +274,12 @@ class _CoachingRun:
         rivals = saved.rivals if saved is not None else job.rivals and job.rivals.anew()
         self._rivals = rivals
         self.by_rival: tuple[Tally, ...] = ()
-        self.ring = self._ring(stage) if pair is None or rivals is None else RivalRing(pair, rivals)
+        self.ring = self._ring() if pair is None or rivals is None else RivalRing(pair, rivals)
         self.wheels: Evenness | None = None
         if saved is None:
             standing = None if job.given is None else ChallengeStanding(job.given)
             self._check(standing)
-            pal, progress = new_pal(self._settings(stage), self.seed, job.given), None
+            pal, progress = new_pal(self._settings(), self.seed, job.given), None
         else:
             pal, progress, standing = saved.pal, saved.progress, saved.standing
             job.outputs.resumed(saved)
@@ -313,9 +313,9 @@ class _CoachingRun:
         self._session.attach(CHECKPOINT, found, begun=True)
         return checkpoint_of(found)
 
-    def _ring(self, stage: Stage) -> Ring:
+    def _ring(self) -> Ring:
         """The ring, with who is beside it."""
-        job, junior = self._job, self._session.robot
+        job, junior, stage = self._job, self._session.robot, self._stage
         if job.reset is None:
             ring = open_ring(junior, job.opponent)
             return PausedRing(ring, junior, self._session.questions()) if job.pauses else ring
@@ -350,21 +350,21 @@ class _CoachingRun:
         """Save what was learnt: the robot may be off for long."""
         self.coaching.save()
 
-    def _settings(self, stage: Stage) -> PalSettings:
+    def _settings(self) -> PalSettings:
         settings = self._job.settings
         if self._job.choose_objective and not self.ring.refereed:
             settings = replace(settings, objective=Objective.CONTACT)
         if self._job.choose_mirror and not self._session.lockstep:
-            settings = replace(settings, mirror=self._job.measure_wheels and self._even(stage))
+            settings = replace(settings, mirror=self._job.measure_wheels and self._even())
         return settings
 
-    def _even(self, stage: Stage) -> bool:
+    def _even(self) -> bool:
         """Whether the robot's wheels are even; who has a referee is emulated, and its wheels are taken for even."""
-        junior, tell = self._session.robot, stage.tell or nothing
+        junior, tell = self._session.robot, self._stage.tell or nothing
         if junior.referee is not None:
             return True
         tell("Whether the wheels are even is found out first, within 30 s; with --mirror or --no-mirror that is left out.")
-        questions = self._session.questions(stage.say) if self._job.reset is Reset.ASK else None
+        questions = self._session.questions(self._stage.say) if self._job.reset is Reset.ASK else None
         self.wheels = found = try_wheels(junior, self.ring, questions)
         words = f"{found} {'Left and right are learnt as one.' if found.even else 'Left and right are learnt apart.'}"
         if found.trim is not None:
