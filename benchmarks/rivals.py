@@ -21,6 +21,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import kept_lines
 import numpy as np
 from coaching import DUMMIES, JUDGE, Run, coached, ring_of
 
@@ -178,20 +179,15 @@ def meet(folder: Path, advices: Mapping[str, Advice], bouts: int, crew: Crew) ->
 def play_dummies(folder: Path, advices: Mapping[str, Advice], bouts: int, crew: Crew) -> dict[tuple[str, str], int]:
     """Bouts won, by advice and dummy; what is not there is played."""
     path = folder / "dummies.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    found = {(name, dummy): wins for name, dummy, many, wins in lines if many == bouts}
+    found = {(name, dummy): wins for name, dummy, many, wins in kept_lines.kept(path) if many == bouts}
     tasks = [
         DummyBouts(name, advice, dummy, bouts)
         for name, advice in advices.items()
         for dummy in DUMMIES.split(",")
         if (name, dummy) not in found
     ]
-    with path.open("a", encoding="utf-8") as file:
-        for task, wins in zip(tasks, crew.in_order(won, tasks), strict=True):
-            found[task.name, task.dummy] = wins
-            file.write(json.dumps([task.name, task.dummy, bouts, wins]) + "\n")
-            file.flush()
-            sys.stderr.write(f"\rdummies: {task.name}   ")
+    for task, wins in kept_lines.make(crew, won, tasks, path, lambda task, wins: [task.name, task.dummy, bouts, wins]):
+        found[task.name, task.dummy] = wins
     return found
 
 

@@ -24,6 +24,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import kept_lines
 import numpy as np
 from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
 from learning import METHODS
@@ -188,11 +189,7 @@ def kept(results: Path) -> Made:
         results: The file.
     """
     made = Made()
-    for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
-        try:
-            data = json.loads(line)
-        except ValueError:
-            continue
+    for data in kept_lines.kept(results):
         wanted = Wanted(**data["wanted"])
         if "advice" in data:
             made.advices[wanted] = data["advice"]
@@ -213,20 +210,17 @@ def make(series: Sequence[Series], results: Path, workers: int) -> Made:
     made = kept(results)
     missing = [one for one in series if one not in made.wins]
     orders = dict.fromkeys(one.wanted for one in missing if one.wanted.method != HAND and one.wanted not in made.advices)
-    with open_crew(workers) as crew, results.open("a", encoding="utf-8") as file:
-
-        def keep(line: dict[str, Any], number: int, of: int) -> None:
-            file.write(json.dumps(line) + "\n")
-            file.flush()
-            sys.stderr.write(f"\r{number}/{of} ")
-
-        for number, (wanted, advice) in enumerate(zip(orders, crew.in_order(coached, list(orders)), strict=True), start=1):
-            made.advices[wanted] = advice
-            keep({"wanted": asdict(wanted), "advice": advice}, number, len(orders))
+    with open_crew(workers) as crew:
+        advices = kept_lines.make(
+            crew, coached, list(orders), results, lambda wanted, advice: {"wanted": asdict(wanted), "advice": advice}
+        )
+        made.advices.update(advices)
         tasks = [(one, made.advices.get(one.wanted)) for one in missing]
-        for number, (one, (wins, time)) in enumerate(zip(missing, crew.in_order(played, tasks), strict=True), start=1):
+        bouts = kept_lines.make(
+            crew, played, tasks, results, lambda task, found: {**asdict(task[0]), "wins": found[0], "time": found[1]}
+        )
+        for (one, _), (wins, time) in bouts:
             made.wins[one], made.times[one] = wins, time
-            keep({**asdict(one), "wins": wins, "time": time}, number, len(missing))
     return made
 
 
