@@ -47,7 +47,10 @@ def make(
     Yields:
         Task and result, in order.
     """
+    cut_short = path.exists() and not path.read_bytes().endswith(b"\n")
     with path.open("a", encoding="utf-8") as file:
+        if cut_short:
+            file.write("\n")
         for number, (task, result) in enumerate(zip(tasks, crew.in_order(function, tasks), strict=True), start=1):
             file.write(json.dumps(line(task, result)) + "\n")
             file.flush()
