@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
 
 from hil.book.measurement import Measurement, mean_of
 from hil.jobs.team import PACES, TEAM_SETTINGS
@@ -257,8 +257,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
-    seeds = seeds_of(options.seeds_of) if options.seeds_of else range(int(first), int(last or first) + 1)
+    seeds = seeds_of(options.seeds_of) if options.seeds_of else seeds_in(options.seeds)
     cells = [
         Cell(method, objective, opponent, seed, options.bouts, _changes(method, options.budget))
         for seed, opponent, objective, method in product(

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Final
 
 import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached, ring_of, seeds_in
 
 from hil.book.measurement import mean_of
 from hil.connecting.connecting_all import connect_all_as
@@ -243,13 +243,12 @@ def main() -> int:
     )
     parser.add_argument("--workers", type=int, default=1, help="processes")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
     methods, folder = options.methods.split(","), options.folder
     settings = PalSettings.from_dict({name: json.loads(value) for name, value in (one.split("=", 1) for one in options.set)})
     folder.mkdir(parents=True, exist_ok=True)
     with ExitStack() as stack:
         crew = stack.enter_context(open_crew(options.workers))
-        advices = coach_all(folder, methods, range(int(first), int(last or first) + 1), settings, crew)
+        advices = coach_all(folder, methods, seeds_in(options.seeds), settings, crew)
         standings = meet(folder, advices, options.bouts, crew)
         dummies = play_dummies(folder, advices, options.dummy_bouts, crew)
     sys.stderr.write("\n")

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
 from learning import METHODS
 
 from hil.book.measurement import Measurement, mean_of
@@ -297,11 +297,10 @@ def _cell(row: Mapping[str, Any] | None) -> str:
 
 def wanted_series(options: argparse.Namespace) -> list[Series]:
     """What the command line asks for."""
-    first, _, last = options.seeds.partition("-")
     names = list(worlds()) if options.worlds == "every" else options.worlds.split(",")
     series = []
     for seed, opponent, method, world in product(
-        range(int(first), int(last or first) + 1), options.opponents.split(","), options.methods.split(","), names
+        seeds_in(options.seeds), options.opponents.split(","), options.methods.split(","), names
     ):
         changes: dict[str, Any] = {}
         if method == HAND:
