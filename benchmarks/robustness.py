@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Final
 import kept_lines
 import numpy as np
 from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
-from learning import METHODS
+from learning import METHODS, NO_SETTINGS
 
 from hil.book.measurement import Measurement, mean_of
 from hil.seeds import Branch, bout_seed
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 HAND: Final = "chase2"
 THERE: Final = "there"
 WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
-    **METHODS,
+    **{name: changes for name, changes in METHODS.items() if "faults" not in changes},
     "vary": {"vary": 0.15},
     "vary-30": {"vary": 0.3},
     "vary-exam": {"exam_vary": 0.15},
@@ -51,9 +51,9 @@ WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
 """What each changes: settings of Pal, and of the coaching.
 
 `team` is what `hil coach` does with emulated robots, `team+vary` what it does with `--vary 0.15`. In `team+vary-exam` worlds
-vary in the team exam alone.
+vary in the team exam alone. What is wrong with a robot is part of a world here (`wheel-15`), not of a method.
 """
-NOT_PALS: Final = ("runs", "vary", "exam_vary", "paces", THERE)
+NOT_PALS: Final = (*NO_SETTINGS, "vary", "exam_vary", THERE)
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "mass": ("mass",),
     "friction": ("friction",),
