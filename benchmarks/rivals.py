@@ -15,7 +15,6 @@ import argparse
 import json
 import sys
 from collections import defaultdict
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -246,8 +245,7 @@ def main() -> int:
     methods, folder = options.methods.split(","), options.folder
     settings = PalSettings.from_dict({name: json.loads(value) for name, value in (one.split("=", 1) for one in options.set)})
     folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        crew = stack.enter_context(open_crew(options.workers))
+    with open_crew(options.workers) as crew:
         advices = coach_all(folder, methods, seeds_in(options.seeds), settings, crew)
         standings = meet(folder, advices, options.bouts, crew)
         dummies = play_dummies(folder, advices, options.dummy_bouts, crew)
