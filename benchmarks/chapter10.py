@@ -10,11 +10,12 @@ the results in docs/results/sumo are made, and of the results the figures and do
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import kept_lines
 
 from hil.book.chapters.chapter10 import CLAIMS
 from hil.book.results import store
@@ -41,14 +42,7 @@ def kept(path: Path) -> dict[Cell, Plain]:
     Args:
         path: The file.
     """
-    rows = {}
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-        try:
-            row = json.loads(line)
-        except ValueError:
-            continue
-        rows[Cell(**row["cell"])] = row
-    return rows
+    return {Cell(**row["cell"]): row for row in kept_lines.kept(path)}
 
 
 def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
@@ -62,12 +56,9 @@ def make(cells: Sequence[Cell], path: Path, workers: int) -> dict[Cell, Plain]:
     rows = kept(path)
     missing = [cell for cell in cells if cell not in rows]
     try:
-        with open_crew(workers) as crew, path.open("a", encoding="utf-8") as file:
-            for number, row in enumerate(crew.in_order(made, missing), start=1):
-                rows[Cell(**row["cell"])] = row
-                file.write(json.dumps(row) + "\n")
-                file.flush()
-                sys.stderr.write(f"\r{number}/{len(missing)} ")
+        with open_crew(workers) as crew:
+            for cell, row in kept_lines.make(crew, made, missing, path, lambda _, row: row):
+                rows[cell] = row
     except KeyboardInterrupt:
         sys.stderr.write("broken off: what there is by now is told; give the command again for the rest\n")
     return rows

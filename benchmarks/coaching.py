@@ -106,6 +106,16 @@ def ring_of(opponent: str, seed: int, options: str = "") -> Iterator[Ring]:
         yield open_ring(junior)
 
 
+def seeds_in(text: str) -> range:
+    """Seeds as a command line has them: `FIRST-LAST`, or a single one.
+
+    Args:
+        text: What is given.
+    """
+    first, _, last = text.partition("-")
+    return range(int(first), int(last or first) + 1)
+
+
 def coached(run: Run) -> Advice:
     """Coach once."""
     with ring_of(run.opponent, run.seed, run.options) as ring:
@@ -189,8 +199,7 @@ def main() -> None:
     changes = dict(change.split("=", 1) for change in options.set)
     plain = {name: value if name in {"phases", "objective"} else json.loads(value) for name, value in changes.items()}
     settings = PalSettings.from_dict(plain)
-    first, _, last = options.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
+    seeds = seeds_in(options.seeds)
     print(f"{settings.budget} maneuvers, objective {settings.objective}, changed: {plain or 'nothing'}")
     print(f"{options.bouts} held-out bouts each, seeds {options.seeds}")
     for opponent in options.opponents.split(","):

@@ -22,8 +22,9 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
 
 from hil.book.measurement import Measurement, mean_of
 from hil.jobs.team import PACES, TEAM_SETTINGS
@@ -164,11 +165,7 @@ def kept(results: Path) -> dict[Cell, Row]:
         results: The file.
     """
     rows = {}
-    for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
-        try:
-            data = json.loads(line)
-        except ValueError:
-            continue
+    for data in kept_lines.kept(results):
         cell = Cell(**data.pop("cell"))
         rows[cell] = Row(cell, **data)
     return rows
@@ -184,12 +181,8 @@ def make(cells: Sequence[Cell], results: Path, workers: int) -> dict[Cell, Row]:
     """
     rows = kept(results)
     missing = [cell for cell in cells if cell not in rows]
-    with open_crew(workers) as crew, results.open("a", encoding="utf-8") as file:
-        for number, row in enumerate(crew.in_order(made, missing), start=1):
-            rows[row.cell] = row
-            file.write(json.dumps(asdict(row)) + "\n")
-            file.flush()
-            sys.stderr.write(f"\r{number}/{len(missing)} ")
+    with open_crew(workers) as crew:
+        rows.update(kept_lines.make(crew, made, missing, results, lambda _, row: asdict(row)))
     return rows
 
 
@@ -264,8 +257,7 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
-    seeds = seeds_of(options.seeds_of) if options.seeds_of else range(int(first), int(last or first) + 1)
+    seeds = seeds_of(options.seeds_of) if options.seeds_of else seeds_in(options.seeds)
     cells = [
         Cell(method, objective, opponent, seed, options.bouts, _changes(method, options.budget))
         for seed, opponent, objective, method in product(

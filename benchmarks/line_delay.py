@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 from statistics import mean, stdev
 
-from coaching import JUDGE
+from coaching import JUDGE, seeds_in
 
 import hil
 from hil.seeds import Branch, bout_seed
@@ -61,8 +61,7 @@ def main() -> None:
     parser.add_argument("--bouts", type=int, default=100, help="held-out bouts for each seed and delay")
     parser.add_argument("--delays", default="0,5,10,20", help="in ms, each way")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
-    seeds = range(int(first), int(last or first) + 1)
+    seeds = seeds_in(options.seeds)
     print(f"{options.opponent}, {options.bouts} held-out bouts each, seeds {options.seeds}")
     for hold in (False, True):
         advices = [learnt(options.opponent, seed, PalSettings(hold=hold)) for seed in seeds]

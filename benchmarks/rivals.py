@@ -15,14 +15,14 @@ import argparse
 import json
 import sys
 from collections import defaultdict
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached, ring_of
+from coaching import DUMMIES, JUDGE, Run, coached, ring_of, seeds_in
 
 from hil.book.measurement import mean_of
 from hil.connecting.connecting_all import connect_all_as
@@ -178,20 +178,15 @@ def meet(folder: Path, advices: Mapping[str, Advice], bouts: int, crew: Crew) ->
 def play_dummies(folder: Path, advices: Mapping[str, Advice], bouts: int, crew: Crew) -> dict[tuple[str, str], int]:
     """Bouts won, by advice and dummy; what is not there is played."""
     path = folder / "dummies.jsonl"
-    lines = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    found = {(name, dummy): wins for name, dummy, many, wins in lines if many == bouts}
+    found = {(name, dummy): wins for name, dummy, many, wins in kept_lines.kept(path) if many == bouts}
     tasks = [
         DummyBouts(name, advice, dummy, bouts)
         for name, advice in advices.items()
         for dummy in DUMMIES.split(",")
         if (name, dummy) not in found
     ]
-    with path.open("a", encoding="utf-8") as file:
-        for task, wins in zip(tasks, crew.in_order(won, tasks), strict=True):
-            found[task.name, task.dummy] = wins
-            file.write(json.dumps([task.name, task.dummy, bouts, wins]) + "\n")
-            file.flush()
-            sys.stderr.write(f"\rdummies: {task.name}   ")
+    for task, wins in kept_lines.make(crew, won, tasks, path, lambda task, wins: [task.name, task.dummy, bouts, wins]):
+        found[task.name, task.dummy] = wins
     return found
 
 
@@ -247,13 +242,11 @@ def main() -> int:
     )
     parser.add_argument("--workers", type=int, default=1, help="processes")
     options = parser.parse_args()
-    first, _, last = options.seeds.partition("-")
     methods, folder = options.methods.split(","), options.folder
     settings = PalSettings.from_dict({name: json.loads(value) for name, value in (one.split("=", 1) for one in options.set)})
     folder.mkdir(parents=True, exist_ok=True)
-    with ExitStack() as stack:
-        crew = stack.enter_context(open_crew(options.workers))
-        advices = coach_all(folder, methods, range(int(first), int(last or first) + 1), settings, crew)
+    with open_crew(options.workers) as crew:
+        advices = coach_all(folder, methods, seeds_in(options.seeds), settings, crew)
         standings = meet(folder, advices, options.bouts, crew)
         dummies = play_dummies(folder, advices, options.dummy_bouts, crew)
     sys.stderr.write("\n")

@@ -24,9 +24,10 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import kept_lines
 import numpy as np
-from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of
-from learning import METHODS
+from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
+from learning import METHODS, NO_SETTINGS
 
 from hil.book.measurement import Measurement, mean_of
 from hil.seeds import Branch, bout_seed
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 HAND: Final = "chase2"
 THERE: Final = "there"
 WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
-    **METHODS,
+    **{name: changes for name, changes in METHODS.items() if "faults" not in changes},
     "vary": {"vary": 0.15},
     "vary-30": {"vary": 0.3},
     "vary-exam": {"exam_vary": 0.15},
@@ -50,9 +51,9 @@ WAYS: Final[Mapping[str, Mapping[str, Any]]] = {
 """What each changes: settings of Pal, and of the coaching.
 
 `team` is what `hil coach` does with emulated robots, `team+vary` what it does with `--vary 0.15`. In `team+vary-exam` worlds
-vary in the team exam alone.
+vary in the team exam alone. What is wrong with a robot is part of a world here (`wheel-15`), not of a method.
 """
-NOT_PALS: Final = ("runs", "vary", "exam_vary", "paces", THERE)
+NOT_PALS: Final = (*NO_SETTINGS, "vary", "exam_vary", THERE)
 QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
     "mass": ("mass",),
     "friction": ("friction",),
@@ -188,11 +189,7 @@ def kept(results: Path) -> Made:
         results: The file.
     """
     made = Made()
-    for line in results.read_text(encoding="utf-8").splitlines() if results.exists() else ():
-        try:
-            data = json.loads(line)
-        except ValueError:
-            continue
+    for data in kept_lines.kept(results):
         wanted = Wanted(**data["wanted"])
         if "advice" in data:
             made.advices[wanted] = data["advice"]
@@ -213,20 +210,17 @@ def make(series: Sequence[Series], results: Path, workers: int) -> Made:
     made = kept(results)
     missing = [one for one in series if one not in made.wins]
     orders = dict.fromkeys(one.wanted for one in missing if one.wanted.method != HAND and one.wanted not in made.advices)
-    with open_crew(workers) as crew, results.open("a", encoding="utf-8") as file:
-
-        def keep(line: dict[str, Any], number: int, of: int) -> None:
-            file.write(json.dumps(line) + "\n")
-            file.flush()
-            sys.stderr.write(f"\r{number}/{of} ")
-
-        for number, (wanted, advice) in enumerate(zip(orders, crew.in_order(coached, list(orders)), strict=True), start=1):
-            made.advices[wanted] = advice
-            keep({"wanted": asdict(wanted), "advice": advice}, number, len(orders))
+    with open_crew(workers) as crew:
+        advices = kept_lines.make(
+            crew, coached, list(orders), results, lambda wanted, advice: {"wanted": asdict(wanted), "advice": advice}
+        )
+        made.advices.update(advices)
         tasks = [(one, made.advices.get(one.wanted)) for one in missing]
-        for number, (one, (wins, time)) in enumerate(zip(missing, crew.in_order(played, tasks), strict=True), start=1):
+        bouts = kept_lines.make(
+            crew, played, tasks, results, lambda task, found: {**asdict(task[0]), "wins": found[0], "time": found[1]}
+        )
+        for (one, _), (wins, time) in bouts:
             made.wins[one], made.times[one] = wins, time
-            keep({**asdict(one), "wins": wins, "time": time}, number, len(missing))
     return made
 
 
@@ -303,11 +297,10 @@ def _cell(row: Mapping[str, Any] | None) -> str:
 
 def wanted_series(options: argparse.Namespace) -> list[Series]:
     """What the command line asks for."""
-    first, _, last = options.seeds.partition("-")
     names = list(worlds()) if options.worlds == "every" else options.worlds.split(",")
     series = []
     for seed, opponent, method, world in product(
-        range(int(first), int(last or first) + 1), options.opponents.split(","), options.methods.split(","), names
+        seeds_in(options.seeds), options.opponents.split(","), options.methods.split(","), names
     ):
         changes: dict[str, Any] = {}
         if method == HAND:

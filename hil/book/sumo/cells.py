@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from firmware_protocol.vocabulary import ActionTally, Maneuver, Stimulus
     from hil.sumo.bouts import Bout
     from hil.sumo.controllers import Driver
+    from hil.sumo.junior import Junior
     from hil.sumo.referee import RefereeHandle
     from hil.sumo.ring import Encounter, Ring
 
@@ -107,15 +108,13 @@ def made(cell: Cell) -> Plain:
         rating), `entries` of the advice, `wins`, `losses`, `time` (the median to win, in s), `play` (of each held-out bout
         its performances).
     """
-    with stand_in(cell.opponent) as opponent, hil.connect(f"sim://junior?opponent={opponent}&seed={cell.seed}") as junior:
-        junior.arm()
+    with robot_of(cell) as junior:
         learning = WatchedRing(open_ring(junior))
         coaching = Coaching(learning, new_pal(cell.settings, cell.seed), seed=cell.seed)
         coaching.run()
         advice = coaching.advice()
     seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
-    with stand_in(cell.opponent) as opponent, hil.connect(f"sim://junior?opponent={opponent}&seed={cell.seed}") as junior:
-        junior.arm()
+    with robot_of(cell) as junior:
         held_out = WatchedRing(open_ring(junior))
         tally = Tally.of(cell.opponent, list(play(held_out, AdviceController(advice), seeds)))
     return {
@@ -155,8 +154,7 @@ def shown(row: Plain) -> Plain:
     cell = Cell(**row["cell"])
     advice = Advice(cell.settings, tuple(AdviceEntry.from_dict(entry) for entry in row["entries"]), cell.opponent, cell.seed)
     found: list[tuple[Bout, list[tuple[float, ...]]]] = []
-    with stand_in(cell.opponent) as opponent, hil.connect(f"sim://junior?opponent={opponent}&seed={cell.seed}") as junior:
-        junior.arm()
+    with robot_of(cell) as junior:
         for number in range(1, SHOWN + 1):
             ring = WatchedRing(open_ring(junior), referee=junior.referee)
             found += [
@@ -188,6 +186,21 @@ def told(maneuver: Maneuver, encounter: Encounter) -> tuple[str, list[list[int]]
 def marks(tallies: tuple[ActionTally, ...]) -> list[list[int]]:
     """What is kept of the tallies of a performance: samples, eyes, edges, and longest presses in ms, of both sides each."""
     return [[t.samples, *t.eyes, *t.edges, *(round(1000 * press) for press in t.longest_press)] for t in tallies]
+
+
+@contextmanager
+def robot_of(cell: Cell) -> Iterator[Junior]:
+    """A new emulated robot, armed, before the opponent of a cell.
+
+    Args:
+        cell: Which.
+
+    Yields:
+        The robot.
+    """
+    with stand_in(cell.opponent) as opponent, hil.connect(f"sim://junior?opponent={opponent}&seed={cell.seed}") as junior:
+        junior.arm()
+        yield junior
 
 
 @contextmanager
