@@ -19,7 +19,8 @@ from hil.runs import load_run
 from hil.sumo.advice_file import load_advice
 from hil.sumo.coaching import load_checkpoint
 
-COACH = ("coach", "--runs", "1", "--budget", "60", "--held-out", "2", "--no-report")
+ONE = ("coach", "--runs", "1")
+COACH = (*ONE, "--budget", "60", "--held-out", "2", "--no-report")
 
 
 @pytest.fixture(autouse=True)
@@ -36,7 +37,7 @@ def files(pattern: str) -> list[str]:
 
 @pytest.mark.slow
 def test_the_main_job_leaves_advice_log_report_and_checkpoint(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["coach", "--runs", "1", "--budget", "60", "--held-out", "3"]) == 0
+    assert run([*ONE, "--budget", "60", "--held-out", "3"]) == 0
     said = capsys.readouterr().out
     assert "Pal coaches it against flat-light: 60 maneuvers" in said
     assert "60/60 maneuvers" in said
@@ -97,7 +98,7 @@ def test_quiet_prints_the_result_only(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_more_than_was_reached_can_be_required(capsys: pytest.CaptureFixture[str]) -> None:
-    cheap = ["coach", "--runs", "1", "--budget", "5", "--no-log", "--quiet", "--held-out"]
+    cheap = [*ONE, "--budget", "5", "--no-log", "--quiet", "--held-out"]
     assert run([*cheap, "1", "--require", "0"]) == 0
     assert run([*cheap, "0", "--require", "0.5"]) == 1
     assert "required 0.5" in capsys.readouterr().out
@@ -119,7 +120,7 @@ def test_the_same_seed_leaves_the_same_bytes_and_another_seed_others(folder: Pat
 
 
 def test_a_run_can_be_gone_on_with_but_not_as_another(capsys: pytest.CaptureFixture[str]) -> None:
-    begin = ["coach", "--runs", "1", "--no-log", "--quiet", "--held-out", "0", "--opponent", "corner-light", "--budget", "20"]
+    begin = [*ONE, "--no-log", "--quiet", "--held-out", "0", "--opponent", "corner-light", "--budget", "20"]
     assert run([*begin, "--seed", "4", "--out", "first"]) == 0
     learnt = Path("first/advice.toml").read_bytes()
     capsys.readouterr()
@@ -187,7 +188,7 @@ def test_a_wrong_configuration_is_named(capsys: pytest.CaptureFixture[str], fold
 )
 def test_wrong_usage_is_named_without_a_traceback(capsys: pytest.CaptureFixture[str], arguments: list[str], named: str) -> None:
     extra = [] if "--log" in arguments else ["--no-log"]
-    assert run(["coach", "--runs", "1", "--budget", "5", "--held-out", "0", *extra, *arguments]) == 2
+    assert run([*ONE, "--budget", "5", "--held-out", "0", *extra, *arguments]) == 2
     said = capsys.readouterr().err
     assert named in said
     assert "Traceback" not in said
@@ -256,7 +257,7 @@ def test_a_run_says_how_it_ended_where_the_disk_has_no_room_for_a_new_record(mon
 def test_log_and_report_are_never_those_of_the_run_before(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    short = ["coach", "--runs", "1", "--budget", "40", "--held-out", "1", "--log", "x.mcap", "--overwrite", "--json"]
+    short = [*ONE, "--budget", "40", "--held-out", "1", "--log", "x.mcap", "--overwrite", "--json"]
     assert run([*short, "--seed", "1"]) == 0
     old = Path("x.mcap").read_bytes()
     capsys.readouterr()

@@ -36,7 +36,10 @@ BEGUN: Final = "globalThis.hilView && hilView.model.chapters.length > 0"
 WORDS: Final = "document.getElementById('live-words').textContent"
 STOPPED: Final = "document.getElementById('stopped').textContent"
 PATIENCE: Final = 120.0
-LONG: Final = ("coach", "--runs", "1", "--no-report", "--budget", "1000000")
+COACH: Final = ("coach", "--runs", "1", "--no-report")
+SHORT: Final = (*COACH, "--budget", "300", "--held-out", "5")
+"""A run of which somebody sees the beginning and the end."""
+LONG: Final = (*COACH, "--budget", "1000000")
 """A run that is not over before somebody has looked on, however slow the machine."""
 
 
@@ -90,7 +93,7 @@ def page(browser: Chromium) -> Iterator[Page]:
 
 
 def test_a_coaching_run_is_followed_to_its_end(page: Page, tmp_path: Path) -> None:
-    with running(tmp_path, "coach", "--runs", "1", "--budget", "300", "--held-out", "5", "--no-report") as run:
+    with running(tmp_path, *SHORT) as run:
         page.visit(run.url, BEGUN)
         first = page.ask("hilView.player.time")
         page.wait(f"hilView.player.time > {first} + 0.5 && hilView.player.following")
@@ -111,7 +114,7 @@ def test_a_coaching_run_is_followed_to_its_end(page: Page, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("looking_around", [False, True])
 def test_at_the_end_what_was_learnt_and_how_it_plays_stand_first(page: Page, tmp_path: Path, *, looking_around: bool) -> None:
-    with running(tmp_path, "coach", "--runs", "1", "--budget", "300", "--held-out", "5", "--no-report") as run:
+    with running(tmp_path, *SHORT) as run:
         page.visit(run.url, BEGUN)
         if looking_around:
             page.ask("hilView.player.chapter(0)")
