@@ -15,7 +15,6 @@ from hil.cli import common
 from hil.cli.running import ActiveRun
 from hil.cli.workers import PartStage
 from hil.jobs.coach import CoachJob, Outputs
-from hil.mcaplog.making.slimming import slim
 from hil.sumo.team import LATELY, CoachedRun
 from hil.working import WorkerError, interruptible
 from hil.working.processes import tell
@@ -162,6 +161,8 @@ def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
         with interruptible(), closing(stage):
             coached = job.perform(stage)
         if log is not None and order.number > 1 and not run.failures:
+            from hil.mcaplog.making.slimming import slim  # noqa: PLC0415 - it loads all that reads logs, which coaching does not
+
             small = log.with_suffix(".slim")
             slim(log, small, overwrite=True)
             small.replace(log)
