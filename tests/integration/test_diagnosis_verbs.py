@@ -9,6 +9,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 import pytest
+from at_night import all_at_night_but, all_by_day_but
 from serving import in_thread
 
 import hil
@@ -206,14 +207,12 @@ def said_of(name: str, verbs: Iterable[str], capsys: pytest.CaptureFixture[str])
             assert verb == "ports" or f"hil: {url}: " in said, f"hil {verb}: {said}"
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] if name in RARER else []) for name in LINES])
+@pytest.mark.parametrize("name", all_by_day_but(RARER, LINES))
 def test_every_command_says_what_is_the_matter(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     said_of(name, [verb for verb in VERBS if verb not in LIKE_COACH], capsys)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if name == "silence" else [pytest.mark.nightly]) for name in LINES]
-)
+@pytest.mark.parametrize("name", all_at_night_but({"silence"}, LINES))
 def test_those_that_open_a_robot_alike_say_the_same(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     said_of(name, sorted(LIKE_COACH), capsys)
 

@@ -12,6 +12,7 @@ from time import monotonic
 from typing import Final
 
 import pytest
+from at_night import all_at_night_but
 from edited_logs import RECORDS, RX, STEP, TX, EditedLog, encoded
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -252,13 +253,7 @@ def test_a_better_wording_is_no_difference_unless_asked_for(lockstep: EditedLog,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "topic",
-    [
-        pytest.param(topic, marks=[] if topic in {"/wire/tx", "/pal/decision"} else [pytest.mark.nightly])
-        for topic in decision_topics()
-    ],
-)
+@pytest.mark.parametrize("topic", all_at_night_but({"/wire/tx", "/pal/decision"}, decision_topics()))
 def test_a_decision_that_is_missing_and_one_too_many(topic: str, lockstep: EditedLog, tmp_path: Path) -> None:
     if topic == "/wire/unsent":
         pytest.skip("no kept log has one")

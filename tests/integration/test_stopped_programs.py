@@ -13,6 +13,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 import pytest
+from at_night import all_by_day_but
 from observed import Observed, served
 from processes import Hil, Program
 from shell import Shell
@@ -83,9 +84,7 @@ PLACES: Final = {
 }
 
 
-@pytest.mark.parametrize(
-    "place", [pytest.param(place, marks=[pytest.mark.nightly] if place == "asleep" else []) for place in PLACES]
-)
+@pytest.mark.parametrize("place", all_by_day_but({"asleep"}, PLACES))
 def test_a_program_that_is_stuck_keeps_no_robot_driving(place: str, tmp_path: Path) -> None:
     connection, then = PLACES[place]
     code = PROGRAM.format(connection=connection, then=then)

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from at_night import all_by_day_but
 from mcap.stream_reader import StreamReader
 
 from hil.cli.app import run
@@ -71,9 +72,7 @@ def test_the_same_seed_writes_the_same_log(address: str, capsys: pytest.CaptureF
     assert one != other
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=[pytest.mark.nightly] if kind in BY_NIGHT else []) for kind in KINDS]
-)
+@pytest.mark.parametrize("kind", all_by_day_but(BY_NIGHT, KINDS))
 def test_every_kind_of_log_is_replayed_without_a_difference(kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     found = outcome(capsys, *KINDS[kind])
     report = replay(found["log"], strict=True)
