@@ -161,10 +161,11 @@ def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
         with interruptible(), closing(stage):
             coached = job.perform(stage)
         if log is not None and order.number > 1 and not run.failures:
+            from hil.mcaplog.making.recovery import SMALL_SOON  # noqa: PLC0415 - as the next
             from hil.mcaplog.making.slimming import slim  # noqa: PLC0415 - it loads all that reads logs, which coaching does not
 
             small = log.with_suffix(".slim")
-            slim(log, small, overwrite=True)
+            slim(log, small, level=SMALL_SOON, overwrite=True)
             small.replace(log)
     except (HilError, OSError) as error:
         raise WorkerError(f"run {order.number}: {common.in_words(error)}", common.status_of(error)) from None

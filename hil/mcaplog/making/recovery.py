@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.reading.walking import RawRecord
 
-_SMALL: Final[dict[str, Any]] = {"level": 19, "chunk_size": 256 << 10, "indexed": False}
+SMALLEST: Final = 19
+"""zstd's level where size alone matters: of 24 minutes of coaching 6.1 MB are left, in 17 s."""
+SMALL_SOON: Final = 9
+"""zstd's level where time matters, too: 6.8 MB are left, in 2 s."""
+_SMALL: Final[dict[str, Any]] = {"chunk_size": 256 << 10, "indexed": False}
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,7 @@ def copy_log(
     out: Path,
     *,
     topics: Callable[[str], bool] = lambda _: True,
-    small: bool = False,
+    small: int | None = None,
     more: Callable[[LogCopy], None] | None = None,
     overwrite: bool = False,
 ) -> CopiedLog:
@@ -90,7 +94,7 @@ def copy_log(
         reader: The log.
         out: The new one.
         topics: Tells whether the entries of a topic are wanted; all are, where it is left out.
-        small: Size matters more than time, and than finding entries by their index.
+        small: Size matters more than finding entries by their index: zstd's level; None: it does not.
         more: Adds to the new log, before it is finished.
         overwrite: One that exists is replaced.
 
@@ -108,8 +112,8 @@ def copy_log(
     except OSError as error:
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
-        copy = LogCopy(output.file, header=_header(reader), **(_SMALL if small else {}))
-        files = _fill(copy, reader, topics, entries=small)
+        copy = LogCopy(output.file, header=_header(reader), **({} if small is None else {**_SMALL, "level": small}))
+        files = _fill(copy, reader, topics, entries=small is not None)
         if more is not None:
             more(copy)
         if not reader.whole and CUT not in reader.metadata:

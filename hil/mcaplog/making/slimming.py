@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from hil.mcaplog.errors import LogError
 from hil.mcaplog.limits import ReadLimits
-from hil.mcaplog.making.recovery import CopiedLog, copy_log
+from hil.mcaplog.making.recovery import SMALLEST, CopiedLog, copy_log
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.records import EVENTS
 
@@ -55,13 +55,21 @@ def matches(topic: str, patterns: Iterable[str]) -> bool:
     return any(fnmatchcase(topic, pattern) for pattern in patterns)
 
 
-def slim(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite: bool = False) -> CopiedLog:  # noqa: B008 - frozen
+def slim(
+    path: Path,
+    out: Path,
+    limits: ReadLimits = ReadLimits(),  # noqa: B008 - frozen
+    *,
+    level: int = SMALLEST,
+    overwrite: bool = False,
+) -> CopiedLog:
     """Write what running a log again needs into a new one.
 
     Args:
         path: The log.
         out: The new one.
         limits: What the log may unpack to.
+        level: How well it is compressed: zstd's level.
         overwrite: One that exists is replaced.
 
     Returns:
@@ -81,4 +89,4 @@ def slim(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwrite:
         pass
     if SLIM in reader.metadata:
         raise LogError(f"{path} is slim already: copy it as it is")
-    return copy_log(reader, out, topics=is_kept, small=True, more=say, overwrite=overwrite)
+    return copy_log(reader, out, topics=is_kept, small=level, more=say, overwrite=overwrite)
