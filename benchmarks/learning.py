@@ -17,7 +17,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -27,7 +27,7 @@ import numpy as np
 from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
 
 from hil.book.measurement import Measurement, mean_of
-from hil.jobs.team import PACES, TEAM_SETTINGS
+from hil.jobs.team import PACES, TEAM_SETTINGS, USUAL_RUNS
 from hil.seeds import Branch, bout_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.controllers import AdviceController
@@ -53,11 +53,11 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "period-80": {"period": 0.08},
     "arms": {"arms_in_stimulus": True},
     "time": {"robot_time": 960.0},
-    "team": {"runs": 4, "paces": list(PACES), **_TEAM},
-    "team-one-pace": {"runs": 4, **_TEAM},
-    "team-120": {"runs": 4, "paces": list(PACES), **_TEAM, "progress_weight": 120.0},
-    "team-16min": {"runs": 4, "paces": list(PACES), **_TEAM, "robot_time": 960.0},
-    "team-6": {"runs": 6, "paces": list(PACES), **_TEAM},
+    "team": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM},
+    "team-one-pace": {"runs": USUAL_RUNS, **_TEAM},
+    "team-120": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM, "progress_weight": 120.0},
+    "team-16min": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM, "robot_time": 960.0},
+    "team-4": {"runs": 4, "paces": list(PACES), **_TEAM},
     "weak-5": {"faults": "wheel:left:0.95"},
     "weak-10": {"faults": "wheel:left:0.9"},
     "weak-15": {"faults": "wheel:left:0.85"},
@@ -124,6 +124,7 @@ class Row:
         time: Median time to win, in s; None where none was won.
         maneuvers: Maneuvers performed in coaching, all runs together.
         robot_seconds: Time that the robot spent coaching and in the team exam, in s.
+        advice: What was learnt, as plain values; `robustness.py` has it played elsewhere.
     """
 
     cell: Cell
@@ -132,6 +133,7 @@ class Row:
     time: float | None
     maneuvers: int
     robot_seconds: float
+    advice: Mapping[str, Any] = field(default_factory=dict)
 
 
 def seeds_of(commit: str, count: int = 24) -> list[int]:
@@ -155,7 +157,8 @@ def made(cell: Cell) -> Row:
     seeds = [bout_seed(JUDGE, Branch.BOUTS, number) for number in range(1, cell.bouts + 1)]
     with ring_of(run.opponent, run.seed, run.options) as ring:
         tally = Tally.of(cell.opponent, list(play(ring, AdviceController(team.advice), seeds)))
-    return Row(cell, tally.wins, tally.losses, tally.median_time_to_win, team.maneuvers, round(team.robot_seconds, 3))
+    time, seconds = tally.median_time_to_win, round(team.robot_seconds, 3)
+    return Row(cell, tally.wins, tally.losses, time, team.maneuvers, seconds, team.advice.to_dict())
 
 
 def kept(results: Path) -> dict[Cell, Row]:

@@ -10,8 +10,8 @@ the command may be broken off and given anew, with more seeds, methods or worlds
 table. Intervals are 95 %, over seeds; differences are paired by seed.
 
     python benchmarks/robustness.py [--methods team,team+vary,chase2] [--against team] [--opponents flat-light,flat-heavy]
-        [--worlds nominal,mass-15] [--seeds 600-607] [--bouts 200] [--workers 2] [--results robustness.jsonl] [--json]
-        [--table]
+        [--worlds nominal,mass-15] [--seeds 600-607 | --seeds-of COMMIT] [--bouts 200] [--workers 2]
+        [--results robustness.jsonl] [--learnt learning.jsonl] [--json] [--table]
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from typing import TYPE_CHECKING, Any, Final
 import kept_lines
 import numpy as np
 from coaching import DUMMIES, JUDGE, Run, coached_team, ring_of, seeds_in
-from learning import METHODS, NO_SETTINGS
+from learning import METHODS, NO_SETTINGS, seeds_of
 
 from hil.book.measurement import Measurement, mean_of
 from hil.seeds import Branch, bout_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.controllers import AdviceController, Chase2Controller
 from hil.working import open_crew
-from pal_advisor.maneuvers import Advice, PalSettings
+from pal_advisor.maneuvers import Advice, Objective, PalSettings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -66,6 +66,7 @@ QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """What is off in a world, as an address names it."""
 SHARES: Final = (-30, -15, 15, 30)
+SEEDS: Final = 8
 CORNERS: Final = 20
 """Worlds that `corners` are drawn as."""
 
@@ -199,15 +200,29 @@ def kept(results: Path) -> Made:
     return made
 
 
-def make(series: Sequence[Series], results: Path, workers: int) -> Made:
+def learnt(results: Path) -> dict[Wanted, dict[str, Any]]:
+    """Advice of the nominal world that `learning.py` has made, by the objective that is used here.
+
+    Args:
+        results: Its file.
+    """
+    found = {}
+    for data in kept_lines.kept(results):
+        cell = data["cell"]
+        if data.get("advice") and cell["objective"] == Objective.OUTCOME:
+            found[Wanted(cell["method"], cell["opponent"], cell["seed"], cell["changes"], "")] = data["advice"]
+    return found
+
+
+def make(series: Sequence[Series], made: Made, results: Path, workers: int) -> Made:
     """Make what is not there.
 
     Args:
         series: What is wanted.
+        made: What is there.
         results: The file.
         workers: Processes.
     """
-    made = kept(results)
     missing = [one for one in series if one not in made.wins]
     orders = dict.fromkeys(one.wanted for one in missing if one.wanted.method != HAND and one.wanted not in made.advices)
     with open_crew(workers) as crew:
@@ -298,10 +313,9 @@ def _cell(row: Mapping[str, Any] | None) -> str:
 def wanted_series(options: argparse.Namespace) -> list[Series]:
     """What the command line asks for."""
     names = list(worlds()) if options.worlds == "every" else options.worlds.split(",")
+    seeds = seeds_of(options.seeds_of, SEEDS) if options.seeds_of else seeds_in(options.seeds)
     series = []
-    for seed, opponent, method, world in product(
-        seeds_in(options.seeds), options.opponents.split(","), options.methods.split(","), names
-    ):
+    for seed, opponent, method, world in product(seeds, options.opponents.split(","), options.methods.split(","), names):
         changes: dict[str, Any] = {}
         if method == HAND:
             series.append(Series(Wanted(HAND, opponent, 0, "{}", ""), world, options.bouts))
@@ -322,14 +336,20 @@ def main() -> int:
     parser.add_argument("--opponents", default=DUMMIES)
     parser.add_argument("--worlds", default="every", help=f"of {', '.join(worlds())}")
     parser.add_argument("--seeds", default="600-607", help="first-last")
+    parser.add_argument("--seeds-of", metavar="COMMIT", help=f"instead, the first {SEEDS} seeds that learning.py draws from it")
     parser.add_argument("--bouts", type=int, default=200, help="held-out bouts in each world")
     parser.add_argument("--results", type=Path, default=Path("robustness.jsonl"), help="where what is made is kept")
+    parser.add_argument("--learnt", type=Path, help="take advice of the nominal world from what learning.py has kept")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--json", action="store_true", help="print rows as JSON instead of tables")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
     series = wanted_series(options)
-    made = kept(options.results) if options.table else make(series, options.results, options.workers)
+    made = kept(options.results)
+    if options.learnt:
+        made.advices.update(learnt(options.learnt))
+    if not options.table:
+        make(series, made, options.results, options.workers)
     found = rows(made, series, options.against)
     told = [json.dumps(found, default=asdict)] if options.json else table(found)
     sys.stdout.write("\n".join(told) + "\n")

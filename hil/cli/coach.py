@@ -21,14 +21,14 @@ from hil.cli.coach_begun import begun_team
 from hil.cli.coach_files import CoachingFiles
 from hil.cli.coach_from import FromOption, given_advice
 from hil.cli.coach_resuming import BegunRun
-from hil.cli.coach_runs import USUAL_RUNS, opponent_of, runs_wanted, urls_of
+from hil.cli.coach_runs import opponent_of, runs_wanted, urls_of
 from hil.cli.coach_team import TEAM_BUDGET, Places, budget_of, coach_team
 from hil.cli.coach_vary import VaryOption, varied
 from hil.cli.rivals import opponent_named, ring_url, run_against_robots
 from hil.cli.running import running
 from hil.cli.stage import LiveStage
 from hil.jobs.coach import HELD_OUT_LOCKSTEP, HELD_OUT_REAL_TIME, CoachJob, Outputs, Reset
-from hil.jobs.team import MOST_RUNS, PACES, TEAM_SETTINGS, TeamJob
+from hil.jobs.team import MOST_RUNS, PACES, TEAM_SETTINGS, USUAL_RUNS, TeamJob
 from hil.runs import ADVICE, CHECKPOINT
 from hil.sumo.ring import OPPONENTS
 from hil.sumo.summary import coaching_summary, shortfall

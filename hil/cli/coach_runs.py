@@ -10,6 +10,7 @@ from firmware_protocol.address import parse_address
 from hil.cli import common
 from hil.cli.coach_begun import check_begun
 from hil.cli.swarm import options
+from hil.jobs.team import USUAL_RUNS
 from hil.seeds import run_seed
 from simdevice.sumo.conditions import CONDITIONS
 
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 
     from hil.cli.coach_begun import BegunTeam
 
-USUAL_RUNS: Final = 4
-"""Runs on emulated robots that one advice is made of."""
 OF_ONE: Final = {
     "live": "shows one robot",
     "share": "shares the link of one robot",

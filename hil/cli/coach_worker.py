@@ -118,7 +118,7 @@ class RunWatcher:
 
 
 def coach_run(task: RunTask) -> CoachedRun:
-    """Coach, in a worker; the log of all runs but the first is made small.
+    """Coach, in a worker; its log is made small, that of the first with all there is to see.
 
     Args:
         task: What.
@@ -160,12 +160,12 @@ def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
         stage = PartStage(run, job, order.url, console, quiet=True, beside=False)
         with interruptible(), closing(stage):
             coached = job.perform(stage)
-        if log is not None and order.number > 1 and not run.failures:
+        if log is not None and not run.failures:
             from hil.mcaplog.making.recovery import SMALL_SOON  # noqa: PLC0415 - as the next
-            from hil.mcaplog.making.slimming import slim  # noqa: PLC0415 - it loads all that reads logs, which coaching does not
+            from hil.mcaplog.making.slimming import EVERY, KEPT, slim  # noqa: PLC0415 - it loads all that reads logs, which coaching does not
 
             small = log.with_suffix(".slim")
-            slim(log, small, level=SMALL_SOON, overwrite=True)
+            slim(log, small, topics=KEPT if order.number > 1 else EVERY, level=SMALL_SOON, overwrite=True)
             small.replace(log)
     except (HilError, OSError) as error:
         raise WorkerError(f"run {order.number}: {common.in_words(error)}", common.status_of(error)) from None

@@ -44,8 +44,10 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 
+USUAL_RUNS: Final = 6
+"""Runs on emulated robots that one advice is made of where nothing else is asked for."""
 MOST_RUNS: Final = 100
-PACES: Final = (0.15, 0.11, 0.08)
+PACES: Final = (0.18, 0.11, 0.08)
 """Time that an action lasts, in s, in one run after the other where none is asked for: opponents differ in what serves best."""
 TEAM_SETTINGS: Final = PalSettings(budget=MOST_BUDGET, robot_time=1440.0, end_on_change=True, progress_weight=200.0)
 """How Pal coaches several runs where nothing else is asked for."""

@@ -9,7 +9,7 @@ import pytest
 from firmware_protocol.address import parse_address
 from hil.cli import common
 from hil.cli.app import run
-from hil.jobs.team import TEAM_SETTINGS
+from hil.jobs.team import TEAM_SETTINGS, USUAL_RUNS
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,10 +37,10 @@ def coached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[TeamJob | N
     return found
 
 
-def test_emulated_robots_are_four(coached: list[TeamJob | None]) -> None:
+def test_emulated_robots_are_several(coached: list[TeamJob | None]) -> None:
     for asked in ([], ["--json"], ["--budget", "100"], ["sim://junior"], ["sim://junior?wire=can", "--no-log"]):
         assert run(["coach", *asked]) == 0
-    assert [job and len(job.urls) for job in coached] == [4] * 5
+    assert [job and len(job.urls) for job in coached] == [USUAL_RUNS] * 5
     settings = [job.settings for job in coached if job]
     assert settings[0] == TEAM_SETTINGS
     assert (settings[2].robot_time, settings[2].budget) == (0.0, 100)

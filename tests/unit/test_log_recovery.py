@@ -21,8 +21,9 @@ from report_logs import coaching_log
 
 from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader, UnreadableLogError
+from hil.mcaplog.checking.rules import check_log
 from hil.mcaplog.making.recovery import recover
-from hil.mcaplog.making.slimming import SLIM, is_kept, slim
+from hil.mcaplog.making.slimming import EVERY, KEPT, SLIM, matches, slim
 from hil.mcaplog.reading.overview import overview
 from hil.mcaplog.writing.writer import CUT, SIZES
 
@@ -194,7 +195,7 @@ def test_a_file_that_exists_is_not_replaced_unasked_and_the_log_itself_never(goo
 def test_a_slim_log_has_what_running_it_again_needs(good: Path, tmp_path: Path) -> None:
     out = tmp_path / "slim.mcap"
     made = slim(good, out)
-    wanted = [entry for entry in raw(good) if is_kept(entry.topic)]
+    wanted = [entry for entry in raw(good) if matches(entry.topic, KEPT)]
     assert plain(raw(out)) == plain(wanted)
     assert stock(out) == plain(wanted)
     assert 0 < made.size < good.stat().st_size / 2
@@ -209,6 +210,14 @@ def test_a_slim_log_has_what_running_it_again_needs(good: Path, tmp_path: Path) 
         name: values for name, values in one.metadata.items() if name != SIZES
     }
     assert [entry.topic for entry in LogReader(out).entries(["/pal/trial"])] == ["/pal/trial"] * 40
+
+
+def test_a_slim_log_may_have_every_topic(good: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.mcap"
+    slim(good, out, topics=EVERY, level=9)
+    assert raw(out) == raw(good)
+    assert out.stat().st_size < 0.7 * good.stat().st_size
+    assert check_log(out).passed
 
 
 def test_a_slim_log_keeps_attachments(tmp_path: Path) -> None:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", EVENTS)
 """The topics that a slim log has, as patterns."""
+EVERY: Final = ("*",)
+"""Likewise of one that has all there is to see, and is small for want of an index of its entries."""
 SLIM: Final = "slim"
 """Name of the metadata record that says which topics were kept."""
 
@@ -40,11 +42,6 @@ def kept_of(metadata: Mapping[str, Mapping[str, str]]) -> tuple[str, ...] | None
     return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
 
 
-def is_kept(topic: str) -> bool:
-    """A slim log has the entries of a topic."""
-    return matches(topic, KEPT)
-
-
 def matches(topic: str, patterns: Iterable[str]) -> bool:
     """A topic is one of these.
 
@@ -60,6 +57,7 @@ def slim(
     out: Path,
     limits: ReadLimits = ReadLimits(),  # noqa: B008 - frozen
     *,
+    topics: tuple[str, ...] = KEPT,
     level: int = SMALLEST,
     overwrite: bool = False,
 ) -> CopiedLog:
@@ -69,6 +67,7 @@ def slim(
         path: The log.
         out: The new one.
         limits: What the log may unpack to.
+        topics: What it has, as patterns.
         level: How well it is compressed: zstd's level.
         overwrite: One that exists is replaced.
 
@@ -82,11 +81,11 @@ def slim(
     """
 
     def say(copy: LogCopy) -> None:
-        copy.values(SLIM, {"kept": json.dumps(KEPT)})
+        copy.values(SLIM, {"kept": json.dumps(topics)})
 
     reader = LogReader(path, limits)
     for _ in reader.entries(topics=()):
         pass
     if SLIM in reader.metadata:
         raise LogError(f"{path} is slim already: copy it as it is")
-    return copy_log(reader, out, topics=is_kept, small=level, more=say, overwrite=overwrite)
+    return copy_log(reader, out, topics=lambda topic: matches(topic, topics), small=level, more=say, overwrite=overwrite)
