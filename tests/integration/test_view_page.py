@@ -283,6 +283,7 @@ def test_where_nobody_knows_the_place_the_robot_is_drawn_by_itself(page: Page, t
     driving_log(tmp_path / "d.mcap", 5.0)
     page.open(write_view(tmp_path / "d.mcap")[0], READY)
     assert page.ask("hilView.model.terrain.ground") == "none"
+    assert page.ask("[now.hidden, document.getElementById('arena-box').hidden]") == [False, False]
     assert page.ask("document.querySelectorAll('#traces .uplot').length") >= 4
     assert page.seen.quiet, page.seen
 
@@ -298,6 +299,7 @@ def test_a_run_of_which_only_events_are_known_is_a_page_too(page: Page, tmp_path
     page.press(" ")
     page.wait("hilView.player.time > 0")
     assert page.ask("document.querySelectorAll('#event-list li').length") == 2
+    assert page.ask("[now.hidden, document.getElementById('arena-box').hidden]") == [True, True]
     assert page.seen.quiet, page.seen
 
 

@@ -242,7 +242,9 @@ class View {
     const toggle = byId("toggle");
     byId("toggle-icon").setAttribute("d", player.playing ? "M4 2h3v12H4zM9 2h3v12H9z" : "M4 2v12l10-6z");
     toggle.setAttribute("aria-label", player.playing ? "Pause" : "Play");
-    fillTerms(byId("now-list"), nowTerms(model, time, this.arena.picked));
+    const terms = nowTerms(model, time, this.arena.picked);
+    byId("now").hidden = !terms.length;
+    fillTerms(byId("now-list"), terms);
     const at = model.chapterAt(time);
     const chapter = model.chapters[at];
     byId("ending").hidden = !(chapter && chapter.story);
