@@ -11,7 +11,7 @@ table. Intervals are 95 %, over seeds; differences are paired by seed.
 
     python benchmarks/robustness.py [--methods team,team+vary,chase2] [--against team] [--opponents flat-light,flat-heavy]
         [--worlds nominal,mass-15] [--seeds 600-607 | --seeds-of COMMIT] [--bouts 200] [--workers 2]
-        [--results robustness.jsonl] [--learnt learning.jsonl] [--json] [--table]
+        [--results robustness.jsonl] [--learnt learning.jsonl] [--json | --short] [--table]
 """
 
 from __future__ import annotations
@@ -297,6 +297,24 @@ def table(found: Sequence[Mapping[str, Any]]) -> Iterable[str]:
             yield f"| {world} | " + " | ".join(_cell(cells.get(method)) for method in methods) + " |"
 
 
+def short_table(found: Sequence[Mapping[str, Any]]) -> Iterable[str]:
+    """The same without intervals: one table, with a line for each world, and a column for each opponent with all methods.
+
+    Args:
+        found: The rows.
+
+    Yields:
+        Lines.
+    """
+    methods, opponents, names = (list(dict.fromkeys(row[key] for row in found)) for key in ("method", "opponent", "world"))
+    yield "| won by " + " / ".join(methods) + " | " + " | ".join(opponents) + " |"
+    yield "|---" * (len(opponents) + 1) + "|"
+    won = {(row["world"], row["opponent"], row["method"]): f"{row['won'].value:.2f}" for row in found}
+    for world in names:
+        cells = (" / ".join(won.get((world, opponent, method), "-") for method in methods) for opponent in opponents)
+        yield f"| {world} | " + " | ".join(cells) + " |"
+
+
 def _cell(row: Mapping[str, Any] | None) -> str:
     """Won (worst seed), with the difference."""
     if row is None:
@@ -342,6 +360,7 @@ def main() -> int:
     parser.add_argument("--learnt", type=Path, help="take advice of the nominal world from what learning.py has kept")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--json", action="store_true", help="print rows as JSON instead of tables")
+    parser.add_argument("--short", action="store_true", help="one table of all opponents, without intervals")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
     series = wanted_series(options)
@@ -351,7 +370,7 @@ def main() -> int:
     if not options.table:
         make(series, made, options.results, options.workers)
     found = rows(made, series, options.against)
-    told = [json.dumps(found, default=asdict)] if options.json else table(found)
+    told = [json.dumps(found, default=asdict)] if options.json else (short_table if options.short else table)(found)
     sys.stdout.write("\n".join(told) + "\n")
     return 0
 
