@@ -218,6 +218,10 @@ def test_a_slim_log_may_have_every_topic(good: Path, tmp_path: Path) -> None:
     assert raw(out) == raw(good)
     assert out.stat().st_size < 0.7 * good.stat().st_size
     assert check_log(out).passed
+    one, other = tmp_path / "one.mcap", tmp_path / "other.mcap"
+    slim(good, one)
+    slim(out, other)
+    assert one.read_bytes() == other.read_bytes()
 
 
 def test_a_slim_log_keeps_attachments(tmp_path: Path) -> None:

@@ -86,6 +86,7 @@ def copy_log(
     topics: Callable[[str], bool] = lambda _: True,
     small: int | None = None,
     more: Callable[[LogCopy], None] | None = None,
+    instead_of: tuple[str, ...] = (),
     overwrite: bool = False,
 ) -> CopiedLog:
     """Write what a reader gives into a new log.
@@ -96,6 +97,7 @@ def copy_log(
         topics: Tells whether the entries of a topic are wanted; all are, where it is left out.
         small: Size matters more than finding entries by their index: zstd's level; None: it does not.
         more: Adds to the new log, before it is finished.
+        instead_of: Names of metadata records that are not copied, since `more` adds them anew.
         overwrite: One that exists is replaced.
 
     Raises:
@@ -113,7 +115,7 @@ def copy_log(
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
         copy = LogCopy(output.file, header=_header(reader), **({} if small is None else {**_SMALL, "level": small}))
-        files = _fill(copy, reader, topics, entries=small is not None)
+        files = _fill(_Extras(copy, instead_of), copy, reader, topics, entries=small is not None)
         if more is not None:
             more(copy)
         if not reader.whole and CUT not in reader.metadata:
@@ -130,13 +132,12 @@ def copy_log(
     return CopiedLog(out, size, copy.entries, files.metadata, files.attachments, reader.health(), reader.whole)
 
 
-def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Extras:
+def _fill(files: _Extras, copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Extras:
     """Copy entries, metadata and attachments.
 
     Raises:
         UnreadableLogError: There are none, or no entries where these are what is wanted.
     """
-    files = _Extras(copy)
     for entry in reader.raw_entries(others=files.take):
         if not entry.topic or topics(entry.topic):
             described = reader.channels.described(entry.channel)
@@ -161,17 +162,19 @@ class _Extras:
         before: Entries that were copied and come before the first that is missing.
     """
 
-    def __init__(self, copy: LogCopy) -> None:
+    def __init__(self, copy: LogCopy, left_out: tuple[str, ...]) -> None:
         self._copy = copy
+        self._left_out = left_out
         self.metadata = self.attachments = self.before = 0
 
     def take(self, record: RawRecord) -> None:
         """Take a metadata record or an attachment, where it is in order; the reader tells where it is not."""
         with suppress(*DAMAGE):
             if record.opcode == Opcode.METADATA:
-                read_metadata(record.content)
-                self._copy.metadata(record.content)
-                self.metadata += 1
+                name, _ = read_metadata(record.content)
+                if name not in self._left_out:
+                    self._copy.metadata(record.content)
+                    self.metadata += 1
             else:
                 read_attachment(record.content)
                 self._copy.attachment(record.content)

@@ -86,6 +86,8 @@ def slim(
     reader = LogReader(path, limits)
     for _ in reader.entries(topics=()):
         pass
-    if SLIM in reader.metadata:
+    if SLIM in reader.metadata and kept_of(reader.metadata) != EVERY:
         raise LogError(f"{path} is slim already: copy it as it is")
-    return copy_log(reader, out, topics=lambda topic: matches(topic, topics), small=level, more=say, overwrite=overwrite)
+    return copy_log(
+        reader, out, topics=lambda topic: matches(topic, topics), small=level, more=say, instead_of=(SLIM,), overwrite=overwrite
+    )
