@@ -100,6 +100,17 @@ def test_a_run_is_what_it_is_alone(whole: tuple[Path, dict[str, Any]], folder: P
     assert (told[1].digest, told[1].outcomes) == (alone.digest, alone.outcomes)
 
 
+def test_what_is_put_together_challenges_the_advice_that_it_began_from(whole: tuple[Path, dict[str, Any]]) -> None:
+    given, _ = whole
+    document = as_json(*ASKED, "--seed", "2", "--from", str(given), "--out", "on")
+    challenge = document["challenge"]
+    assert 10 <= challenge["bouts"] <= 40
+    stays = challenge["winner"] == "champion"
+    assert ((given / "advice.toml").read_bytes() == Path("on/advice.toml").read_bytes()) is stays
+    assert Path("on/learnt-advice.toml").exists() is stays
+    assert hil.replay(Path("on/log.mcap")).same
+
+
 def test_stopped_and_gone_on_with_it_comes_to_the_same(
     whole: tuple[Path, dict[str, Any]], folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
