@@ -10,7 +10,7 @@ the command may be broken off and given anew, with more seeds, methods or worlds
 table. Intervals are 95 %, over seeds; differences are paired by seed.
 
     python benchmarks/robustness.py [--methods team,team+vary,chase2] [--against team] [--opponents flat-light,flat-heavy]
-        [--worlds nominal,mass-15] [--seeds 600-607 | --seeds-of COMMIT] [--bouts 200] [--workers 2]
+        [--worlds nominal,mass-15] [--seeds 600-607 | --seeds-of COMMIT --first 8] [--bouts 200] [--workers 2]
         [--results robustness.jsonl] [--learnt learning.jsonl] [--json | --short] [--table]
 """
 
@@ -66,7 +66,6 @@ QUANTITIES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """What is off in a world, as an address names it."""
 SHARES: Final = (-30, -15, 15, 30)
-SEEDS: Final = 8
 CORNERS: Final = 20
 """Worlds that `corners` are drawn as."""
 
@@ -331,7 +330,7 @@ def _cell(row: Mapping[str, Any] | None) -> str:
 def wanted_series(options: argparse.Namespace) -> list[Series]:
     """What the command line asks for."""
     names = list(worlds()) if options.worlds == "every" else options.worlds.split(",")
-    seeds = seeds_of(options.seeds_of, SEEDS) if options.seeds_of else seeds_in(options.seeds)
+    seeds = seeds_of(options.seeds_of, options.first) if options.seeds_of else seeds_in(options.seeds)
     series = []
     for seed, opponent, method, world in product(seeds, options.opponents.split(","), options.methods.split(","), names):
         changes: dict[str, Any] = {}
@@ -354,7 +353,8 @@ def main() -> int:
     parser.add_argument("--opponents", default=DUMMIES)
     parser.add_argument("--worlds", default="every", help=f"of {', '.join(worlds())}")
     parser.add_argument("--seeds", default="600-607", help="first-last")
-    parser.add_argument("--seeds-of", metavar="COMMIT", help=f"instead, the first {SEEDS} seeds that learning.py draws from it")
+    parser.add_argument("--seeds-of", metavar="COMMIT", help="instead, the first seeds that learning.py draws from it")
+    parser.add_argument("--first", type=int, default=8, help="so many of these")
     parser.add_argument("--bouts", type=int, default=200, help="held-out bouts in each world")
     parser.add_argument("--results", type=Path, default=Path("robustness.jsonl"), help="where what is made is kept")
     parser.add_argument("--learnt", type=Path, help="take advice of the nominal world from what learning.py has kept")
