@@ -255,7 +255,7 @@ def main() -> int:
     parser.add_argument("--seeds", default="300-323", help="first-last")
     parser.add_argument("--seeds-of", metavar="COMMIT", help="instead, 24 seeds drawn from the hash of a commit")
     parser.add_argument("--bouts", type=int, default=200, help="held-out bouts for each cell")
-    parser.add_argument("--budget", type=int, default=PalSettings().budget, help="maneuvers of a coaching, where a method says nothing of it")
+    parser.add_argument("--budget", type=int, default=PalSettings().budget, help="maneuvers of a coaching, if no method says")
     parser.add_argument("--results", type=Path, default=Path("learning.jsonl"), help="where cells are kept")
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
