@@ -200,7 +200,9 @@ def kept(results: Path) -> Made:
 
 
 def learnt(results: Path) -> dict[Wanted, dict[str, Any]]:
-    """Advice of the nominal world that `learning.py` has made, by the objective that is used here.
+    """Advice of the nominal world that `learning.py` has made, by methods that have a budget of their own, as `team`.
+
+    Both files have to be of the same program: bouts that were kept are not played again.
 
     Args:
         results: Its file.
@@ -213,12 +215,12 @@ def learnt(results: Path) -> dict[Wanted, dict[str, Any]]:
     return found
 
 
-def make(series: Sequence[Series], made: Made, results: Path, workers: int) -> Made:
+def make(series: Sequence[Series], made: Made, results: Path, workers: int) -> None:
     """Make what is not there.
 
     Args:
         series: What is wanted.
-        made: What is there.
+        made: What is there; what is made is added.
         results: The file.
         workers: Processes.
     """
@@ -235,7 +237,6 @@ def make(series: Sequence[Series], made: Made, results: Path, workers: int) -> M
         )
         for (one, _), (wins, time) in bouts:
             made.wins[one], made.times[one] = wins, time
-    return made
 
 
 def _groups(made: Made, series: Sequence[Series]) -> dict[tuple[str, str, str], dict[int, float]]:
@@ -357,14 +358,17 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=8, help="so many of these")
     parser.add_argument("--bouts", type=int, default=200, help="held-out bouts in each world")
     parser.add_argument("--results", type=Path, default=Path("robustness.jsonl"), help="where what is made is kept")
-    parser.add_argument("--learnt", type=Path, help="take advice of the nominal world from what learning.py has kept")
+    parser.add_argument("--learnt", type=Path, help="take advice of `team` from what learning.py has kept")
     parser.add_argument("--workers", type=int, default=1, help="processes")
-    parser.add_argument("--json", action="store_true", help="print rows as JSON instead of tables")
-    parser.add_argument("--short", action="store_true", help="one table of all opponents, without intervals")
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument("--json", action="store_true", help="print rows as JSON instead of tables")
+    shape.add_argument("--short", action="store_true", help="one table of all opponents, without intervals")
     parser.add_argument("--table", action="store_true", help="make nothing: tell of what is there")
     options = parser.parse_args()
     series = wanted_series(options)
     made = kept(options.results)
+    if options.learnt and not options.learnt.exists():
+        parser.error(f"{options.learnt} is not there")
     if options.learnt:
         made.advices.update(learnt(options.learnt))
     if not options.table:

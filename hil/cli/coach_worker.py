@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,6 +15,7 @@ from hil.cli import common
 from hil.cli.running import ActiveRun
 from hil.cli.workers import PartStage
 from hil.jobs.coach import CoachJob, Outputs
+from hil.mcaplog.errors import LogError
 from hil.sumo.team import LATELY, CoachedRun
 from hil.working import WorkerError, interruptible
 from hil.working.processes import tell
@@ -134,6 +135,24 @@ def coach_run(task: RunTask) -> CoachedRun:
         return SentRun(**vars(run), files={path.name: path.read_bytes() for path in sorted(folder.iterdir())})
 
 
+def make_small(log: Path, *, slim_too: bool) -> None:
+    """Make a log small in its place; where that can't be done, as on a disk that is full, it stays as it is.
+
+    Args:
+        log: The log.
+        slim_too: What running it again does not need is left out.
+    """
+    from hil.mcaplog.making.slimming import QUICK, pack, slim  # noqa: PLC0415 - it loads all that reads logs
+
+    small = log.with_suffix(".small")
+    try:
+        (slim if slim_too else pack)(log, small, level=QUICK, overwrite=True)
+        small.replace(log)
+    except (LogError, OSError):
+        with suppress(OSError):
+            small.unlink(missing_ok=True)
+
+
 def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
     """Coach, and leave files in a folder."""
     order = task.order
@@ -161,12 +180,7 @@ def _coached(task: RunTask, folder: Path | None) -> CoachedRun:
         with interruptible(), closing(stage):
             coached = job.perform(stage)
         if log is not None and not run.failures:
-            from hil.mcaplog.making.recovery import SMALL_SOON  # noqa: PLC0415 - as the next
-            from hil.mcaplog.making.slimming import EVERY, KEPT, slim  # noqa: PLC0415 - it loads all that reads logs, which coaching does not
-
-            small = log.with_suffix(".slim")
-            slim(log, small, topics=KEPT if order.number > 1 else EVERY, level=SMALL_SOON, overwrite=True)
-            small.replace(log)
+            make_small(log, slim_too=order.number > 1)
     except (HilError, OSError) as error:
         raise WorkerError(f"run {order.number}: {common.in_words(error)}", common.status_of(error)) from None
     if run.failures:

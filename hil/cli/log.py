@@ -18,7 +18,7 @@ from hil.mcaplog.making.slimming import SLIM, kept_of, slim
 from hil.mcaplog.reading.overview import LogOverview, overview
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.reading.walking import shown
-from hil.mcaplog.writing.writer import CONFIG, CUT, RUN, SIZES
+from hil.mcaplog.writing.writer import CONFIG, CUT, RUN, SIZES, UNINDEXED
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -114,6 +114,8 @@ def _print(found: LogOverview, console: Console) -> None:
                 console.print(f"  {shown(key)}: {_short(value)}")
         elif name == SLIM:
             console.print(f"slim: of the topics it has kept {', '.join(map(shown, kept_of(found.metadata) or ()))}")
+        elif name == UNINDEXED:
+            console.print("unindexed: small, without an index, which hil log recover adds")
         elif name == CUT:
             console.print(f"cut: it ends before the run did; {shown(values.get('why', ''), LONGEST)}")
         elif name != SIZES:

@@ -10,8 +10,9 @@ from hil.cli import common
 from hil.cli.log_arguments import LogArgument, MaxChunkOption, find
 from hil.look.viewers.layouts import blueprint_for, layout_for
 from hil.mcaplog.limits import lifted
+from hil.mcaplog.making.slimming import SLIM
 from hil.mcaplog.reading.reader import LogReader
-from hil.mcaplog.writing.writer import RUN
+from hil.mcaplog.writing.writer import RUN, UNINDEXED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -45,6 +46,11 @@ def viewers(
         document = {"log": str(found), "layout": str(layout), "blueprint": str(blueprint), "offset_ns": offset}
         common.print_json({**document, "rerun": commands})
         return
+    if not reader.metadata.keys().isdisjoint({SLIM, UNINDEXED}):
+        console.print("It is small, without the index that viewers go by. First make one that has it, and look at that:")
+        console.print(
+            f"    {shlex.join(['hil', 'log', 'recover', str(found), '-o', 'indexed.mcap'])}", markup=False, soft_wrap=True
+        )
     console.print(f"Foxglove, Lichtblick: open {found}", markup=False, soft_wrap=True)
     console.print(f"    and import the layout {layout}", markup=False, soft_wrap=True)
     console.print("Rerun:")

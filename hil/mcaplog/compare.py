@@ -15,7 +15,7 @@ from hil.mcaplog.making.slimming import SLIM, kept_of, matches
 from hil.mcaplog.reading.flattening import flatten
 from hil.mcaplog.reading.reader import LogReader, RawEntry
 from hil.mcaplog.reading.walking import RawRecord, WalkedLog
-from hil.mcaplog.writing.writer import CUT, RUN, SIZES
+from hil.mcaplog.writing.writer import CUT, RUN, SIZES, UNINDEXED
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -205,7 +205,7 @@ def compare_logs(
 
 def _metadata(one: LogReader, two: LogReader, cut: tuple[bool, bool]) -> list[tuple[str, str, str | None, str | None]]:
     found: list[tuple[str, str, str | None, str | None]] = []
-    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT, SLIM}):
+    for name in sorted({*one.metadata, *two.metadata} - {RUN, SIZES, CUT, SLIM, UNINDEXED}):
         if _is_behind_cut((name in one.metadata, name in two.metadata), cut):
             continue
         a, b = one.metadata.get(name, {}), two.metadata.get(name, {})

@@ -43,7 +43,7 @@ class ReadLimits:
         return float("inf") if self.lifted else LARGEST_CHUNK + 50.0 * size
 
     def records(self, size: int) -> float:
-        """Records that all chunks may hold: 50,000, and one for every 2 bytes. Ours have one for every 40 bytes.
+        """Records that all chunks may hold: 50,000, and one for every 2 bytes. Ours have one for every 20 bytes, or more bytes.
 
         Args:
             size: Of the file, in bytes.

@@ -41,6 +41,7 @@ def test_emulated_robots_are_several(coached: list[TeamJob | None]) -> None:
     for asked in ([], ["--json"], ["--budget", "100"], ["sim://junior"], ["sim://junior?wire=can", "--no-log"]):
         assert run(["coach", *asked]) == 0
     assert [job and len(job.urls) for job in coached] == [USUAL_RUNS] * 5
+    assert [job and job.periods for job in coached] == [(0.18, 0.11, 0.08) * 2] * 5
     settings = [job.settings for job in coached if job]
     assert settings[0] == TEAM_SETTINGS
     assert (settings[2].robot_time, settings[2].budget) == (0.0, 100)

@@ -22,8 +22,9 @@ from report_logs import coaching_log
 from hil.files.outputs import OutputExistsError
 from hil.mcaplog import LogError, LogReader, UnreadableLogError
 from hil.mcaplog.checking.rules import check_log
+from hil.mcaplog.compare import compare_logs
 from hil.mcaplog.making.recovery import recover
-from hil.mcaplog.making.slimming import EVERY, KEPT, SLIM, matches, slim
+from hil.mcaplog.making.slimming import KEPT, QUICK, SLIM, matches, pack, slim
 from hil.mcaplog.reading.overview import overview
 from hil.mcaplog.writing.writer import CUT, SIZES
 
@@ -212,9 +213,9 @@ def test_a_slim_log_has_what_running_it_again_needs(good: Path, tmp_path: Path) 
     assert [entry.topic for entry in LogReader(out).entries(["/pal/trial"])] == ["/pal/trial"] * 40
 
 
-def test_a_slim_log_may_have_every_topic(good: Path, tmp_path: Path) -> None:
+def test_a_log_is_small_without_its_index_and_gets_one_again(good: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.mcap"
-    slim(good, out, topics=EVERY, level=9)
+    pack(good, out, level=QUICK)
     assert raw(out) == raw(good)
     assert out.stat().st_size < 0.7 * good.stat().st_size
     assert check_log(out).passed
@@ -222,6 +223,11 @@ def test_a_slim_log_may_have_every_topic(good: Path, tmp_path: Path) -> None:
     slim(good, one)
     slim(out, other)
     assert one.read_bytes() == other.read_bytes()
+    assert compare_logs(good, out).same
+    recover(good, one, overwrite=True)
+    recover(out, other, overwrite=True)
+    assert one.read_bytes() == other.read_bytes()
+    assert check_log(other).passed
 
 
 def test_a_slim_log_keeps_attachments(tmp_path: Path) -> None:

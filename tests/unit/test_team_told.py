@@ -12,8 +12,10 @@ from rich.console import Console
 
 from firmware_protocol.vocabulary import ANY_STIMULUS
 from hil.cli.coach_files import TeamFiles
+from hil.cli.coach_worker import make_small
 from hil.cli.running import ActiveRun
 from hil.look.reading import read_scene
+from hil.mcaplog.errors import LogError
 from hil.mcaplog.making.slimming import slim
 from hil.report.gather import gather
 from hil.report.learnt import read_learnt
@@ -109,3 +111,19 @@ def test_a_log_that_was_made_small_and_a_budget_of_time_are_told_of_as_what_they
     timed, _ = read_learnt('{"settings": {"budget": 10000000, "robot_time": 960.0}}')
     assert timed is not None
     assert timed.budget is None
+
+
+def test_where_a_log_can_t_be_made_small_it_stays_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(log: Path, small: Path, *, level: int, overwrite: bool) -> None:
+        small.write_bytes(log.read_bytes()[:level])
+        raise LogError(f"cannot write the log {small}: No space left on device, {overwrite}")
+
+    log = tmp_path / "run-1.mcap"
+    coaching_log(log, budget=4)
+    whole = log.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr("hil.mcaplog.making.slimming.pack", full)
+        make_small(log, slim_too=False)
+    assert (log.read_bytes(), list(tmp_path.iterdir())) == (whole, [log])
+    make_small(log, slim_too=False)
+    assert len(log.read_bytes()) < len(whole)

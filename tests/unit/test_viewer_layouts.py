@@ -10,16 +10,20 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 import rerun_blueprints
+from report_logs import coaching_log
 
 from firmware_protocol.messages import MESSAGES
 from hil.cli.app import run
 from hil.cli.log_viewers import epoch_offset, rerun_commands
 from hil.look.viewers.layouts import JUNIOR, SWARM, blueprint_for, kind_of, layout_of
+from hil.mcaplog.making.slimming import pack, slim
 from hil.mcaplog.records import StepRecord, SurroundStateRecord
 from hil.mcaplog.schemas import message_schema, record_schema
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from hil.mcaplog.making.recovery import CopiedLog
 
 LOG = Path(__file__).parents[1] / "golden" / "small.mcap"
 SCHEMAS = {schema.topic: schema for schema in map(message_schema, MESSAGES.values())} | {
@@ -114,4 +118,16 @@ def test_the_verb_names_files_that_are_there(capsys: pytest.CaptureFixture[str])
     assert Path(said["layout"]).is_file()
     assert Path(said["blueprint"]).read_bytes().startswith(b"RRF2")
     assert run(["log", "viewers", str(LOG)]) == 0
-    assert said["layout"] in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert said["layout"] in shown
+    assert "recover" not in shown
+
+
+@pytest.mark.parametrize("make", [slim, pack])
+def test_of_a_log_without_an_index_it_says_how_to_have_one(
+    make: Callable[..., CopiedLog], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    coaching_log(tmp_path / "log.mcap", budget=4)
+    make(tmp_path / "log.mcap", tmp_path / "small.mcap")
+    assert run(["log", "viewers", str(tmp_path / "small.mcap")]) == 0
+    assert "hil log recover" in capsys.readouterr().out

@@ -12,6 +12,7 @@ from mcap.records import Schema as SchemaRecord
 from hil.mcaplog.checking.data import PRIVATE
 from hil.mcaplog.making.slimming import SLIM
 from hil.mcaplog.reading.unpacking import stream
+from hil.mcaplog.writing.writer import UNINDEXED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -79,7 +80,7 @@ class SummaryRules:
     def finish_ours(self) -> None:
         """Check that the summary of a log of ours has all that it may have."""
         data = self._data
-        slim = not self._chunks and any(name == SLIM for _, _, name in data.metadata)
+        slim = not self._chunks and any(name in {SLIM, UNINDEXED} for _, _, name in data.metadata)
         missing = [
             what
             for what, there, wanted in (

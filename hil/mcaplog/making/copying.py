@@ -1,4 +1,4 @@
-"""Writes a whole, indexed log from the records of another: entries byte for byte, with their times and numbers."""
+"""Writes a log from the records of another, indexed or small: entries byte for byte, with their times and numbers."""
 
 from __future__ import annotations
 

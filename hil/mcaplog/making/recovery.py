@@ -1,4 +1,4 @@
-"""Makes a whole, indexed log of all that can be read of a damaged one."""
+"""Makes a log of all that can be read of another, which may be damaged: whole and indexed, or small."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hil.mcaplog.making.copying import LogCopy
 from hil.mcaplog.reading.reader import LogReader
 from hil.mcaplog.reading.unpacking import DAMAGE, stream
 from hil.mcaplog.reading.walking import read_metadata
-from hil.mcaplog.writing.writer import CUT
+from hil.mcaplog.writing.writer import CUT, UNINDEXED
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,10 +25,6 @@ if TYPE_CHECKING:
 
     from hil.mcaplog.reading.walking import RawRecord
 
-SMALLEST: Final = 19
-"""zstd's level where size alone matters: of 24 minutes of coaching 6.1 MB are left, in 17 s."""
-SMALL_SOON: Final = 9
-"""zstd's level where time matters, too: 6.8 MB are left, in 2 s."""
 _SMALL: Final[dict[str, Any]] = {"chunk_size": 256 << 10, "indexed": False}
 
 
@@ -76,7 +72,7 @@ def recover(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwri
         OutputExistsError: There is a file already, and it may not be replaced.
     """
     reader = LogReader(path, limits, rescue=True)
-    return copy_log(reader, out, overwrite=overwrite)
+    return copy_log(reader, out, left_out=(UNINDEXED,), overwrite=overwrite)
 
 
 def copy_log(
@@ -84,9 +80,9 @@ def copy_log(
     out: Path,
     *,
     topics: Callable[[str], bool] = lambda _: True,
-    small: int | None = None,
+    small_level: int | None = None,
     more: Callable[[LogCopy], None] | None = None,
-    instead_of: tuple[str, ...] = (),
+    left_out: tuple[str, ...] = (),
     overwrite: bool = False,
 ) -> CopiedLog:
     """Write what a reader gives into a new log.
@@ -95,9 +91,9 @@ def copy_log(
         reader: The log.
         out: The new one.
         topics: Tells whether the entries of a topic are wanted; all are, where it is left out.
-        small: Size matters more than finding entries by their index: zstd's level; None: it does not.
+        small_level: Size matters more than finding entries by their index: zstd's level; None: it does not.
         more: Adds to the new log, before it is finished.
-        instead_of: Names of metadata records that are not copied, since `more` adds them anew.
+        left_out: Names of metadata records that are not copied.
         overwrite: One that exists is replaced.
 
     Raises:
@@ -114,8 +110,8 @@ def copy_log(
     except OSError as error:
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
-        copy = LogCopy(output.file, header=_header(reader), **({} if small is None else {**_SMALL, "level": small}))
-        files = _fill(_Extras(copy, instead_of), copy, reader, topics, entries=small is not None)
+        copy = LogCopy(output.file, header=_header(reader), **({} if small_level is None else {**_SMALL, "level": small_level}))
+        files = _fill(_Extras(copy, left_out), copy, reader, topics, entries=small_level is not None)
         if more is not None:
             more(copy)
         if not reader.whole and CUT not in reader.metadata:

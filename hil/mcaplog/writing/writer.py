@@ -48,6 +48,8 @@ SIZES: Final = "sizes"
 CUT: Final = "cut"
 """Name of the metadata record of a log that ends before the run did, though the file is whole: `why`, in words, and in one that
 was made from a damaged log, how many `entries` come before the first that is missing."""
+UNINDEXED: Final = "unindexed"
+"""Name of the metadata record of a log that was made small by leaving out its index, and nothing else."""
 RUN_BLOCK: Final = 4096
 """The `run` record is padded to a multiple of this, in bytes."""
 CHUNK_SIZE: Final = 256 * 1024
