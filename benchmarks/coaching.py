@@ -19,14 +19,14 @@ from statistics import mean, stdev
 from typing import TYPE_CHECKING, Final
 
 import hil
-from firmware_protocol.messages import BoutOutcome
 from hil.seeds import Branch, bout_seed, run_seed
 from hil.sumo.bouts import Tally, play
 from hil.sumo.coaching import Coaching, new_pal
 from hil.sumo.controllers import AdviceController
 from hil.sumo.ring import open_ring
+from hil.sumo.team import PlayedBouts, score_of
 from hil.working import open_crew
-from pal_advisor.maneuvers import PalSettings, TeamExam, TeamScore
+from pal_advisor.maneuvers import PalSettings, TeamExam
 from pal_advisor.maneuvers.team import BOUTS
 
 if TYPE_CHECKING:
@@ -148,19 +148,10 @@ def coached_team(run: Run, paces: Sequence[float], runs: int, exam_options: str 
         scores = []
         for advice in exam.wanted:
             with ring_of(run.opponent, run.seed, run.options + exam_options) as ring:
-                scores.append(score_of(list(play(ring, AdviceController(advice), poses))))
+                scores.append(score_of([PlayedBouts.of(list(play(ring, AdviceController(advice), poses)))]))
         seconds += sum(score.seconds for score in scores)
         exam.tell(scores)
     return CoachedTeam(exam.best, maneuvers, seconds)
-
-
-def score_of(bouts: Sequence[Bout]) -> TeamScore:
-    """How an advice did.
-
-    Args:
-        bouts: The bouts it played.
-    """
-    return TeamScore(sum(bout.outcome is BoutOutcome.WIN for bout in bouts), len(bouts), sum(bout.time for bout in bouts))
 
 
 def played(part: Part) -> list[Bout]:

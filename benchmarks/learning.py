@@ -38,7 +38,11 @@ from pal_advisor.maneuvers.settings import BEFORE
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-_TEAM: Final = {name: getattr(TEAM_SETTINGS, name) for name in ("budget", "robot_time", "end_on_change", "progress_weight")}
+_TEAM: Final = {
+    "runs": USUAL_RUNS,
+    "paces": list(PACES),
+    **{name: getattr(TEAM_SETTINGS, name) for name in ("budget", "robot_time", "end_on_change", "progress_weight")},
+}
 METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "now": {},
     "before": {**BEFORE, "loss": 12.0},
@@ -53,11 +57,11 @@ METHODS: Final[Mapping[str, Mapping[str, Any]]] = {
     "period-80": {"period": 0.08},
     "arms": {"arms_in_stimulus": True},
     "time": {"robot_time": 960.0},
-    "team": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM},
-    "team-one-pace": {"runs": USUAL_RUNS, **_TEAM},
-    "team-120": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM, "progress_weight": 120.0},
-    "team-16min": {"runs": USUAL_RUNS, "paces": list(PACES), **_TEAM, "robot_time": 960.0},
-    "team-4": {"runs": 4, "paces": list(PACES), **_TEAM},
+    "team": _TEAM,
+    "team-one-pace": {**_TEAM, "paces": [PalSettings().period]},
+    "team-120": {**_TEAM, "progress_weight": 120.0},
+    "team-16min": {**_TEAM, "robot_time": 960.0},
+    "team-4": {**_TEAM, "runs": 4},
     "weak-5": {"faults": "wheel:left:0.95"},
     "weak-10": {"faults": "wheel:left:0.9"},
     "weak-15": {"faults": "wheel:left:0.85"},

@@ -10,9 +10,8 @@ from hil.cli import common
 from hil.cli.log_arguments import LogArgument, MaxChunkOption, find
 from hil.look.viewers.layouts import blueprint_for, layout_for
 from hil.mcaplog.limits import lifted
-from hil.mcaplog.making.slimming import SLIM
 from hil.mcaplog.reading.reader import LogReader
-from hil.mcaplog.writing.writer import RUN, UNINDEXED
+from hil.mcaplog.writing.writer import RUN
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -46,7 +45,7 @@ def viewers(
         document = {"log": str(found), "layout": str(layout), "blueprint": str(blueprint), "offset_ns": offset}
         common.print_json({**document, "rerun": commands})
         return
-    if not reader.metadata.keys().isdisjoint({SLIM, UNINDEXED}):
+    if topics and reader.index is not None and not reader.index.chunk_count:
         console.print("It is small, without the index that viewers go by. First make one that has it, and look at that:")
         console.print(
             f"    {shlex.join(['hil', 'log', 'recover', str(found), '-o', 'indexed.mcap'])}", markup=False, soft_wrap=True

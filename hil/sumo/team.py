@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hil.seeds import Branch
+    from hil.sumo.bouts import Bout
     from pal_advisor.maneuvers import Advice
 
 LATELY: Final = 20
@@ -90,6 +91,19 @@ class PlayedBouts:
     times: tuple[float, ...]
     maneuvers: tuple[int, ...]
 
+    @classmethod
+    def of(cls, bouts: Sequence[Bout]) -> PlayedBouts:
+        """What came of bouts.
+
+        Args:
+            bouts: The bouts.
+        """
+        return cls(
+            tuple(int(bout.outcome) for bout in bouts),
+            tuple(bout.time for bout in bouts),
+            tuple(bout.maneuvers for bout in bouts),
+        )
+
 
 def play_bouts(task: BoutsTask) -> PlayedBouts:
     """Play them.
@@ -100,12 +114,7 @@ def play_bouts(task: BoutsTask) -> PlayedBouts:
     seeds = [bout_seed(task.seed, task.branch, number) for number in task.numbers]
     with closing(connect(task.url)) as junior:
         junior.arm()
-        bouts = list(play(open_ring(junior), AdviceController(task.advice), seeds, task.numbers[0]))
-    return PlayedBouts(
-        tuple(int(bout.outcome) for bout in bouts),
-        tuple(bout.time for bout in bouts),
-        tuple(bout.maneuvers for bout in bouts),
-    )
+        return PlayedBouts.of(list(play(open_ring(junior), AdviceController(task.advice), seeds, task.numbers[0])))
 
 
 def parts_of(trials: int) -> list[range]:

@@ -16,6 +16,7 @@ from firmware_protocol.messages import MESSAGES
 from hil.cli.app import run
 from hil.cli.log_viewers import epoch_offset, rerun_commands
 from hil.look.viewers.layouts import JUNIOR, SWARM, blueprint_for, kind_of, layout_of
+from hil.mcaplog.making.recovery import recover
 from hil.mcaplog.making.slimming import pack, slim
 from hil.mcaplog.records import StepRecord, SurroundStateRecord
 from hil.mcaplog.schemas import message_schema, record_schema
@@ -131,3 +132,6 @@ def test_of_a_log_without_an_index_it_says_how_to_have_one(
     make(tmp_path / "log.mcap", tmp_path / "small.mcap")
     assert run(["log", "viewers", str(tmp_path / "small.mcap")]) == 0
     assert "hil log recover" in capsys.readouterr().out
+    recover(tmp_path / "small.mcap", tmp_path / "indexed.mcap")
+    assert run(["log", "viewers", str(tmp_path / "indexed.mcap")]) == 0
+    assert "recover" not in capsys.readouterr().out

@@ -20,7 +20,7 @@ from hil.mcaplog.reading.walking import read_metadata
 from hil.mcaplog.writing.writer import CUT, UNINDEXED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from hil.mcaplog.reading.walking import RawRecord
@@ -72,7 +72,7 @@ def recover(path: Path, out: Path, limits: ReadLimits = ReadLimits(), *, overwri
         OutputExistsError: There is a file already, and it may not be replaced.
     """
     reader = LogReader(path, limits, rescue=True)
-    return copy_log(reader, out, left_out=(UNINDEXED,), overwrite=overwrite)
+    return copy_log(reader, out, overwrite=overwrite)
 
 
 def copy_log(
@@ -81,8 +81,7 @@ def copy_log(
     *,
     topics: Callable[[str], bool] = lambda _: True,
     small_level: int | None = None,
-    more: Callable[[LogCopy], None] | None = None,
-    left_out: tuple[str, ...] = (),
+    says: tuple[str, Mapping[str, str]] | None = None,
     overwrite: bool = False,
 ) -> CopiedLog:
     """Write what a reader gives into a new log.
@@ -92,8 +91,7 @@ def copy_log(
         out: The new one.
         topics: Tells whether the entries of a topic are wanted; all are, where it is left out.
         small_level: Size matters more than finding entries by their index: zstd's level; None: it does not.
-        more: Adds to the new log, before it is finished.
-        left_out: Names of metadata records that are not copied.
+        says: Name and values of a metadata record that is added; None adds none.
         overwrite: One that exists is replaced.
 
     Raises:
@@ -111,9 +109,9 @@ def copy_log(
         raise LogError(f"cannot write the log {out}: {error.strerror}") from error
     try:
         copy = LogCopy(output.file, header=_header(reader), **({} if small_level is None else {**_SMALL, "level": small_level}))
-        files = _fill(_Extras(copy, left_out), copy, reader, topics, entries=small_level is not None)
-        if more is not None:
-            more(copy)
+        files = _fill(copy, reader, topics, entries=small_level is not None)
+        if says is not None:
+            copy.values(*says)
         if not reader.whole and CUT not in reader.metadata:
             copy.values(CUT, {"why": reader.health(), "entries": str(files.before)})
         copy.finish()
@@ -128,12 +126,13 @@ def copy_log(
     return CopiedLog(out, size, copy.entries, files.metadata, files.attachments, reader.health(), reader.whole)
 
 
-def _fill(files: _Extras, copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Extras:
+def _fill(copy: LogCopy, reader: LogReader, topics: Callable[[str], bool], *, entries: bool) -> _Extras:
     """Copy entries, metadata and attachments.
 
     Raises:
         UnreadableLogError: There are none, or no entries where these are what is wanted.
     """
+    files = _Extras(copy)
     for entry in reader.raw_entries(others=files.take):
         if not entry.topic or topics(entry.topic):
             described = reader.channels.described(entry.channel)
@@ -150,7 +149,7 @@ def _fill(files: _Extras, copy: LogCopy, reader: LogReader, topics: Callable[[st
 
 
 class _Extras:
-    """Takes what a log holds besides entries.
+    """Takes what a log holds besides entries, but for what it says of its own index.
 
     Attributes:
         metadata: Metadata records taken.
@@ -158,9 +157,8 @@ class _Extras:
         before: Entries that were copied and come before the first that is missing.
     """
 
-    def __init__(self, copy: LogCopy, left_out: tuple[str, ...]) -> None:
+    def __init__(self, copy: LogCopy) -> None:
         self._copy = copy
-        self._left_out = left_out
         self.metadata = self.attachments = self.before = 0
 
     def take(self, record: RawRecord) -> None:
@@ -168,7 +166,7 @@ class _Extras:
         with suppress(*DAMAGE):
             if record.opcode == Opcode.METADATA:
                 name, _ = read_metadata(record.content)
-                if name not in self._left_out:
+                if name != UNINDEXED:
                     self._copy.metadata(record.content)
                     self.metadata += 1
             else:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from hil.mcaplog.making.copying import LogCopy
-
 KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", EVENTS)
 """The topics that a slim log has, as patterns."""
 SMALLEST: Final = 19
@@ -80,45 +78,15 @@ def slim(
         LogError: The log cannot be opened, or is slim already; the new one cannot be written.
         OutputExistsError: There is a file already, and it may not be replaced.
     """
-
-    def say(copy: LogCopy) -> None:
-        copy.values(SLIM, {"kept": json.dumps(KEPT)})
-
     reader = LogReader(path, limits)
     for _ in reader.entries(topics=()):
         pass
     if SLIM in reader.metadata:
         raise LogError(f"{path} is slim already: copy it as it is")
-    return copy_log(
-        reader,
-        out,
-        topics=lambda topic: matches(topic, KEPT),
-        small_level=level,
-        more=say,
-        left_out=(UNINDEXED,),
-        overwrite=overwrite,
-    )
+    says = SLIM, {"kept": json.dumps(KEPT)}
+    return copy_log(reader, out, topics=lambda topic: matches(topic, KEPT), small_level=level, says=says, overwrite=overwrite)
 
 
 def pack(path: Path, out: Path, *, level: int = SMALLEST, overwrite: bool = False) -> CopiedLog:
-    """Write a log into a new one without its index, which is half of a coaching's log; `recover` adds one.
-
-    Args:
-        path: The log.
-        out: The new one.
-        level: How well it is compressed: zstd's level.
-        overwrite: One that exists is replaced.
-
-    Returns:
-        What became of it.
-
-    Raises:
-        UnreadableLogError: No entry could be had; no file is left.
-        LogError: The log cannot be opened, or the new one cannot be written.
-        OutputExistsError: There is a file already, and it may not be replaced.
-    """
-
-    def say(copy: LogCopy) -> None:
-        copy.values(UNINDEXED, {"why": "small"})
-
-    return copy_log(LogReader(path), out, small_level=level, more=say, left_out=(UNINDEXED,), overwrite=overwrite)
+    """Write a log into a new one without its index, which is half of a coaching's log; `recover` adds one. See `slim`."""
+    return copy_log(LogReader(path), out, small_level=level, says=(UNINDEXED, {"why": "small"}), overwrite=overwrite)
