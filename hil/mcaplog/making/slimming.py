@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from hil.mcaplog.errors import LogError
@@ -14,7 +15,7 @@ from hil.mcaplog.records import EVENTS
 from hil.mcaplog.writing.writer import UNINDEXED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
 KEPT: Final = ("/bridge/*", "/wire/*", "/pal/*", EVENTS)
@@ -43,8 +44,9 @@ def kept_of(metadata: Mapping[str, Mapping[str, str]]) -> tuple[str, ...] | None
     return tuple(topic for topic in kept if isinstance(topic, str)) if isinstance(kept, list) else ()
 
 
-def matches(topic: str, patterns: Iterable[str]) -> bool:
-    """A topic is one of these.
+@lru_cache(maxsize=1024)
+def matches(topic: str, patterns: tuple[str, ...]) -> bool:
+    """A topic is one of these; it is asked of each entry of a log.
 
     Args:
         topic: The topic.
